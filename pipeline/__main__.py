@@ -1,0 +1,229 @@
+"""python -m pipeline: 3D walking from 2D, four papers figure by figure.
+
+  python -m pipeline experiment=FIGURE [OVERRIDE ...]     one figure
+  python -m pipeline figures [OVERRIDE ...]               every figure, one after another; resumable
+  python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
+
+  python -m pipeline fetch [data=optical]                 the public recordings, listed in data/sources.csv
+  python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
+  python -m pipeline equations [PAPER]                    every numbered equation: its home and its test
+  python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
+  python -m pipeline archive [data=...]                   keep full-scale results under results/archive
+  python -m pipeline verify ARCHIVE                       re-hash an archive, name any file that changed
+
+{figures}
+
+Overrides name any option by its full path; `--cfg job` prints them all with their values, e.g.
+  data=synthetic|optical|cmu|folder       scale=full|smoke          seed=2007     workers=2
+  model.components=20                     model.mirror=true         model.omega_scale_mm=1.0
+  sweep.view_angle_deg.step=5             sweep.sigma2_mm2.stop=2000
+  sweep.noise_variance_mm2=70             sweep.solver=published    sweep.truth=fourier
+  dataset.walks=all                       dataset.size=stature      dataset.origin=floor
+Your own recordings:
+  python -m pipeline experiment=zhang2007_fig5 data=folder data.path=DIR "data.pattern='**/*.c3d'" skeleton=plugin_gait
+On a cluster (extra `cluster`):
+  python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
+
+A preset alone writes to results/DATA/SCALE/FIGURE; anything overridden goes to results/scratch/TIME/FIGURE.
+Exit status: 0 done, 1 refused (one sentence says what, where, expected, received), 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+
+# Many small solves: BLAS threads would wait for each other.  Before numpy is loaded; the user's own wish wins.
+for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
+import sys
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+CONF = Path(__file__).resolve().parent.parent / "conf"
+IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
+"""Overrides that leave a preset what it is."""
+OWN_FILES = {"data.path", "data.pattern", "data.person", "data.units", "data.frame_rate_hz", "data.name", "skeleton"}
+"""With data=folder, these too: they say which data set it is."""
+
+
+def presets() -> list[str]:
+    """Names of the figures, from conf/experiment."""
+    return sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
+
+
+def help_text() -> str:
+    """The module's docstring with the figures filled in."""
+    lines = ["Figures:"]
+    for name in presets():
+        about = [
+            line[2:].strip()
+            for line in (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+            if line.startswith("# ") and "@package" not in line
+        ]
+        lines.append(f"  {name:<16} {about[0] if about else ''}")
+    return (__doc__ or "").replace("{figures}", "\n".join(lines))
+
+
+def register() -> None:
+    """Tell Hydra the classes of `pipeline.config`, so that a typo dies at composition."""
+    from hydra.core.config_store import ConfigStore
+
+    from pipeline import config, skeleton
+
+    store = ConfigStore.instance()
+    store.store(name="config_schema", node=config.Config)
+    for group, name, node in (
+        ("scale", "base_scale", config.Scale),
+        ("data", "base_synthetic", config.SyntheticData),
+        ("data", "base_recorded", config.RecordedData),
+        ("data", "base_folder", config.FolderData),
+        ("skeleton", "base_skeleton", skeleton.SourceMapping),
+        ("dataset", "base_fourier", config.FourierDataset),
+        ("model", "base_eigenwalkers", config.EigenwalkerModel),
+        ("sweep", "base_no_sweep", config.NoSweep),
+        ("sweep", "base_known_view", config.KnownViewSweep),
+        ("sweep", "base_unknown_view", config.UnknownViewSweep),
+        ("report", "base_spectrum", config.SpectrumReport),
+        ("report", "base_noise_variance", config.NoiseVarianceReport),
+        ("report", "base_postures", config.PosturesReport),
+        ("report", "base_view_errors", config.ViewErrorsReport),
+        ("report", "base_view_angles", config.ViewAnglesReport),
+    ):
+        store.store(group=group, name=name, node=node)
+
+
+def compose(overrides: Sequence[str]) -> Any:
+    """A `pipeline.config.Config` from overrides, as on the command line."""
+    from hydra import compose as hydra_compose
+    from hydra import initialize_config_dir
+    from hydra.core.global_hydra import GlobalHydra
+
+    register()
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
+        return _typed(hydra_compose("config", overrides=list(overrides)))
+
+
+def _typed(composed: Any) -> Any:
+    from omegaconf import OmegaConf
+    from omegaconf.errors import MissingMandatoryValue
+
+    from pipeline.refusal import Refusal
+
+    OmegaConf.resolve(composed)
+    try:
+        return OmegaConf.to_object(composed)
+    except MissingMandatoryValue as error:
+        if OmegaConf.is_missing(composed, "figure"):
+            raise Refusal(
+                "no figure is chosen", expected="experiment=" + "|".join(presets()), received="none"
+            ) from None
+        raise Refusal(str(error).splitlines()[0]) from None
+
+
+def destination(config: Any, overrides: Sequence[str], moment: str) -> Path:
+    """Where a figure goes: its own folder for a preset as it stands, scratch for anything else."""
+    allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
+    names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
+    results = Path(config.results)
+    if names <= allowed:
+        return results / config.data.name / config.scale.name / config.figure
+    return results / "scratch" / moment / config.figure
+
+
+def _moment() -> str:
+    return datetime.now().strftime("%Y-%m-%d_%H-%M-%S-%f")
+
+
+def _console() -> Any:
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=160)
+
+
+def figures(arguments: Sequence[str]) -> int:
+    """Make several figures in one process; `experiment=a,b` picks some, by default all."""
+    from pipeline.run import make_figures
+
+    chosen = [name for item in arguments if item.startswith("experiment=") for name in item[11:].split(",")]
+    common = [item for item in arguments if not item.startswith("experiment=")]
+    moment = _moment()
+    jobs = []
+    for name in chosen or presets():
+        config = compose([*common, f"experiment={name}"])
+        jobs.append((config, destination(config, common, moment)))
+    return make_figures(jobs, console=_console())
+
+
+def hydra_main() -> int:
+    """One figure, or a multirun of variants, through Hydra's own command line."""
+    import hydra
+    from hydra.core.hydra_config import HydraConfig
+    from hydra.errors import HydraException
+    from hydra.types import RunMode
+
+    from pipeline.refusal import Refusal
+
+    register()
+    status = 0
+
+    @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
+    def one(composed: Any) -> None:
+        nonlocal status
+        from pipeline.run import make_figures
+
+        settings = HydraConfig.get()
+        multirun = settings.mode == RunMode.MULTIRUN
+        try:
+            config = _typed(composed)
+            folder = (
+                Path(settings.runtime.output_dir) / config.figure
+                if multirun
+                else destination(config, settings.overrides.task, _moment())
+            )
+            status = make_figures([(config, folder)], console=_console())
+        except Refusal as refusal:
+            status = 1
+            print(refusal, file=sys.stderr)
+        if status and multirun:
+            raise HydraException("this variant was refused; the sentence above says why")
+
+    one()
+    return status
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Exit status of the command line."""
+    if not arguments or arguments[0] in ("--help", "-h", "help"):
+        print(help_text())
+        return 0
+    from pipeline.refusal import Refusal
+
+    try:
+        if arguments[0] == "figures":
+            return figures(arguments[1:])
+        from pipeline import commands
+
+        if arguments[0] in commands.VERBS:
+            return commands.VERBS[arguments[0]](arguments[1:], compose)
+        if "=" not in arguments[0] and not arguments[0].startswith("-"):
+            raise Refusal(
+                "the command is unknown",
+                expected="an override (option=value) or one of " + ", ".join(["figures", *commands.VERBS]),
+                received=arguments[0],
+            )
+        return hydra_main()
+    except Refusal as refusal:
+        print(refusal, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted: what was finished is kept, the same command goes on from there", file=sys.stderr)
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

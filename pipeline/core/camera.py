@@ -1,0 +1,68 @@
+"""How 3D becomes 2D under a horizontal view: zhang2007 sections 3.2 and 4, appendix B.
+
+Symbols
+-------
+``alpha``  view angle, rad: 0 is the frontal view, -pi/2 the left profile, +pi/2 the right profile
+``C``      projection matrix, 225 -> 150 [zhang2007 3.5]
+``w_hat``  2D Fourier representation (5, 15, 2): horizontal, vertical; flat (150,) in the printed order
+
+Image horizontal = cos(alpha) x + sin(alpha) y, image vertical = z, missing = -sin(alpha) x + cos(alpha) y.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def horizontal(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
+    """Image horizontal of (…, 3): cos(alpha) x + sin(alpha) y [zhang2007 B.2].
+
+    Examples
+    --------
+    >>> float(np.round(horizontal(np.array([1.0, 2.0, 3.0]), np.pi / 2), 12))
+    2.0
+    """
+    return np.cos(view_angle_rad) * motion[..., 0] + np.sin(view_angle_rad) * motion[..., 1]
+
+
+def vertical(motion: np.ndarray) -> np.ndarray:
+    """Image vertical of (…, 3): z, whatever the view [zhang2007 B.3]."""
+    return np.asarray(motion)[..., 2]
+
+
+def missing_dimension(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
+    """The dimension that the projection loses: -sin(alpha) x + cos(alpha) y."""
+    return -np.sin(view_angle_rad) * motion[..., 0] + np.cos(view_angle_rad) * motion[..., 1]
+
+
+def project(motion: np.ndarray, view_angle_rad: float) -> np.ndarray:
+    """2D motion or 2D Fourier representation (…, 2) of a 3D one (…, 3) [zhang2007 3.4] [zhang2004 4].
+
+    The projection is linear, so it does to Fourier coefficients what it does to positions.
+    """
+    return np.stack([horizontal(motion, view_angle_rad), vertical(motion)], axis=-1)
+
+
+def combine(
+    observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | np.ndarray
+) -> np.ndarray:
+    """3D (…, 3) from the observed 2D (…, 2) and the reconstructed missing dimension (…) [zhang2007 3.16] [zhang2004 10].
+
+    The inverse of `project` with `missing_dimension`; the observed coordinates are kept as they are.
+    """
+    c, s = np.cos(view_angle_rad), np.sin(view_angle_rad)
+    across = observed[..., 0]
+    return np.stack([c * across - s * missing, s * across + c * missing, observed[..., 1]], axis=-1)
+
+
+def projection_matrix(view_angle_rad: float, *, points: int = 75, trailing: int = 0) -> np.ndarray:
+    """C of [zhang2007 3.5] and [zhang2004 5]: (2 points + trailing, 3 points + trailing).
+
+    `points` is 75 for five blocks of fifteen joints; `trailing` is 1 when the frequency is the last number
+    of the representation (zhang2004: 226 -> 151).  The printed form, for small things and for tests.
+    """
+    one = np.array([[np.cos(view_angle_rad), np.sin(view_angle_rad), 0.0], [0.0, 0.0, 1.0]])
+    matrix = np.zeros((2 * points + trailing, 3 * points + trailing))
+    matrix[: 2 * points, : 3 * points] = np.kron(np.eye(points), one)
+    matrix[2 * points :, 3 * points :] = np.eye(trailing)
+    return matrix

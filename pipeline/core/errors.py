@@ -1,0 +1,84 @@
+"""How wrong a reconstruction is: zhang2007 section 4.2, zhang2004 section 4.2.
+
+Symbols
+-------
+``E_abs(j)``  mean over time of the squared error in the missing dimension of joint j, mm².  The papers call
+              it absolute; it is a mean square.
+``E_rel(j)``  the same over the variance of the missing dimension [zhang2007 4.3]; that variance is printed as
+              sigma² too, but is not the noise variance of [zhang2007 3.12]
+``delta``     difference of Fourier coefficients in the missing dimension, (…, 1 + 2H, J)
+
+By Parseval the mean over a cycle of a Fourier series squared is |p0|² + ½ sum(|p_h|² + |q_h|²), so that the
+sums over time of the papers need no time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core import camera
+from pipeline.refusal import Refusal
+
+
+def parseval_weights(blocks: int) -> np.ndarray:
+    """1, ½, ½, … (1 + 2H,): weight of each coefficient in the mean square over a cycle."""
+    return np.concatenate([[1.0], np.full(blocks - 1, 0.5)])
+
+
+def absolute_error(delta: np.ndarray, residual_power: np.ndarray | float = 0.0) -> np.ndarray:
+    """E_abs per joint (…, J) in mm² of coefficient differences (…, 1 + 2H, J) [zhang2007 4.1] [zhang2004 11].
+
+    `residual_power` (…, J) is the mean square of what the truth has beyond its series (`truth: motion`); it
+    adds exactly where residual and harmonics are orthogonal over whole cycles.
+    """
+    return np.einsum("...bj,b->...j", np.square(delta), parseval_weights(delta.shape[-2])) + residual_power
+
+
+def absolute_error_over_time(original: np.ndarray, reconstructed: np.ndarray) -> np.ndarray:
+    """E_abs per joint (J,) in mm², as printed: a mean over the frames of (T, J) series [zhang2007 4.1] [zhang2004 11]."""
+    return np.mean(np.square(np.asarray(original) - np.asarray(reconstructed)), axis=0)
+
+
+def relative_error(absolute: np.ndarray, variance: np.ndarray | float) -> np.ndarray:
+    """E_rel: E_abs over the variance of the missing dimension [zhang2007 4.3] [zhang2004 12]."""
+    return absolute / variance
+
+
+def walker_error(per_joint: np.ndarray) -> np.ndarray:
+    """E_a or E_r of a walker: the mean over joints, the last axis [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13]."""
+    return np.mean(per_joint, axis=-1)
+
+
+def along_missing(covariance: np.ndarray, view_angle_rad: np.ndarray) -> np.ndarray:
+    """Variance (A, …) along the missing dimension of covariances (…, 3, 3), for A view angles."""
+    angle = np.asarray(view_angle_rad).reshape(-1, *([1] * (covariance.ndim - 2)))
+    c, s = np.cos(angle), np.sin(angle)
+    return s**2 * covariance[..., 0, 0] - 2 * s * c * covariance[..., 0, 1] + c**2 * covariance[..., 1, 1]
+
+
+def missing_variance(
+    temporal_covariance: np.ndarray,
+    average_posture: np.ndarray,
+    view_angle_rad: np.ndarray,
+    *,
+    kind: str = "temporal",
+) -> np.ndarray:
+    """The average overall variance of the fifteen joints in the missing dimension, (A,) mm².
+
+    Parameters
+    ----------
+    temporal_covariance : (J, 3, 3) mm²
+    average_posture : (J, 3) mm
+    view_angle_rad : (A,)
+    kind : {"temporal", "overall"}
+        ``temporal``: variance over time of each joint, averaged over joints; ``overall``: all joints and
+        instants about their common mean.  The paper's words allow both.
+    """
+    view_angle_rad = np.atleast_1d(view_angle_rad)
+    variance = along_missing(temporal_covariance, view_angle_rad).mean(axis=-1)
+    if kind == "temporal":
+        return variance
+    if kind != "overall":
+        raise Refusal("the kind of variance is unknown", expected="temporal or overall", received=kind)
+    places = camera.missing_dimension(average_posture[None], view_angle_rad[:, None])
+    return variance + places.var(axis=-1)

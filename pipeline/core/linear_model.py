@@ -1,0 +1,164 @@
+"""The linear model that eigenwalkers and the aSpace share: zhang2007 section 3.1, mozerov2006 section 2.
+
+Symbols
+-------
+``W``        samples, one walker (or posture) to a row here (to a column in the paper), (R, D)
+``w_bar``    average walker, (D,)
+``e_n``      eigenwalkers: orthonormal rows, (N, D)
+``lambda_n`` eigenvalues of the covariance, divisor R - 1 unless said otherwise
+``k_n``      coefficients
+
+Only this module flattens a Fourier representation (5, 15, 3) to 225 numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.refusal import Refusal
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """Average and principal variations of a set of samples.
+
+    Attributes
+    ----------
+    mean : (D,)
+    components : (N, D)
+        Orthonormal rows, largest variance first; the entry of largest magnitude is positive.
+    eigenvalues : (N,)
+        Variance along each component.
+    total_variance : float
+        Sum of all eigenvalues, the discarded ones included.
+    last_scale : float
+        What the last number of each sample was multiplied by before everything else (1 unless the model was
+        fitted with `scale_last`).
+    """
+
+    mean: np.ndarray
+    components: np.ndarray
+    eigenvalues: np.ndarray
+    total_variance: float
+    last_scale: float = 1.0
+
+
+def flatten(coefficients: np.ndarray, frequency_hz: np.ndarray | None = None) -> np.ndarray:
+    """Samples (R, 225), or (R, 226) with the angular frequency in rad/s last [zhang2007 3.2] [zhang2004 2].
+
+    `coefficients` is (R, 5, 15, 3), `frequency_hz` (R,).
+    """
+    rows = np.asarray(coefficients, dtype=float).reshape(len(coefficients), -1)
+    if frequency_hz is None:
+        return rows
+    return np.column_stack([rows, 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)])
+
+
+def unflatten(rows: np.ndarray, joints: int = 15, space: int = 3) -> np.ndarray:
+    """Fourier representations (…, 1 + 2H, J, S) of samples (…, D); a trailing frequency is dropped."""
+    rows = np.asarray(rows)
+    blocks = rows.shape[-1] // (joints * space)
+    return rows[..., : blocks * joints * space].reshape(*rows.shape[:-1], blocks, joints, space)
+
+
+def fit(
+    samples: np.ndarray,
+    n_components: int,
+    *,
+    divisor: str = "R-1",
+    scale_last: float | None = 1.0,
+) -> LinearModel:
+    """Average walker and eigenwalkers [zhang2007 3.3] [zhang2004 3].
+
+    Parameters
+    ----------
+    samples : (R, D)
+    n_components : int
+        At most min(R - 1, D) are returned: a covariance of R samples has no more.
+    divisor : {"R-1", "R"}
+        Of the covariance; the paper is silent.
+    scale_last : float or None
+        Multiplies the last number of each sample (the frequency of zhang2004).  None makes its variance
+        equal to the mean variance of the others, from these samples alone.
+
+    Raises
+    ------
+    Refusal
+        Fewer than two samples, values that are not finite, or fewer than one component.
+    """
+    samples = np.asarray(samples, dtype=float)
+    if samples.ndim != 2 or len(samples) < 2:
+        raise Refusal(
+            "a linear model needs at least two walkers", expected="(R, D), R > 1", received=str(samples.shape)
+        )
+    if n_components < 1:
+        raise Refusal("no components", expected="1 or more", received=str(n_components))
+    if divisor not in ("R-1", "R"):
+        raise Refusal("the divisor is unknown", expected="R-1 or R", received=divisor)
+    if not np.isfinite(samples).all():
+        raise Refusal(f"walker {int(np.argwhere(~np.isfinite(samples))[0][0])} has values that are not finite")
+    if scale_last is None:
+        spread = samples.var(axis=0)
+        scale_last = float(np.sqrt(spread[:-1].mean() / spread[-1])) if spread[-1] > 0 else 1.0
+    if scale_last != 1.0:
+        samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
+    mean = samples.mean(axis=0)
+    _, singular, rows = np.linalg.svd(samples - mean, full_matrices=False)
+    variances = singular**2 / (len(samples) - (divisor == "R-1"))
+    kept = min(n_components, len(samples) - 1, samples.shape[1])
+    components = rows[:kept]
+    largest = np.abs(components).argmax(axis=1)
+    signs = np.where(components[np.arange(kept), largest] < 0, -1.0, 1.0)
+    return LinearModel(
+        mean=mean,
+        components=components * signs[:, None],
+        eigenvalues=variances[:kept],
+        total_variance=float(variances.sum()),
+        last_scale=float(scale_last),
+    )
+
+
+def leave_one_out(
+    samples: np.ndarray,
+    n_components: int,
+    *,
+    groups: np.ndarray | None = None,
+    mirrors: np.ndarray | None = None,
+    divisor: str = "R-1",
+    scale_last: float | None = 1.0,
+) -> Iterator[tuple[LinearModel, int]]:
+    """Pairs (model without walker r, r), for every r in order; there is no other way to get a fold.
+
+    Parameters
+    ----------
+    samples : (R, D)
+    n_components : int
+    groups : (R,), optional
+        Walks with the same value belong to the same person and leave together.
+    mirrors : (R, D), optional
+        Each walker's mirror image: joins the training set, and leaves with its walker.
+    divisor, scale_last
+        As for `fit`.
+
+    Raises
+    ------
+    Refusal
+        If a fold would have fewer than two walkers left to learn from.
+    """
+    samples = np.asarray(samples, dtype=float)
+    labels = np.arange(len(samples)) if groups is None else np.asarray(groups)
+    for r in range(len(samples)):
+        others = labels != labels[r]
+        training = samples[others]
+        if mirrors is not None:
+            training = np.concatenate([training, np.asarray(mirrors, dtype=float)[others]])
+        if len(training) < 2:
+            raise Refusal(
+                "leave-one-out needs at least three people",
+                expected="3 or more",
+                received=str(len(np.unique(labels))),
+            )
+        yield fit(training, n_components, divisor=divisor, scale_last=scale_last), r

@@ -1,0 +1,302 @@
+"""3D from one known view: zhang2007 section 3.2 and appendix A, zhang2004 section 3.2.
+
+Symbols
+-------
+``E``        eigenwalkers as columns, (225, N); ``E_hat = C E`` their projection, (150, N)
+``d``        ``w_hat - w_bar_hat``: the observation less the projected average walker
+``k``        coefficients of the eigenwalkers
+``B``        whitened eigenwalkers E diag(sqrt(lambda)); ``z = k / sqrt(lambda)``
+``A``        ``B_hat^T B_hat``, N x N; ``h = B_hat^T d``
+``sigma2``   noise variance of [zhang2007 3.12], mm²
+
+Why computed differently from how it is printed: the normal equations [zhang2007 3.9] square the condition
+number, so the two printed estimators are solved as (stacked) least squares.  For sweeps, four products per fold
+give A at every angle, A(alpha) = cos² Gxx + sin cos (Gxy + Gxy^T) + sin² Gyy + Gzz, and because whitening
+turns [zhang2007 3.15] into (A + sigma2 I) z = h, one eigendecomposition serves every sigma2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import errors
+from pipeline.core.linear_model import LinearModel
+from pipeline.refusal import Refusal
+
+
+def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Coefficients (N,) that bring E k closest to d: approach I [zhang2007 3.9] [zhang2004 9].
+
+    Parameters
+    ----------
+    E : (M, N) projected eigenwalkers, the printed E_hat of [zhang2007 3.8] [zhang2004 8]
+    d : (M,) observation less projected average walker [zhang2007 3.7] [zhang2004 7]
+
+    Notes
+    -----
+    The pseudo-inverse through the SVD; equal to the printed normal equations where those can be solved.
+
+    Examples
+    --------
+    >>> least_squares(np.eye(2), np.array([3.0, 4.0]))
+    array([3., 4.])
+    """
+    E, d = _checked(E, d)
+    return np.linalg.lstsq(E, d, rcond=None)[0]
+
+
+def maximum_a_posteriori(
+    E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, *, noise_variance: float
+) -> np.ndarray:
+    """Coefficients (N,) of maximum posterior probability: approach II [zhang2007 3.14] [zhang2007 3.15] [zhang2007 A.5].
+
+    Parameters
+    ----------
+    E : (M, N)
+    d : (M,)
+    eigenvalues : (N,)
+        Prior variances, mm² [zhang2007 3.11]; zero pins its coefficient to zero.
+    noise_variance : float
+        sigma² of [zhang2007 3.12], mm², positive.
+
+    Raises
+    ------
+    Refusal
+        If shapes disagree, the noise variance is not positive, or an eigenvalue is negative.
+
+    Notes
+    -----
+    The posterior [zhang2007 3.10] [zhang2007 3.13] is minimised as one least squares problem, whitened and
+    stacked: [E sqrt(lambda); sigma I] z = [d; 0], k = sqrt(lambda) z.  Setting its gradient to zero gives
+    [zhang2007 A.1-A.4]; the sums over k_i / lambda_i printed in A.3 and A.4 are vectors.
+    """
+    E, d = _checked(E, d)
+    eigenvalues = np.asarray(eigenvalues, dtype=float)
+    if eigenvalues.shape != (E.shape[1],):
+        raise Refusal(
+            "eigenvalues and eigenwalkers disagree", expected=f"({E.shape[1]},)", received=str(eigenvalues.shape)
+        )
+    check_noise_variance(noise_variance)
+    if (eigenvalues < 0).any():
+        raise Refusal("an eigenvalue is negative", received=f"{eigenvalues.min():g}")
+    spread = np.sqrt(eigenvalues)
+    stacked = np.concatenate([E * spread, np.sqrt(noise_variance) * np.eye(len(spread))])
+    target = np.concatenate([d, np.zeros(len(spread))])
+    return spread * np.linalg.lstsq(stacked, target, rcond=None)[0]
+
+
+def check_noise_variance(noise_variance: float) -> None:
+    """Nothing; a Refusal unless the noise variance is positive and finite."""
+    if not (np.isfinite(noise_variance) and noise_variance > 0):
+        raise Refusal(
+            "the noise variance (sigma²) is not positive", expected="mm² > 0", received=f"{noise_variance:g}"
+        )
+
+
+def _checked(E: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    E, d = np.asarray(E, dtype=float), np.asarray(d, dtype=float)
+    if E.ndim != 2 or d.shape != (len(E),):
+        raise Refusal(
+            "eigenwalkers and observation disagree",
+            expected="E (M, N) and d (M,)",
+            received=f"E {E.shape} and d {d.shape}",
+        )
+    if not (np.isfinite(E).all() and np.isfinite(d).all()):
+        raise Refusal("an observed value is not finite")
+    return E, d
+
+
+@dataclass(frozen=True)
+class WhitenedModel:
+    """A linear model in whitened form, split by axis; the working form of sweeps.
+
+    Attributes
+    ----------
+    mean_x, mean_y : (P,)
+        Average walker, P = 75.
+    mean_z : (P or P + 1,)
+        With the frequency appended where the model has one: it is observed from every view, as z is.
+    bx, by, bz : (P, N), (P, N), (P or P + 1, N)
+        Eigenwalkers times sqrt(lambda).
+    """
+
+    mean_x: np.ndarray
+    mean_y: np.ndarray
+    mean_z: np.ndarray
+    bx: np.ndarray
+    by: np.ndarray
+    bz: np.ndarray
+
+    def gram(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
+        """A(alpha) for A angles: (A, N, N), from four products."""
+        xy = self.bx.T @ self.by
+        parts = np.stack([self.bx.T @ self.bx, xy + xy.T, self.by.T @ self.by, self.bz.T @ self.bz])
+        weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
+        return np.tensordot(weights, parts, axes=1)
+
+
+def whiten(model: LinearModel) -> WhitenedModel:
+    """The whitened, axis-wise form of a model of 225 numbers, or of 226 with the frequency last."""
+    size = model.mean.shape[0]
+    points = 3 * (size // 3)
+    scaled = np.sqrt(model.eigenvalues)[:, None] * model.components
+    mx, my, mz = (model.mean[:points][axis::3] for axis in range(3))
+    bx, by, bz = (scaled[:, :points][:, axis::3].T for axis in range(3))
+    if size > points:
+        mz = np.append(mz, model.mean[points:])
+        bz = np.concatenate([bz, scaled[:, points:].T])
+    return WhitenedModel(mx, my, mz, *(np.ascontiguousarray(b) for b in (bx, by, bz)))
+
+
+def split(sample: np.ndarray, last_scale: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x, y and (z, scaled frequency) of one sample (225,) or (226,)."""
+    points = 3 * (sample.shape[0] // 3)
+    x, y, z = (sample[:points][axis::3] for axis in range(3))
+    return x, y, np.append(z, last_scale * sample[points:])
+
+
+@dataclass(frozen=True)
+class KnownViews:
+    """One walker reconstructed from A known views.
+
+    Attributes
+    ----------
+    coefficients : (A, N)
+        k in mm.
+    missing : (A, B, J)
+        Reconstructed Fourier coefficients of the missing dimension, the printed w_tilde; B = 5.
+    delta : (A, B, J)
+        True less reconstructed.
+    """
+
+    coefficients: np.ndarray
+    missing: np.ndarray
+    delta: np.ndarray
+
+
+def from_known_views(
+    model: LinearModel,
+    sample: np.ndarray,
+    view_angles_rad: np.ndarray,
+    *,
+    noise_variance: float | None,
+    joints: int = 15,
+) -> KnownViews:
+    """One walker's missing dimension from each of A known views [zhang2007 3.5] [zhang2007 3.6] [zhang2004 5] [zhang2004 6].
+
+    Parameters
+    ----------
+    model : LinearModel
+        Learnt without this walker.
+    sample : (225,) or (226,)
+        The walker; only its projection reaches the estimate, the rest only `delta`.
+    view_angles_rad : (A,)
+    noise_variance : float or None
+        None for least squares (approach I), sigma² in mm² for MAP (approach II).
+    """
+    if noise_variance is not None:
+        check_noise_variance(noise_variance)
+    white = whiten(model)
+    x, y, z = split(np.asarray(sample, dtype=float), model.last_scale)
+    dx, dy, dz = x - white.mean_x, y - white.mean_y, z - white.mean_z
+    c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
+    gram = white.gram(c, s)
+    h = _right_hand_side(white, dx, dy, dz, c, s)
+    coordinates = _solve(gram, h, noise_variance)
+    mean = -s[:, None] * white.mean_x + c[:, None] * white.mean_y
+    varying = -s[:, None] * (coordinates @ white.bx.T) + c[:, None] * (coordinates @ white.by.T)
+    missing = (mean + varying).reshape(len(c), -1, joints)
+    truth = (-s[:, None] * x + c[:, None] * y).reshape(missing.shape)
+    return KnownViews(
+        coefficients=coordinates * np.sqrt(model.eigenvalues), missing=missing, delta=truth - missing
+    )
+
+
+def _right_hand_side(
+    white: WhitenedModel, dx: np.ndarray, dy: np.ndarray, dz: np.ndarray, c: np.ndarray, s: np.ndarray
+) -> np.ndarray:
+    """h(alpha) = B_hat^T d, (A, N)."""
+    parts = np.stack(
+        [white.bx.T @ dx, white.bx.T @ dy + white.by.T @ dx, white.by.T @ dy, white.bz.T @ dz]
+    )
+    return np.stack([c**2, s * c, s**2, np.ones_like(c)], axis=-1) @ parts
+
+
+def _solve(gram: np.ndarray, h: np.ndarray, noise_variance: float | None) -> np.ndarray:
+    """z of (A + sigma² I) z = h, batched (A, N); without a noise variance the least squares solution.
+
+    Where A is singular to working precision (an eigenwalker that the view does not show, a zero eigenvalue)
+    the solution of least norm is taken, as the pseudo-inverse does.
+    """
+    size = gram.shape[-1]
+    if noise_variance is not None:
+        return np.linalg.solve(gram + noise_variance * np.eye(size), h[..., None])[..., 0]
+    if _well_conditioned(gram):
+        return np.linalg.solve(gram, h[..., None])[..., 0]
+    values, vectors = np.linalg.eigh(gram)
+    return np.einsum("anm,am->an", vectors, _pseudo(values, np.einsum("anm,an->am", vectors, h)))
+
+
+def _well_conditioned(gram: np.ndarray) -> bool:
+    """Whether every matrix has a Cholesky factor with no pivot near rounding: eight times cheaper than eigh."""
+    try:
+        pivots = np.diagonal(np.linalg.cholesky(gram), axis1=-2, axis2=-1) ** 2
+    except np.linalg.LinAlgError:
+        return False
+    return bool((pivots.min(axis=-1) > 1e-10 * pivots.max(axis=-1)).all())
+
+
+def _pseudo(values: np.ndarray, projected: np.ndarray) -> np.ndarray:
+    """`projected` over `values` where those are above rounding, else zero."""
+    floor = values.max(axis=-1, keepdims=True) * values.shape[-1] * np.finfo(float).eps
+    kept = values > floor
+    return np.where(kept, projected, 0.0) / np.where(kept, values, 1.0)
+
+
+def error_path(
+    model: LinearModel,
+    sample: np.ndarray,
+    view_angles_rad: np.ndarray,
+    noise_variances: np.ndarray,
+    *,
+    joints: int = 15,
+) -> np.ndarray:
+    """E_a of one walker for every view and every sigma², (A, S) mm² [zhang2007 3.15] [zhang2007 4.2].
+
+    Notes
+    -----
+    With A = V diag(s) V^T the coefficients are z = V y, y = (V^T h) / (s + sigma²), and the error is the
+    quadratic form c0 - 2 r·y + y^T Q y: no reconstruction is formed.  Add the residual power of the walker for
+    errors against the motion itself.
+    """
+    noise_variances = np.asarray(noise_variances, dtype=float)
+    for value in noise_variances:
+        check_noise_variance(value)
+    white = whiten(model)
+    x, y, z = split(np.asarray(sample, dtype=float), model.last_scale)
+    dx, dy, dz = x - white.mean_x, y - white.mean_y, z - white.mean_z
+    c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
+    values, vectors = np.linalg.eigh(white.gram(c, s))
+    projected = np.einsum("anm,an->am", vectors, _right_hand_side(white, dx, dy, dz, c, s))
+    # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
+    weights = np.repeat(errors.parseval_weights(len(dx) // joints), joints)[:, None] / joints
+    wx, wy = weights * white.bx, weights * white.by
+    cross = wx.T @ white.by
+    turn = np.stack([s**2, -s * c, c**2], axis=-1)
+    quadratic = np.tensordot(turn, np.stack([wx.T @ white.bx, cross + cross.T, wy.T @ white.by]), axes=1)
+    linear = turn @ np.stack([wx.T @ dx, wx.T @ dy + wy.T @ dx, wy.T @ dy])
+    flat = weights[:, 0]
+    constant = turn @ np.array([flat @ dx**2, 2 * (flat * dx) @ dy, flat @ dy**2])
+    rotated = np.swapaxes(vectors, 1, 2) @ quadratic @ vectors
+    rotated_linear = np.einsum("anm,an->am", vectors, linear)
+    path = np.empty((len(c), len(noise_variances)))
+    ones = np.ones(values.shape[1])
+    for a in range(len(c)):  # one view at a time stays in cache; all views at once is slower
+        y = projected[a] / (values[a] + noise_variances[:, None])
+        form = y @ rotated[a]
+        form -= 2.0 * rotated_linear[a]
+        form *= y
+        path[a] = constant[a] + form @ ones
+    return path

@@ -1,0 +1,195 @@
+"""One figure from its configuration, and many figures with one progress display and one summary."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from pipeline.config import Config, FourierDataset
+from pipeline.refusal import Refusal
+from pipeline.store import Store
+
+if TYPE_CHECKING:
+    from pipeline.papers import Verdict
+
+STAGES = ("ingest", "dataset", "model", "sweep", "report")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one figure.
+
+    Attributes
+    ----------
+    figure : str
+    folder : Path
+    seconds : dict
+        Wall time of each stage.
+    reused : tuple of str
+        Stages whose artefact was found in the cache.
+    verdicts : list of Verdict
+        On the claims that the figure backs.
+    remarks : tuple of str
+        What a person should know, one sentence each.
+    """
+
+    figure: str
+    folder: Path
+    seconds: dict[str, float]
+    reused: tuple[str, ...]
+    verdicts: list[Verdict]
+    remarks: tuple[str, ...]
+
+
+def make_figure(
+    config: Config, folder: Path, *, store: Store, at: Callable[[str], None] = lambda stage: None
+) -> Outcome:
+    """Run the five stages in order and publish the figure in `folder`; `at` hears each stage begin."""
+    # Imported here, so that help and refusals of configuration do not wait for scipy and pandas.
+    from pipeline.figures import Made
+    from pipeline.stages import dataset, ingest, model, report, sweep
+
+    seconds: dict[str, float] = {}
+    last = time.perf_counter()
+
+    def done(stage: str) -> None:
+        nonlocal last
+        now = time.perf_counter()
+        seconds[stage], last = now - last, now
+
+    workers = max(config.workers, 1)
+    at("ingest")
+    walks = ingest.run(config.data, config.skeleton, config.seed, workers, store)
+    done("ingest")
+    at("dataset")
+    samples = dataset.run(config.dataset, walks, workers, store)
+    done("dataset")
+    at("model")
+    frequency = isinstance(config.dataset, FourierDataset) and config.dataset.frequency
+    learnt = model.run(config.model, samples, frequency, workers, store)
+    done("model")
+    at("sweep")
+    swept = sweep.run(config.sweep, samples, learnt, workers, store)
+    done("sweep")
+    at("report")
+    made = Made(config, walks, samples, learnt, swept)
+    verdicts = report.run(made, folder, store)
+    done("report")
+    reused = tuple(a.stage for a in (walks, samples, learnt, swept) if not a.computed)
+    return Outcome(config.figure, folder, seconds, reused, verdicts, tuple(_remarks(made)))
+
+
+def _remarks(made: Made) -> list[str]:  # type: ignore[name-defined]  # noqa: F821
+    remarks = []
+    asked, kept = made.model.notes["components_asked"], made.model.notes["components"]
+    if kept < asked:
+        remarks.append(
+            f"{made.config.figure}: {kept} eigenwalkers instead of {asked}: leave-one-out has only"
+            f" {made.dataset.notes['walkers'] - 1} people to learn from"
+        )
+    refused = [row for row in made.ingest.notes["report"] if row["verdict"] == "refused"]
+    if refused:
+        total = len(made.ingest.notes["report"])
+        remarks.append(
+            f"{len(refused)} of {total} clips refused, with reasons, in table_ingest.csv"
+            f" (e.g. {refused[0]['clip']}: {refused[0]['reason']})"
+        )
+    if made.sweep.notes.get("not_converged"):
+        remarks.append(f"{made.config.figure}: {made.sweep.notes['not_converged']} view angles did not converge")
+    return remarks
+
+
+def make_figures(jobs: Sequence[tuple[Config, Path]], *, console: Console) -> int:
+    """Exit status after making every figure; one that is refused does not stop the others."""
+    outcomes: list[Outcome] = []
+    refusals: dict[str, list[str]] = {}
+    stores: dict[str, Store] = {}
+    with Progress(
+        TextColumn("{task.description}", justify="left"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    ) as progress:
+        task = progress.add_task("starting", total=len(jobs) * len(STAGES))
+        for number, (config, folder) in enumerate(jobs):
+            first = number * len(STAGES)
+
+            def at(stage: str, figure: str = config.figure, first: int = first) -> None:
+                progress.update(task, description=f"{figure}: {stage}", completed=first + STAGES.index(stage))
+
+            try:
+                store = stores.get(config.results) or stores.setdefault(
+                    config.results, Store(Path(config.results))
+                )
+                outcomes.append(make_figure(config, folder, store=store, at=at))
+            except Refusal as refusal:
+                refusals.setdefault(str(refusal), []).append(config.figure)
+    if outcomes:
+        summarise(outcomes, console)
+    for sentence, figures in refusals.items():
+        console.print(Text(f"refused ({', '.join(figures)}): {sentence}", style="red"), soft_wrap=True)
+    return 1 if refusals else 0
+
+
+def summarise(outcomes: Sequence[Outcome], console: Console) -> None:
+    """Print what was made, where, in how many seconds, and the verdicts on the papers' claims."""
+    figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
+    for heading in ("figure", "seconds", "of which report", "reused", "folder", "files"):
+        figures.add_column(heading, justify="right" if "second" in heading or "which" in heading else "left")
+    for outcome in outcomes:
+        files = sorted(p.name for p in outcome.folder.iterdir() if p.suffix in {".rrd", ".svg", ".png"})
+        tables = sorted(p.name for p in outcome.folder.glob("table*.csv"))
+        figures.add_row(
+            outcome.figure,
+            f"{sum(outcome.seconds.values()):.2f}",
+            f"{outcome.seconds['report']:.2f}",
+            " ".join(outcome.reused) or "-",
+            f"{outcome.folder}/",
+            f"{len(tables)} tables, {' '.join(files)}",
+        )
+    console.print(figures)
+    total: dict[str, float] = {}
+    for outcome in outcomes:
+        for stage, seconds in outcome.seconds.items():
+            total[stage] = total.get(stage, 0.0) + seconds
+    computed = sum(v for stage, v in total.items() if stage != "report")
+    console.print(
+        f"Computed in {computed:.1f} s ("
+        + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES if stage != "report")
+        + f"), tabulated, drawn and logged in {total['report']:.1f} s."
+    )
+    verdicts = [v for outcome in outcomes for v in outcome.verdicts]
+    if verdicts:
+        console.print(claims_table(verdicts))
+    for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):
+        console.print(Text(remark, style="yellow"), soft_wrap=True)
+
+
+_STYLES = {"reproduced": "green", "direction only": "yellow", "differs": "red"}
+
+
+def claims_table(verdicts: Sequence[Verdict]) -> Table:
+    """The claims with the published number, ours and the verdict."""
+    table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
+    for heading in ("claim", "published", "ours", "unit", "verdict"):
+        table.add_column(heading, justify="right" if heading in ("published", "ours") else "left")
+    for v in verdicts:
+        table.add_row(
+            v.claim.name,
+            "" if v.claim.published is None else f"{v.claim.published:g}",
+            "" if v.ours is None else f"{v.ours:.4g}",
+            v.claim.unit,
+            Text(v.verdict, style=_STYLES.get(v.verdict, "dim")),
+        )
+    return table

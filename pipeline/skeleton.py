@@ -1,0 +1,256 @@
+"""Joints, parents, mirror pairs and the world frame; how a source's points become joints.
+
+Conventions, once for the whole house
+-------------------------------------
+World: right-handed, z up, the walk along +y, +x to the walker's right.  Lengths in millimetres.
+Axis order of every array of positions: ``(frame, joint, space)``.
+
+A *source mapping* (``conf/skeleton/*.yaml``) says which weighted source points make each joint, and which
+axis of the file points up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.refusal import Refusal
+
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+"""Millimetres in one unit of length, by the unit's short name."""
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A tree of joints.
+
+    Attributes
+    ----------
+    name : str
+    joints : tuple of str
+        Names in array order.
+    parents : tuple of int
+        Index of each joint's parent; -1 for the root.
+    mirror : tuple of int
+        Index of the joint that takes this one's place when left and right change sides.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    parents: tuple[int, ...]
+    mirror: tuple[int, ...]
+
+    def index(self, joint: str) -> int:
+        """Position of a joint in the array order.
+
+        Raises
+        ------
+        Refusal
+            If the skeleton has no such joint.
+        """
+        try:
+            return self.joints.index(joint)
+        except ValueError:
+            raise Refusal(
+                f"no joint {joint!r}", where=self.name, expected="one of " + ", ".join(self.joints)
+            ) from None
+
+    @property
+    def bones(self) -> tuple[tuple[int, int], ...]:
+        """Pairs (parent, child)."""
+        return tuple((p, j) for j, p in enumerate(self.parents) if p >= 0)
+
+
+WALKER15 = Skeleton(
+    name="WALKER15",
+    joints=(
+        "head",
+        "sternum",
+        "left_shoulder",
+        "left_elbow",
+        "left_wrist",
+        "right_shoulder",
+        "right_elbow",
+        "right_wrist",
+        "pelvis",
+        "left_hip",
+        "left_knee",
+        "left_ankle",
+        "right_hip",
+        "right_knee",
+        "right_ankle",
+    ),
+    parents=(1, 8, 1, 2, 3, 1, 5, 6, -1, 8, 9, 10, 8, 12, 13),
+    mirror=(0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11),
+)
+"""The fifteen virtual markers of [zhang2007 figure 1], in the order of every array."""
+
+
+@dataclass(frozen=True)
+class MotionCapture:
+    """What every reader in `pipeline.formats` returns, whatever the file.
+
+    Attributes
+    ----------
+    names : tuple of str
+        P point names: markers, segment origins or bone ends.
+    positions_mm : (T, P, 3) float64
+        Positions in millimetres, in the file's own axes; NaN where not valid.
+    valid : (T, P) bool
+        False where the point was not measured.
+    frame_rate_hz : float
+    units : str
+        The unit of length that the file declares or that the caller gave (``"mm"``, ``"m"``, ``"in/0.45"``…).
+    channels : tuple of str
+        Names of the C angle channels, e.g. ``"lfemur.rx"``; empty for files of points.
+    angles_deg : (T, C) float64
+        The channels as written in the file, before forward kinematics; ``(T, 0)`` for files of points.
+    notes : tuple of str
+        What the reader wants a person to know, one sentence each (a frame count that disagrees, …).
+    """
+
+    names: tuple[str, ...]
+    positions_mm: np.ndarray
+    valid: np.ndarray
+    frame_rate_hz: float
+    units: str
+    channels: tuple[str, ...]
+    angles_deg: np.ndarray
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(kw_only=True)
+class Lowering:
+    """A vertical drop of a joint, as a fraction of the mean distance between two source points."""
+
+    by: float
+    between: list[str]
+
+
+@dataclass(kw_only=True)
+class SourceMapping:
+    """How a source's points become joints; one YAML file of ``conf/skeleton/`` each.
+
+    Attributes
+    ----------
+    name : str
+    up : str
+        Which axis of the file points up: ``x``, ``y`` or ``z``.
+    joints : dict
+        joint → {source point: weight}; weights sum to one.
+    otherwise : dict
+        Used for a joint whose source points in `joints` are not all in the file.
+    lowered : dict
+        joint → `Lowering`, applied only where `otherwise` was used.
+    """
+
+    name: str
+    up: str = "z"
+    joints: dict[str, dict[str, float]] = field(default_factory=dict)
+    otherwise: dict[str, dict[str, float]] = field(default_factory=dict)
+    lowered: dict[str, Lowering] = field(default_factory=dict)
+
+
+_TO_Z_UP = {
+    "x": np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
+    "y": np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    "z": np.eye(3),
+}
+"""Rotations (cyclic permutations, so handedness is kept) that bring the named axis to z."""
+
+
+def _find(names: tuple[str, ...], wanted: str) -> int | None:
+    """Index of a source point: exact name, else case-insensitive, else after a ``Subject:`` prefix."""
+    for normalise in (lambda s: s, str.lower, lambda s: s.rsplit(":", 1)[-1].lower()):
+        target = normalise(wanted)
+        found = [i for i, name in enumerate(names) if normalise(name) == target]
+        if len(found) > 1:
+            raise Refusal(
+                f"{len(found)} points are called {wanted!r}",
+                expected="one person to a file",
+                received=", ".join(names[i] for i in found[:3]),
+            )
+        if found:
+            return found[0]
+    return None
+
+
+def map_joints(
+    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joint positions from source points, with z up.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+        Positions (T, P, 3) in mm in the file's axes.
+    mapping : SourceMapping
+    skeleton : Skeleton
+
+    Returns
+    -------
+    positions : (T, J, 3) float64
+        Millimetres, z up, NaN where a source point is missing.
+    valid : (T, J) bool
+
+    Raises
+    ------
+    Refusal
+        If a joint has no rule, a rule names points that the file lacks, weights do not sum to one, or a
+        point stands twice in the file (two people).
+    """
+    if mapping.up not in _TO_Z_UP:
+        raise Refusal("the up axis is unknown", where=mapping.name, expected="x, y or z", received=mapping.up)
+    unknown = set(mapping.joints) - set(skeleton.joints)
+    if unknown:
+        raise Refusal(
+            f"no joint {sorted(unknown)[0]!r} in {skeleton.name}",
+            where=mapping.name,
+            expected="one of " + ", ".join(skeleton.joints),
+        )
+    frames = motion.positions_mm.shape[0]
+    positions = np.empty((frames, len(skeleton.joints), 3))
+    rotation = _TO_Z_UP[mapping.up]
+    for j, joint in enumerate(skeleton.joints):
+        rules = [
+            (rule, which == "otherwise")
+            for which in ("joints", "otherwise")
+            if (rule := getattr(mapping, which).get(joint))
+        ]
+        if not rules:
+            raise Refusal(f"no rule for the joint {joint!r}", where=mapping.name)
+        for rule, is_fallback in rules:
+            indices = [_find(motion.names, point) for point in rule]
+            if all(i is not None for i in indices):
+                break
+        else:
+            missing = [p for p, i in zip(rule, indices, strict=True) if i is None]
+            raise Refusal(
+                f"the joint {joint!r} needs the point {missing[0]!r}, which the file does not have",
+                where=mapping.name,
+                received="points " + ", ".join(motion.names[:8]) + (", …" if len(motion.names) > 8 else ""),
+            )
+        weights = np.array(list(rule.values()), dtype=float)
+        if abs(weights.sum() - 1.0) > 1e-6:
+            raise Refusal(
+                f"the weights of {joint!r} do not sum to one",
+                where=mapping.name,
+                expected="1",
+                received=f"{weights.sum():g}",
+            )
+        source = motion.positions_mm[:, indices]
+        positions[:, j] = np.einsum("tpk,p->tk", source, weights) @ rotation.T
+        if is_fallback and joint in mapping.lowered:
+            lowering = mapping.lowered[joint]
+            pair = [_find(motion.names, point) for point in lowering.between]
+            if len(pair) != 2 or None in pair:
+                raise Refusal(
+                    f"the lowering of {joint!r} needs two points of the file",
+                    where=mapping.name,
+                    received=", ".join(lowering.between),
+                )
+            ends = motion.positions_mm[:, pair]
+            distance = np.nanmean(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1))
+            positions[:, j, 2] -= lowering.by * distance
+    return positions, np.isfinite(positions).all(axis=-1)

@@ -1,0 +1,1 @@
+"""Five thin stages: read artefacts, call core, write artefacts.  None imports another."""

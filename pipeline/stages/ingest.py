@@ -1,0 +1,342 @@
+"""Ingest: recordings, or the synthetic population, to steady treadmill-equivalent walks.
+
+Every clip ends in the report, kept or refused, with what was cut and why; nothing is dropped in silence.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline import fetch, formats, tables
+from pipeline.config import Data, FolderData, RecordedData, Steady, SyntheticData
+from pipeline.core import fourier, synthetic, walking
+from pipeline.refusal import Refusal
+from pipeline.skeleton import SourceMapping, map_joints
+from pipeline.store import Artefact, Store, derive_generator
+from pipeline.threads import spread
+
+REPORT_COLUMNS = (
+    "clip", "person", "source", "frames", "first_frame", "last_frame", "locomotion", "speed_mm_s", "turn_deg",
+    "strides", "bridged_values", "leg_length_mm", "frequency_hz", "fundamental_share", "second_share",
+    "residual_share", "verdict", "reason",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One recording to be ingested."""
+
+    name: str
+    person: str
+    source: str
+    path: Path
+    sha256: str
+    mapping: SourceMapping
+    frame_rate_hz: float
+    units: str
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A steady walk, or the row of the report that says why there is none."""
+
+    row: dict[str, Any]
+    positions: np.ndarray | None
+    frame_rate_hz: float
+
+
+def run(options: Data, skeleton: SourceMapping, seed: int, workers: int, store: Store) -> Artefact:
+    """Artefact with the walks, end to end, and the report in its notes.
+
+    Arrays: ``positions`` (sum of T, 15, 3) mm, ``first`` (W + 1,) where each walk starts, ``frame_rate_hz``,
+    ``frequency_hz``, ``residual_share``, ``leg_length_mm``, ``stature_mm`` (W,), ``person``, ``clip``,
+    ``source`` (W,) text.
+    """
+    match options:
+        case SyntheticData():
+            return store.artefact(
+                "ingest", {"data": options, "seed": seed}, [], lambda: _synthetic(options, seed, workers)
+            )
+        case RecordedData():
+            clips = _recorded_clips(options)
+            steady = options.steady
+        case FolderData():
+            clips = _folder_clips(options, skeleton)
+            steady = options.steady
+        case _:
+            raise TypeError(f"no ingest for {type(options).__name__}")
+    made_of: dict[str, Any] = {
+        "steady": steady,
+        "clips": [
+            {**dataclasses.asdict(c), "path": c.path.name, "mapping": c.mapping} for c in clips
+        ],
+    }
+    return store.artefact("ingest", made_of, [], lambda: _read_all(clips, steady, workers))
+
+
+def _synthetic(options: SyntheticData, seed: int, workers: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    count = min(options.walkers or options.population, options.population)
+    if count < 1:
+        raise Refusal("no walkers", where="data.population", expected="1 or more", received=str(count))
+    male = round(count * options.male_share)
+    population = synthetic.walking_population(
+        derive_generator(seed, "ingest"),
+        male=male,
+        female=count - male,
+        duration_s=options.duration_s,
+        frame_rate_hz=options.frame_rate_hz,
+        marker_noise_mm=options.marker_noise_mm,
+    )
+    steady = Steady(locomotion="treadmill")
+
+    def one(r: int) -> Walk:
+        name = f"synthetic_{r + 1:03d}"
+        row = dict.fromkeys(REPORT_COLUMNS, "") | {"clip": name, "person": name, "source": "synthetic"}
+        positions = population.positions_mm[r]
+        return _steady_walk(row, positions, np.isfinite(positions).all(axis=-1), options.frame_rate_hz, steady)
+
+    return _packed(spread(one, range(count), workers), steady, inputs={})
+
+
+def _recorded_clips(options: RecordedData) -> list[Clip]:
+    """Clips of the table that are on this machine, people limited to the first `walkers`."""
+    rows = [
+        row
+        for row in tables.read_rows(Path(options.table))
+        if row["source"] in options.sources and row["action"] == options.action
+    ]
+    rows = [row for row in rows if row["skeleton"] in options.skeletons]
+    if not rows:
+        raise Refusal(
+            "no recording of these sources is listed",
+            where=options.table,
+            expected=", ".join(options.sources),
+        )
+    same = {subject: group[0] for group in options.same_person for subject in group}
+    mirror = Path(options.mirror) if options.mirror else None
+    clips, absent = [], 0
+    for row in rows:
+        path = fetch.resolve(row, raw=Path(options.raw), mirror=mirror)
+        if path is None:
+            absent += 1
+            continue
+        clips.append(
+            Clip(
+                name=row["trial"],
+                person=same.get(row["subject"], row["subject"]),
+                source=row["source"],
+                path=path,
+                sha256=_digest(path),
+                mapping=options.skeletons[row["skeleton"]],
+                frame_rate_hz=float(row["frame_rate_hz"]),
+                units="",
+            )
+        )
+    if not clips:
+        raise Refusal(
+            f"none of the {len(rows)} recordings is on this machine",
+            where=options.raw,
+            expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+        )
+    return _first_people(sorted(clips, key=lambda c: (c.source, c.person, c.name)), options.walkers)
+
+
+def _folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
+    """Readable files below the user's folder."""
+    if not options.path:
+        raise Refusal("no folder is given", expected="data.path=<folder>", received="nothing")
+    folder = Path(options.path)
+    if not folder.is_dir():
+        raise Refusal("there is no such folder", where=options.path)
+    files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
+    readable = [p for p in files if p.suffix.lower() in formats.READERS]
+    if not readable:
+        raise Refusal(
+            "no motion capture in the folder",
+            where=f"{options.path}/{options.pattern}",
+            expected="files ending in " + " ".join(formats.READERS),
+            received=", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
+        )
+    try:
+        pattern = re.compile(options.person)
+    except re.error as error:
+        raise Refusal(f"not a regular expression: {error}", where="data.person", received=options.person) from None
+    clips = []
+    for path in readable:
+        found = pattern.search(path.stem)
+        person = (found.group(1) if found.groups() else found.group(0)) if found else path.stem
+        clips.append(
+            Clip(
+                name=str(path.relative_to(folder)),
+                person=person,
+                source="folder",
+                path=path,
+                sha256=_digest(path),
+                mapping=skeleton,
+                frame_rate_hz=options.frame_rate_hz,
+                units=options.units,
+            )
+        )
+    return _first_people(clips, options.walkers)
+
+
+def _first_people(clips: list[Clip], limit: int) -> list[Clip]:
+    people = list(dict.fromkeys(clip.person for clip in clips))
+    chosen = set(people[:limit] if limit > 0 else people)
+    return [clip for clip in clips if clip.person in chosen]
+
+
+def _digest(path: Path) -> str:
+    """sha256 of a recording; of an AMC together with the skeletons beside it, which it cannot be read without."""
+    total = hashlib.sha256(path.read_bytes())
+    if path.suffix.lower() == ".amc":
+        for skeleton in sorted(path.parent.glob("*.[aA][sS][fF]")):
+            total.update(skeleton.read_bytes())
+    return total.hexdigest()
+
+
+def _read_all(clips: Iterable[Clip], steady: Steady, workers: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    def one(clip: Clip) -> Walk:
+        row = dict.fromkeys(REPORT_COLUMNS, "") | {
+            "clip": clip.name,
+            "person": clip.person,
+            "source": clip.source,
+        }
+        try:
+            motion = formats.read(
+                clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None
+            )
+            positions, valid = map_joints(motion, clip.mapping)
+            walk = _steady_walk(row, positions, valid, motion.frame_rate_hz, steady)
+        except Refusal as refusal:
+            return Walk(row | {"verdict": "refused", "reason": str(refusal)}, None, 0.0)
+        notes = "; ".join(motion.notes)
+        return dataclasses.replace(walk, row=walk.row | {"reason": walk.row["reason"] or notes})
+
+    clips = list(clips)
+    return _packed(spread(one, clips, workers), steady, inputs={clip.name: clip.sha256 for clip in clips})
+
+
+def _steady_walk(
+    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, steady: Steady
+) -> Walk:
+    """The steady stretch of one clip as its treadmill equivalent, with its row of the report."""
+    row = row | {"frames": len(positions), "verdict": "refused"}
+    try:
+        walking.check_units(positions)
+        row["leg_length_mm"] = walking.leg_length(positions)
+        filled, whole, bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=steady.gap_s)
+        row["bridged_values"] = bridged
+        stretch = walking.steady_stretch(
+            filled,
+            whole,
+            frame_rate_hz,
+            locomotion=steady.locomotion,
+            speed_band=steady.speed_band,
+            turn_rad_s=np.radians(steady.turn_deg_s),
+            cycles=steady.cycles,
+        )
+        row |= {
+            "first_frame": stretch.start,
+            "last_frame": stretch.stop - 1,
+            "locomotion": stretch.locomotion,
+            "speed_mm_s": stretch.speed_mm_s,
+            "turn_deg": float(np.degrees(stretch.turn_rad)),
+        }
+        level = walking.treadmill_equivalent(
+            filled[stretch.start : stretch.stop],
+            frame_rate_hz,
+            locomotion=stretch.locomotion,
+            path=steady.path,
+        )
+        series = fourier.represent(level, frame_rate_hz)
+        row |= {
+            "strides": len(level) / frame_rate_hz * series.frequency_hz,
+            "frequency_hz": series.frequency_hz,
+            "fundamental_share": float(series.variance_fractions[0]),
+            "second_share": float(series.variance_fractions[1]),
+            "residual_share": series.residual_fraction,
+        }
+        if row["strides"] < steady.cycles:
+            raise Refusal(
+                "no steady walking: the steady stretch is too short",
+                expected=f"{steady.cycles:g} strides",
+                received=f"{row['strides']:.2f}",
+            )
+        if row["fundamental_share"] < steady.fundamental_share:
+            raise Refusal(
+                "the fundamental frequency looks wrong: it holds too little of the variance",
+                expected=f"{steady.fundamental_share:g} or more",
+                received=f"{row['fundamental_share']:.2f} at {series.frequency_hz:.2f} Hz",
+            )
+        if series.residual_fraction > steady.residual_share:
+            raise Refusal(
+                "not periodic: two harmonics leave too much of the variance",
+                expected=f"{steady.residual_share:g} or less",
+                received=f"{series.residual_fraction:.2f}",
+            )
+    except Refusal as refusal:
+        return Walk(row | {"reason": str(refusal)}, None, frame_rate_hz)
+    return Walk(row | {"verdict": "kept"}, level, frame_rate_hz)
+
+
+def _against_population(walks: list[Walk], ratio: float) -> list[Walk]:
+    """Refuse walks whose frequency is far from the population's: half or double of the true one.
+
+    People of different size are compared at equal Froude number: frequency times the root of leg length.
+    """
+    kept = [w for w in walks if w.positions is not None]
+    if len(kept) < 3:
+        return walks
+    scaled = {id(w): w.row["frequency_hz"] * np.sqrt(w.row["leg_length_mm"]) for w in kept}
+    middle = float(np.median(list(scaled.values())))
+    judged = []
+    for walk in walks:
+        if id(walk) in scaled and not 1 / ratio <= scaled[id(walk)] / middle <= ratio:
+            reason = str(
+                Refusal(
+                    "the fundamental frequency is far from the other walkers'",
+                    expected=f"within a factor of {ratio:g} for the leg length",
+                    received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {scaled[id(walk)] / middle:.2f}",
+                )
+            )
+            walk = Walk(walk.row | {"verdict": "refused", "reason": reason}, None, walk.frame_rate_hz)
+        judged.append(walk)
+    return judged
+
+
+def _packed(
+    walks: list[Walk], steady: Steady, *, inputs: dict[str, str]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    walks = _against_population(walks, steady.frequency_ratio)
+    kept = [w for w in walks if w.positions is not None]
+    rows = [w.row for w in walks]
+    if not kept:
+        reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
+        raise Refusal(f"none of the {len(rows)} clips holds steady walking", received=reasons)
+    positions = [w.positions for w in kept if w.positions is not None]
+
+    def column(name: str) -> np.ndarray:
+        return np.array([w.row[name] for w in kept])
+
+    arrays: Mapping[str, np.ndarray] = {
+        "positions": np.concatenate(positions),
+        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
+        "frame_rate_hz": np.array([w.frame_rate_hz for w in kept]),
+        "stature_mm": np.array([walking.stature(p) for p in positions]),
+        "frequency_hz": column("frequency_hz"),
+        "residual_share": column("residual_share"),
+        "leg_length_mm": column("leg_length_mm"),
+        "person": column("person"),
+        "clip": column("clip"),
+        "source": column("source"),
+    }
+    return dict(arrays), {"report": rows, "inputs": inputs}

@@ -1,0 +1,522 @@
+"""ASF/AMC: known answers, the contract of every reader, damaged files, an independent forward kinematics."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import re
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from omegaconf import OmegaConf
+
+from pipeline.formats import asf_amc
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, map_joints
+
+ROOT = Path(__file__).parents[2]
+FIXTURES = ROOT / "tests" / "fixtures"
+ASF, AMC = FIXTURES / "asf_by_hand.asf", FIXTURES / "amc_by_hand.amc"
+needs_recordings = pytest.mark.skipif(
+    not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR"
+)
+
+
+@pytest.fixture
+def pair(tmp_path):
+    """The hand-made motion and skeleton in a folder of their own, ready to be spoiled."""
+    for source, name in ((ASF, "a.asf"), (AMC, "a_01.amc")):
+        (tmp_path / name).write_bytes(source.read_bytes())
+    return tmp_path / "a_01.amc", tmp_path / "a.asf"
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    """Replace exactly one occurrence, so that no test passes because nothing was changed."""
+    text = path.read_bytes().decode()
+    assert text.count(old) == 1
+    path.write_bytes(text.replace(old, new).encode())
+
+
+def check_contract(motion: MotionCapture) -> None:
+    frames, points = motion.valid.shape
+    assert motion.positions_mm.shape == (frames, points, 3)
+    assert motion.positions_mm.dtype == np.float64
+    assert points == len(motion.names) == len(set(motion.names))
+    assert frames > 0
+    assert np.array_equal(motion.valid, np.isfinite(motion.positions_mm).all(axis=-1))
+    assert np.isnan(motion.positions_mm[~motion.valid]).all()
+    assert motion.angles_deg.shape == (frames, len(motion.channels))
+    assert np.isfinite(motion.frame_rate_hz)
+    assert motion.frame_rate_hz > 0
+
+
+def test_the_hand_made_motion_has_the_positions_worked_out_by_hand():
+    # The root stands at 9 units of 100 mm.  Frame 1: the thigh (4 units) and shin (4) hang down, the arm (3)
+    # points to +x.  Frame 2: the root steps to +x, the thigh turns by 90 degrees about x, so -y becomes -z,
+    # and the shin turns back; the arm's frame is turned by 90 degrees about z, so its x is our y, and turning
+    # about y by 90 brings +x to -z.  Frame 3: the root turns about y, so +x becomes -z; the thigh turns about
+    # z, so -y becomes +x, seen by the world as -z; the arm's first-named angle acts first (+x stays in the
+    # arm's frame, ends as +y); the other order would end at +x.
+    motion = asf_amc.read(AMC)
+    check_contract(motion)
+    assert motion.names == ("root", "hip", "Thigh", "shin", "arm")
+    expected = [
+        [[0, 900, 0], [0, 900, 0], [0, 500, 0], [0, 100, 0], [300, 900, 0]],
+        [[100, 900, 0], [100, 900, 0], [100, 900, -400], [100, 500, -400], [100, 900, -300]],
+        [[0, 900, 0], [0, 900, 0], [0, 900, -400], [0, 900, -800], [0, 1200, 0]],
+    ]
+    assert motion.positions_mm == pytest.approx(np.array(expected), abs=1e-9)
+    assert motion.valid.all()
+    assert motion.frame_rate_hz == 120
+    assert motion.units == "in/0.254"
+    assert motion.notes == ()
+
+
+def test_channels_stand_in_the_order_of_the_motion_with_values_as_written():
+    motion = asf_amc.read(AMC)
+    assert motion.channels == (
+        *("root.rx", "root.ry", "root.rz", "arm.rz", "arm.rx"),
+        *("Thigh.rx", "Thigh.ry", "Thigh.rz", "shin.rx"),
+    )
+    assert motion.angles_deg[1].tolist() == [0, 0, 0, 0, 90, 90, 0, 0, -90]
+
+
+def test_units_of_the_caller_take_the_place_of_the_skeletons():
+    in_metres = asf_amc.read(AMC, units="m")
+    assert in_metres.units == "m"
+    assert in_metres.positions_mm == pytest.approx(asf_amc.read(AMC).positions_mm * 10)
+
+
+def test_the_cmu_unit_is_56_444_millimetres(pair):
+    replace(pair[1], "length 0.254", "length 0.45")
+    assert asf_amc.read_skeleton(pair[1]).millimetres == pytest.approx(56.444, abs=5e-4)
+
+
+def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair):
+    degrees = asf_amc.read(AMC)
+    text = pair[0].read_text().replace(":DEGREES", ":RADIANS")
+    for value in ("-90", "90"):
+        text = text.replace(f" {value}", f" {math.radians(float(value))!r}").replace(
+            f"\t{value}", f"\t{math.radians(float(value))!r}"
+        )
+    pair[0].write_text(text)
+    replace(pair[1], "angle deg", "angle RAD")
+    replace(pair[1], "axis 0 0 90 XYZ", f"axis 0 0 {math.pi / 2!r} xyz")
+    radians = asf_amc.read(pair[0])
+    assert radians.positions_mm == pytest.approx(degrees.positions_mm, abs=1e-9)
+    assert radians.angles_deg == pytest.approx(degrees.angles_deg)
+    # Without a word from the motion, the skeleton's unit holds.
+    replace(pair[0], ":RADIANS\n", "")
+    assert asf_amc.read(pair[0]).positions_mm == pytest.approx(degrees.positions_mm, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: text.replace(" ", "\t"),
+        lambda text: text.upper(),
+        lambda text: text.replace("\n", "\n\n"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("shin 0\n2", "# a comment\n  shin 0 # another\n2"),
+        lambda text: text.replace("arm\t0\t90\nthigh 90 0 0\n", "thigh 90 0 0\narm\t0\t90\n"),
+        lambda text: text.replace("thigh 90 0 0", "THIGH 90 0 0"),
+    ],
+    ids=["crlf", "cr", "tabs", "case", "blank", "bom", "comments", "order changes", "case changes"],
+)
+def test_harmless_differences_of_the_text_change_nothing(pair, spoil):
+    text = pair[0].read_text()
+    assert spoil(text) != text
+    pair[0].write_text(spoil(text), newline="")
+    motion, original = asf_amc.read(pair[0]), asf_amc.read(AMC)
+    assert np.array_equal(motion.positions_mm, original.positions_mm)
+    assert np.array_equal(motion.angles_deg, original.angles_deg)
+    assert motion.notes == ()
+
+
+def test_columns_by_slices_equal_columns_by_line():
+    text = AMC.read_text().replace("# made by hand\n", "").replace("   # hangs down", "")
+    body = text[text.index("1\n") :]
+    layout = asf_amc._layout(body, asf_amc.read_skeleton(ASF), "")
+    by_slices = asf_amc._columns_at_fixed_places(body, layout)
+    assert by_slices is not None
+    assert by_slices == asf_amc._columns_by_line(body, layout, "")
+
+
+def test_what_is_odd_but_readable_is_noted(pair):
+    text = re.sub(r"^(\d)$", r"1\1", pair[0].read_text(), flags=re.MULTILINE)
+    text = text.replace(":DEGREES", ":DEGREES\n:SAMPLES-PER-SECOND 60").rstrip("\n")
+    pair[0].write_text(text.replace("shin -90", "shin nan"))
+    motion = asf_amc.read(pair[0])
+    check_contract(motion)
+    assert [motion.valid[1].tolist(), motion.valid[[0, 2]].all()] == [[True, True, True, False, True], True]
+    joined = " ".join(motion.notes)
+    for word in ("numbered from 11", "SAMPLES-PER-SECOND 60", "line break", "1 of 3 frames have NaN"):
+        assert word in joined
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("\n2\n", "\n4\n", ["after frame 1", "expected 2", "received 4"]),
+        ("\n2\n", "\n1\n", ["repeated", "received 1"]),
+        ("thigh 90 0 0", "thigh 90 0", ["frame 2", "Thigh", "expected 3", "received 2"]),
+        ("thigh 90 0 0", "thigh 90 0 0 0", ["frame 2", "Thigh", "received 4"]),
+        ("shin -90\n", "", ["missing", "frame 2", "shin"]),
+        ("shin -90", "tail -90", ["frame 2", "tail"]),
+        ("shin -90", "shin -90\nshin -90", ["frame 2", "shin", "twice"]),
+        ("thigh 90 0 0", "thigh 90 x 0", ["frame 2", "Thigh, ry", "'x'"]),
+        ("thigh 90 0 0", "thigh 90 1_0 0", ["frame 2", "Thigh, ry", "'1_0'"]),
+        ("thigh 90 0 0", "thigh 90 -1.#IND 0", ["frame 2", "Thigh, ry", "#IND"]),
+        ("thigh 90 0 0", "thigh 90 inf 0", ["frame 2", "Thigh, ry", "inf"]),
+        ("thigh 90 0 0", "thigh 90 1e300 0", ["frame 2", "Thigh, ry", "1e300"]),
+        ("thigh 0 0 0   # hangs down\n", "", ["frame 1", "Thigh"]),
+        ("thigh 0 0 0 ", "leg 0 0 0 ", ["frame 1", "leg"]),
+        (":DEGREES", "DEGREES", ["header", "'DEGREES'"]),
+    ],
+)
+def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(pair, old, new, words):
+    replace(pair[0], old, new)
+    with pytest.raises(Refusal) as refusal:
+        asf_amc.read(pair[0])
+    for word in words:
+        assert word in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("dof rz rx", "dof rz l", ["arm", "length", "rz l"]),
+        ("dof rz rx", "dof rz rz", ["arm", "at most once"]),
+        ("dof rz rx", "dof tx", ["arm", "received tx"]),
+        ("axis 0 0 90 XYZ", "axis 0 0 90 XYX", ["arm", "axis", "xyx"]),
+        ("axis 0 0 90 XYZ", "axis 0 90 XYZ", ["arm", "axis", "3 numbers"]),
+        ("direction 0 -2 0", "direction 0 0 0", ["shin", "direction"]),
+        ("length 3\r\n", "length -3\r\n", ["arm", "negative"]),
+        ("length 3\r\n", "length 3\r\n    length 3\r\n", ["`length` stands twice"]),
+        ("direction 0 -2 0", "direction 0 -2", ["shin", "direction", "3 numbers"]),
+        ("name arm", "name shin", ["shin"]),
+        ("name arm", "name root", ["root"]),
+        ("angle deg", "angle grad", ["deg or rad", "grad"]),
+        ("length 0.254", "", ["length"]),
+        ("length 0.254", "length 0", ["length", "in/0"]),
+        ("orientation 0 0 0", "orientation 0 90 0", ["preset orientation"]),
+        ("hip thigh", "hip thigh shin", ["two parents", "shin"]),
+        ("root hip arm", "root hip", ["arm", "hang"]),
+        ("root hip arm", "root hip arm tail", ["tail"]),
+        ("hip thigh\r\n  end\r\n", "hip thigh\r\n", ["cut short"]),
+        (":hierarchy\r\n  begin", ":hierarchy", ["`begin` and `end`"]),
+    ],
+)
+def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(pair, old, new, words):
+    replace(pair[1], old, new)
+    with pytest.raises(Refusal) as refusal:
+        asf_amc.read_skeleton(pair[1])
+    for word in words:
+        assert word in str(refusal.value)
+
+
+def test_a_preset_position_moves_the_root(pair):
+    replace(pair[1], "position 0 0 0", "position 0 1 0")
+    raised = asf_amc.read(AMC).positions_mm + np.array([0, 100, 0])
+    assert asf_amc.read(pair[0]).positions_mm == pytest.approx(raised)
+
+
+def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair):
+    motion, skeleton = pair
+    asf = skeleton.read_bytes()
+    assert asf_amc.read(motion).positions_mm.shape == (3, 5, 3)
+    (motion.parent / "b.asf").write_bytes(b"of somebody else")
+    assert asf_amc.read(motion).positions_mm.shape == (3, 5, 3)
+    (motion.parent / "A_0.ASF").write_bytes(asf.replace(b" shin", b" calf"))
+    with pytest.raises(Refusal, match=r"no such bone.*shin"):
+        asf_amc.read(motion)  # the longest beginning wins, and it is the wrong skeleton
+    assert asf_amc.read(motion, skeleton_path=skeleton).positions_mm.shape == (3, 5, 3)
+    skeleton.unlink()
+    (motion.parent / "A_0.ASF").rename(motion.parent / "c.asf")
+    with pytest.raises(Refusal, match=r"not clear.*b\.asf, c\.asf"):
+        asf_amc.read(motion)
+    (motion.parent / "b.asf").unlink()
+    (motion.parent / "c.asf").unlink()
+    with pytest.raises(Refusal, match=r"not clear.*none"):
+        asf_amc.read(motion)
+
+
+def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair):
+    data = AMC.read_bytes()
+    whole = asf_amc.read(AMC).positions_mm
+    for size in range(len(data)):
+        cut = data[:size]
+        pair[0].write_bytes(cut)
+        if not re.search(rb"\nshin -?\d+\n?$", cut):
+            with pytest.raises(Refusal):
+                asf_amc.read(pair[0])
+            continue
+        motion = asf_amc.read(pair[0])
+        frames = cut.count(b"shin")
+        assert len(motion.valid) == frames
+        assert np.array_equal(motion.positions_mm[:-1], whole[: frames - 1])
+        # Without its line break, the last value may have lost digits: -9 of -90.
+        is_noted = any("line break" in note for note in motion.notes)
+        assert is_noted != cut.endswith(b"\n")
+        assert is_noted or np.array_equal(motion.positions_mm, whole[:frames])
+
+
+@pytest.mark.parametrize("content", [b"", b" \r\n", b"1\n", b"\x00\xff" * 500, b"HIERARCHY\nROOT Hips\n{\n"])
+def test_empty_and_foreign_files_are_refused(pair, content):
+    pair[0].write_bytes(content)
+    with pytest.raises(Refusal):
+        asf_amc.read(pair[0])
+    with pytest.raises(Refusal):
+        asf_amc.read_skeleton(pair[0])
+
+
+def test_missing_files_and_useless_rates_are_refused(tmp_path):
+    with pytest.raises(Refusal, match="cannot be read"):
+        asf_amc.read(tmp_path / "none.amc", skeleton_path=ASF)
+    with pytest.raises(Refusal, match="cannot be read"):
+        asf_amc.read(AMC, skeleton_path=tmp_path / "none.asf")
+    for rate in (0, -1, math.nan, math.inf):
+        with pytest.raises(Refusal, match="rate"):
+            asf_amc.read(AMC, frame_rate_hz=rate)
+    for units in ("parsec", "in/0", "in/x", "in/", "", "m/1e300"):
+        with pytest.raises(Refusal, match="unit of length"):
+            asf_amc.read(AMC, units=units)
+
+
+def mutated(data: bytes, generator: np.random.Generator) -> bytes:
+    """A damaged copy: bytes changed, cut out, put in, lines repeated or the end lost."""
+    copy = bytearray(data)
+    for _ in range(generator.integers(1, 4)):
+        at = int(generator.integers(len(copy) + 1))
+        match generator.integers(5):
+            case 0 if at < len(copy):
+                copy[at] = generator.integers(256)
+            case 1:
+                del copy[at : at + int(generator.integers(1, 40))]
+            case 2:
+                copy[at:at] = generator.bytes(int(generator.integers(1, 8)))
+            case 3:
+                copy[at:at] = copy[at : at + int(generator.integers(1, 40))]
+            case _:
+                del copy[max(at, len(copy) // 2) :]
+    return bytes(copy)
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["motion", "skeleton"])
+def test_600_damaged_copies_end_in_a_motion_or_a_refusal(pair, which):
+    generator = np.random.default_rng(which)
+    data = pair[which].read_bytes()
+    outcomes = {"motion": 0, "refusal": 0}
+    for _ in range(600):
+        pair[which].write_bytes(mutated(data, generator))
+        try:
+            check_contract(asf_amc.read(pair[0], skeleton_path=pair[1]))
+            outcomes["motion"] += 1
+        except Refusal:
+            outcomes["refusal"] += 1
+    assert min(outcomes.values()) > 20
+
+
+# ----------------------------------------------------------------------- independent forward kinematics
+
+
+def turned(axis: int, degrees: float) -> np.ndarray:
+    """4×4 rotation about a coordinate axis by Rodrigues' formula."""
+    k = np.zeros((3, 3))
+    k[(axis + 2) % 3, (axis + 1) % 3], k[(axis + 1) % 3, (axis + 2) % 3] = 1, -1
+    matrix = np.eye(4)
+    matrix[:3, :3] += math.sin(math.radians(degrees)) * k + (1 - math.cos(math.radians(degrees))) * k @ k
+    return matrix
+
+
+def moved(vector: np.ndarray) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector
+    return matrix
+
+
+@dataclasses.dataclass
+class Bone:
+    name: str
+    parent: str
+    direction: np.ndarray
+    length: float
+    axis: np.ndarray
+    axis_order: str
+    dof: list[str]
+
+
+def random_skeleton(generator: np.random.Generator, count: int) -> list[Bone]:
+    bones: list[Bone] = []
+    for b in range(count):
+        direction = generator.normal(size=3)
+        bones.append(
+            Bone(
+                name=f"bone{b}",
+                parent=generator.choice(["root", *(bone.name for bone in bones)]),
+                direction=direction / np.linalg.norm(direction),
+                length=float(generator.choice([0.0, generator.uniform(0.1, 9)])),
+                axis=generator.uniform(-180, 180, 3),
+                axis_order="".join(generator.permutation(list("XYZ"))),
+                dof=list(generator.permutation(["rx", "ry", "rz"])[: generator.integers(4)]),
+            )
+        )
+    return bones
+
+
+def naive_positions(
+    bones: list[Bone], root: list[str], frame: dict[str, list[float]]
+) -> dict[str, np.ndarray]:
+    """Bone ends of one frame, in the file's units, bone by bone with 4×4 matrices."""
+    positions: dict[str, np.ndarray] = {}
+
+    def walk(name: str, matrix: np.ndarray) -> None:
+        positions[name] = matrix[:3, 3]
+        for bone in bones:
+            if bone.parent == name:
+                c = np.eye(4)
+                for letter in bone.axis_order:
+                    c = turned("XYZ".index(letter), bone.axis["XYZ".index(letter)]) @ c
+                motion = np.eye(4)
+                for freedom, value in zip(bone.dof, frame[bone.name], strict=True):
+                    motion = turned("xyz".index(freedom[1]), value) @ motion
+                end = moved(bone.direction * bone.length)
+                walk(bone.name, matrix @ c @ motion @ np.linalg.inv(c) @ end)
+
+    start, turn = np.eye(4), np.eye(4)
+    for freedom, value in zip(root, frame["root"], strict=True):
+        axis = "xyz".index(freedom[1])
+        if freedom[0] == "t":
+            start = start @ moved(value * np.eye(3)[axis])
+        else:
+            turn = turned(axis, value) @ turn
+    walk("root", start @ turn)
+    return positions
+
+
+@settings(deadline=None, max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 9), frames=st.integers(1, 4))
+def test_positions_equal_a_recursion_with_4x4_matrices(seed, count, frames):
+    generator = np.random.default_rng(seed)
+    bones = random_skeleton(generator, count)
+    root = list(generator.permutation(["tx", "ty", "tz", "rx", "ry", "rz"]))[: generator.integers(1, 7)]
+    motion = [
+        {"root": list(generator.uniform(-200, 200, len(root)))}
+        | {bone.name: list(generator.uniform(-200, 200, len(bone.dof))) for bone in bones}
+        for _ in range(frames)
+    ]
+    hierarchy = [f"{bone.parent} {bone.name}" for bone in bones]
+    asf = [":units", "length 2.54", "angle deg", ":root", f"order {' '.join(root)}", ":bonedata"]
+    for bone in bones:
+        direction, axis = (" ".join(map(repr, v.tolist())) for v in (bone.direction, bone.axis))
+        asf += ["begin", f"name {bone.name}", f"direction {direction}", f"length {bone.length!r}"]
+        asf += [f"axis {axis} {bone.axis_order}"]
+        asf += [f"dof {' '.join(bone.dof)}"] * bool(bone.dof) + ["end"]
+    asf += [":hierarchy", "begin", *generator.permutation(hierarchy), "end"]
+    amc = [":DEGREES"]
+    order = generator.permutation(["root", *(bone.name for bone in bones)])
+    for number, frame in enumerate(motion, start=1):
+        amc.append(str(number))
+        amc += [f"{name} {' '.join(repr(float(v)) for v in frame[name])}" for name in order if frame[name]]
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "s.asf").write_text("\n".join(asf) + "\n")
+        Path(folder, "s.amc").write_text("\n".join(amc) + "\n")
+        read = asf_amc.read(Path(folder, "s.amc"))
+    check_contract(read)
+    for t, frame in enumerate(motion):
+        expected = naive_positions(bones, root, frame)
+        for p, name in enumerate(read.names):
+            assert read.positions_mm[t, p] == pytest.approx(expected[name] * 10, abs=1e-8)
+
+
+# ----------------------------------------------------------------------------------- real recordings
+
+
+def mirror() -> Path:
+    return Path(os.environ["MOCAP_MIRROR"])
+
+
+def read_recording(path: Path) -> MotionCapture:
+    """A CMU motion with the skeleton beside it, or an HDM05 motion with its actor's."""
+    if "hdm05" in path.parts:
+        return asf_amc.read(path, skeleton_path=mirror() / "hdm05" / f"{path.stem[:6]}.asf")
+    return asf_amc.read(path)
+
+
+def mapping(name: str) -> SourceMapping:
+    content = OmegaConf.to_container(OmegaConf.load(ROOT / "conf" / "skeleton" / f"{name}.yaml"))
+    assert isinstance(content, dict)
+    assert content.pop("defaults") == ["base_skeleton"]
+    return SourceMapping(**{str(key): value for key, value in content.items()})
+
+
+@pytest.mark.parametrize("name", ["cmu_asf", "hdm_asf"])
+def test_mappings_make_every_joint_of_walker15(name):
+    points = ["root", "head", "lowerneck"]
+    points += [s + b for s in "lr" for b in ("hipjoint", "femur", "tibia", "clavicle", "humerus", "wrist")]
+    motion = MotionCapture(
+        names=tuple(points),
+        positions_mm=np.random.default_rng(0).normal(size=(2, len(points), 3)),
+        valid=np.ones((2, len(points)), bool),
+        frame_rate_hz=120.0,
+        units="mm",
+        channels=(),
+        angles_deg=np.empty((2, 0)),
+    )
+    positions, valid = map_joints(motion, mapping(name))
+    assert valid.all()
+    # y is up in the file, z here; and every left joint comes from a bone on the left.
+    assert np.array_equal(positions[:, 0, 2], motion.positions_mm[:, 1, 1])
+    for joint, rule in mapping(name).joints.items():
+        side = joint[0] if joint.startswith(("left", "right")) else ""
+        assert not side or all(point.startswith(side) for point in rule)
+    assert mapping("cmu_asf").joints == mapping("hdm_asf").joints
+
+
+@needs_recordings
+def test_a_sample_of_the_cmu_and_hdm05_recordings_parses_with_constant_bones():
+    paths = sorted(mirror().rglob("*.amc"))
+    assert len(paths) > 100
+    for path in paths[::12]:
+        motion = read_recording(path)
+        check_contract(motion)
+        assert motion.valid.all()
+        assert motion.notes == ()
+        for bone, parent in (("lfemur", "lhipjoint"), ("rtibia", "rfemur"), ("lhumerus", "lclavicle")):
+            ends = (motion.positions_mm[:, motion.names.index(name)] for name in (bone, parent))
+            lengths = np.linalg.norm(next(ends) - next(ends), axis=1)
+            assert np.ptp(lengths) < 1e-6
+        assert motion.units == "in/0.45"
+
+
+@needs_recordings
+@pytest.mark.parametrize("subject", ["02", "07", "12", "29", "35", "49"])
+def test_walks_are_of_human_size_with_the_right_hip_to_the_right(subject):
+    walks = sorted((mirror() / "cmu" / subject).glob("*.amc"))
+    listed = (mirror() / "sources.csv").read_text().splitlines()
+    path = next(p for p in walks if any(f"/{p.name}," in row and ",walk," in row for row in listed))
+    positions, valid = map_joints(read_recording(path), mapping("cmu_asf"))
+    assert valid.all()
+
+    def joint(name: str) -> np.ndarray:
+        return positions[:, WALKER15.index(name)]
+
+    for side in ("left", "right"):
+        hip, knee, ankle = (joint(f"{side}_{name}") for name in ("hip", "knee", "ankle"))
+        leg = np.linalg.norm(hip - knee, axis=1) + np.linalg.norm(knee - ankle, axis=1)
+        assert 700 < leg.mean() < 1000
+    assert 750 < np.median(joint("pelvis")[:, 2]) < 1050
+    assert 1350 < np.median(joint("head")[:, 2]) < 1900
+    assert np.all(np.median(joint("head")[:, 2]) > np.median(positions[:, 1:, 2], axis=0))
+    # Heading along +y means that +x, the right, is the velocity turned clockwise seen from above.
+    velocity = np.gradient(joint("pelvis"), axis=0)
+    right = np.stack([velocity[:, 1], -velocity[:, 0]], axis=1)
+    across = (joint("right_hip") - joint("left_hip"))[:, :2]
+    assert np.mean(np.sum(right * across, axis=1) > 0) > 0.8

@@ -1,0 +1,528 @@
+"""The register of equations and the ledger of claims are true of the house, and the judge is honest."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline import papers, papers_measures
+from pipeline.papers_ledger import (
+    Claim,
+    Interval,
+    Verdict,
+    above,
+    at_least,
+    at_most,
+    below,
+    between,
+    exactly,
+    judge,
+    within,
+)
+from pipeline.refusal import Refusal
+
+ROOT = Path(papers.__file__).parent.parent
+EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
+HOUSED = [equation for equation in EQUATIONS if equation.home]
+CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]
+JUDGED = [claim for claim in CLAIMS if claim.value is not None]
+
+NUMBERS = {
+    "zhang2004": [str(n) for n in range(1, 15)],
+    "zhang2007": [
+        *(f"3.{n}" for n in range(1, 17)),
+        *(f"4.{n}" for n in range(1, 7)),
+        *(f"A.{n}" for n in range(1, 6)),
+        *(f"B.{n}" for n in range(1, 4)),
+    ],
+    "mozerov2006": [str(n) for n in range(1, 20)],
+    "park2011": [str(n) for n in range(1, 19)],
+}
+PRESETS = {
+    *(f"zhang2004_fig{n}" for n in range(2, 6)),
+    *(f"zhang2007_fig{n}" for n in range(2, 7)),
+    *(f"mozerov2006_fig{n}" for n in range(1, 5)),
+    *(f"park2011_fig3{panel}" for panel in "abcd"),
+    "park2011_fig4",
+}
+
+
+def by_name(items: list[Claim]) -> list[object]:
+    return [pytest.param(item, id=item.name) for item in items]
+
+
+# --- the register -----------------------------------------------------------------------------------------
+
+
+def test_the_register_holds_all_81_numbered_equations() -> None:
+    assert {key: len(paper.equations) for key, paper in papers.PAPERS.items()} == {
+        "zhang2004": 14,
+        "zhang2007": 30,
+        "mozerov2006": 19,
+        "park2011": 18,
+    }
+    assert len(EQUATIONS) == 81
+
+
+@pytest.mark.parametrize("key", NUMBERS)
+def test_no_equation_is_missing_doubled_or_out_of_order(key: str) -> None:
+    assert [equation.number for equation in papers.PAPERS[key].equations] == NUMBERS[key]
+    assert {equation.paper for equation in papers.PAPERS[key].equations} == {key}
+
+
+@pytest.mark.parametrize("equation", EQUATIONS, ids=lambda e: f"{e.paper}-{e.number}")
+def test_every_equation_is_told_in_one_line(equation: papers.Equation) -> None:
+    assert len(equation.words) >= 15
+    assert "\n" not in equation.words + equation.note
+
+
+@pytest.mark.parametrize("equation", HOUSED, ids=lambda e: f"{e.paper}-{e.number}")
+def test_every_built_equation_is_at_home(equation: papers.Equation) -> None:
+    module_name, _, function = equation.home.rpartition(".")
+    module = importlib.import_module(module_name)
+    assert callable(getattr(module, function))
+    tags = {
+        f"[{tag.paper} {tag.number}]" for tag in papers.find_tags(Path(module.__file__ or "").read_text())
+    }
+    assert equation.tag in tags, f"{module_name} does not carry {equation.tag}"
+
+
+@pytest.mark.parametrize("test_file", sorted({equation.test for equation in HOUSED}))
+def test_every_built_equation_is_held_by_a_test_file(test_file: str) -> None:
+    assert (ROOT / test_file).is_file()
+
+
+def test_every_equation_has_both_a_home_and_a_test_or_neither() -> None:
+    assert [e.tag for e in EQUATIONS if bool(e.home) != bool(e.test)] == []
+    assert {e.paper for e in HOUSED} >= {"zhang2004", "zhang2007"}
+    assert [e.tag for e in EQUATIONS if e.paper.startswith("zhang") and not e.home] == []
+
+
+def test_every_tag_in_the_source_is_a_numbered_equation() -> None:
+    unknown = [
+        f"{path.relative_to(ROOT)}:{tag.line} [{tag.paper} {tag.number}]"
+        for path in sorted((ROOT / "pipeline").rglob("*.py"))
+        for tag in papers.find_tags(path.read_text(encoding="utf-8"))
+        if tag.number not in NUMBERS[tag.paper]
+    ]
+    assert unknown == []
+
+
+def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
+    source = "[zhang2004 9]\n[zhang2007 4.1, 4.2] [zhang2007 A.1–A.3]\n[zhang2007 figure 5] [zhang2007 9.9]"
+    found = [(tag.paper, tag.number, tag.line) for tag in papers.find_tags(source)]
+    assert found == [
+        ("zhang2004", "9", 1),
+        ("zhang2007", "4.1", 2),
+        ("zhang2007", "4.2", 2),
+        ("zhang2007", "A.1", 2),
+        ("zhang2007", "A.2", 2),
+        ("zhang2007", "A.3", 2),
+        ("zhang2007", "9.9", 3),
+    ]
+
+
+def test_looking_up_what_is_not_there_is_refused_by_name() -> None:
+    with pytest.raises(Refusal, match=r"zhang2007: no equation '3\.99' \(expected one of 3\.1, "):
+        papers.equation("zhang2007", "3.99")
+    with pytest.raises(Refusal, match="no paper 'zhang1999'"):
+        papers.equation("zhang1999", "1")
+    with pytest.raises(Refusal, match="no claim 'zhang2007_nothing'"):
+        papers.claim("zhang2007_nothing")
+    assert papers.equation("park2011", "12").tag == "[park2011 12]"
+
+
+# --- the ledger -------------------------------------------------------------------------------------------
+
+WORDS = {"two": 2, "five": 5, "nine": 9, "twelve": 12, "fifteen": 15, "eighty": 80, "one": 1}
+SUPERSCRIPTS = {"⁻¹": 0.1, "⁻²": 0.01, "⁰": 1.0, "¹": 10.0}
+
+
+def numbers_in(quote: str) -> set[float]:
+    """Every number of a quotation: figures, number words, and powers of ten with or without a factor."""
+    found = {float(n) for n in re.findall(r"\d+(?:\.\d+)?", quote)}
+    found |= {float(WORDS[word]) for word in re.findall(r"[a-z]+", quote.lower()) if word in WORDS}
+    for factor, power in re.findall(r"(?:(\d+\.\d+) )?10(⁻¹|⁻²|⁰|¹)", quote):
+        found.add(round(float(factor or 1) * SUPERSCRIPTS[power], 12))
+    return found
+
+
+def test_every_claim_has_a_name_of_its_own() -> None:
+    names = [claim.name for claim in CLAIMS]
+    assert sorted(set(names)) == sorted(names)
+    assert [
+        claim.name for claim in CLAIMS if not re.fullmatch(rf"{claim.paper}(_[a-z0-9]+)+", claim.name)
+    ] == []
+    assert [c.name for key, paper in papers.PAPERS.items() for c in paper.claims if c.paper != key] == []
+
+
+def test_the_papers_figures_are_the_presets() -> None:
+    figures = [figure for paper in papers.PAPERS.values() for figure in paper.figures]
+    assert len(figures) == len(set(figures))
+    assert set(figures) == PRESETS
+
+
+@pytest.mark.parametrize("claim", by_name(CLAIMS))
+def test_every_claim_names_a_preset_or_says_why_none_can_decide(claim: Claim) -> None:
+    if claim.untestable:
+        assert claim.figure == ""
+        assert claim.value is None
+    else:
+        assert claim.figure in papers.PAPERS[claim.paper].figures
+    assert claim.quote
+    assert claim.section
+
+
+@pytest.mark.parametrize("claim", by_name([c for c in CLAIMS if c.published is not None]))
+def test_the_published_number_stands_in_the_quotation(claim: Claim) -> None:
+    assert claim.published in numbers_in(claim.quote)
+
+
+@pytest.mark.parametrize("claim", by_name(JUDGED))
+def test_every_judged_claim_was_decided_beforehand(claim: Claim) -> None:
+    assert claim.reduction
+    assert claim.reason
+    assert claim.tolerance is not None
+    if claim.published is not None:
+        assert claim.published in claim.tolerance, "the paper's own number must reproduce the paper"
+    if claim.direction is not None:
+        assert claim.direction.low <= claim.tolerance.low
+        assert claim.direction.high >= claim.tolerance.high
+        assert claim.direction != claim.tolerance
+    assert {name.split("/")[0] for name in claim.tables} <= set(papers.PAPERS[claim.paper].figures)
+    assert claim.figure in {name.split("/")[0] for name in claim.tables}
+
+
+def test_the_two_papers_of_periodic_walking_are_judged() -> None:
+    assert sum(claim.paper == "zhang2007" for claim in JUDGED) >= 30
+    assert sum(claim.paper == "zhang2004" for claim in JUDGED) >= 20
+
+
+# --- the measures, on tables that can be worked out in the head --------------------------------------------
+
+VIEWS = [-90.0, -45.0, 0.0, 45.0, 90.0]
+LS, MAP = "least_squares", "map"
+
+
+def columns(**values: list) -> dict[str, np.ndarray]:
+    return {name: np.array(value) for name, value in values.items()}
+
+
+def worked_tables() -> dict[str, dict[str, np.ndarray]]:
+    """Both papers' tables for two walkers: the rows of least squares first, then as many of MAP."""
+    tables = {
+        "zhang2007_fig2": columns(component=[1, 28, 30], cumulative_fraction=[0.5, 0.95, 0.96]),
+        "zhang2007_fig2/table_harmonics": columns(
+            walker=["a", "a", "b", "b"],
+            harmonic=[1, 2, 1, 2],
+            variance_fraction=[0.90, 0.06, 0.92, 0.04],
+            residual_fraction=[0.03, 0.03, 0.05, 0.05],
+            frequency_hz=[0.9, 0.9, 1.0, 1.0],
+        ),
+        "zhang2007_fig3": columns(sigma2_mm2=[1.0, 70.0, 625.0], absolute_error_mm2=[300.0, 100.0, 200.0]),
+        "zhang2007_fig3/table_nested": columns(
+            walker=["a", "b"], sigma2_mm2=[60.0, 100.0], absolute_error_mm2=[110.0, 130.0]
+        ),
+        "zhang2007_fig4": columns(
+            joint=[f"joint {n}" for n in range(15)], instant=[n % 5 for n in range(15)]
+        ),
+        "zhang2007_fig4/table_demonstrations": columns(
+            walker=["a"] * 3 + ["b"] * 3,
+            view_angle_deg=[0, 30, 90] * 2,
+            rms_between_methods_mm=[5.0, 5.0, 5.0, 5.0, 5.0, 11.0],
+            rms_error_least_squares_mm=[12.0] * 6,
+            rms_error_map_mm=[8.0] * 6,
+        ),
+        "zhang2007_fig5": columns(
+            method=[LS] * 5 + [MAP] * 5,
+            view_angle_deg=VIEWS + VIEWS,
+            absolute_error_mm2=[100.0, 220, 400, 180, 100, 75.0, 110, 150, 90, 75],
+            rms_error_mm=[15.0, 15, 20, 15, 10] + [10.0] * 5,
+            relative_error=[1.25, 0.5, 0.5, 0.5, 1.25, 0.6, 0.3, 0.2, 0.3, 0.6],
+            missing_variance_mm2=[100.0, 490, 1000, 510, 100] * 2,
+        ),
+        "zhang2007_fig5/table_walkers": columns(
+            walker=["a", "a", "b", "b"],
+            method=[LS, MAP, LS, MAP],
+            absolute_error_mm2=[200.0, 100.0, 100.0, 110.0],
+        ),
+        "zhang2007_fig6": columns(
+            method=[LS] * 3 + [MAP] * 3,
+            view_angle_deg=[-90.0, 0, 90] * 2,
+            estimated_mean_deg=[-90.0, 1, 92, -89.0, 0, -269],
+            estimated_sd_deg=[3.0, 2, 1, 1.0, 1, 1],
+            absolute_angle_error_median_deg=[0.9, 0.6, 0.3, 0.2, 0.2, 0.2],
+            failures=[0, 0, 0, 1, 1, 1],
+        ),
+    }
+    for old, new in (("fig2", "fig2"), ("fig4", "fig3"), ("fig5", "fig4"), ("fig6", "fig5")):
+        for name, table in list(tables.items()):
+            if name.startswith(f"zhang2007_{old}"):
+                rows = table["method"] == LS if "method" in table else slice(None)
+                renamed = name.replace(f"zhang2007_{old}", f"zhang2004_{new}")
+                tables[renamed] = {column: values[rows] for column, values in table.items()}
+    return tables
+
+
+WORKED = {
+    "zhang2007_walkers": 2,
+    "zhang2007_joints": 15,
+    "zhang2007_residual_below_three_percent": 4,
+    "zhang2007_dimensions_3d": 225,
+    "zhang2007_dimensions_2d": 150,
+    "zhang2007_fewer_components_than_walkers": 30 / 2,
+    "zhang2007_one_degree_steps": 5,
+    "zhang2007_fundamental_share": 91,
+    "zhang2007_second_harmonic_share": 5,
+    "zhang2007_two_harmonics_share": 96,
+    "zhang2007_thirty_components": 96,
+    "zhang2007_variance_range": 625,
+    "zhang2007_optimal_variance": 70,
+    "zhang2007_optimal_variance_nested": 80,
+    "zhang2007_five_postures": 5,
+    "zhang2007_reconstruction_looks_similar": 12,
+    "zhang2007_no_difference_to_the_eye": 6,
+    "zhang2007_no_difference_beside_the_error": 6 / 10,
+    "zhang2007_demonstrations": 6,
+    "zhang2007_no_difference_in_any_demonstration": 11,
+    "zhang2007_map_thirty_percent": 50,
+    "zhang2007_map_thirty_percent_relative": 50,
+    "zhang2007_map_thirty_percent_nested": 20,
+    "zhang2007_map_better_at_every_view": 100,
+    "zhang2007_asymmetric_errors": 20,
+    "zhang2007_variances_nearly_symmetric": 4,
+    "zhang2007_profile_relative_error_large": 2.5,
+    "zhang2007_oblique_relative_error_small": 2,
+    "zhang2007_profile_variance_small": 0.1,
+    "zhang2007_profile_absolute_error_reasonable": 0.75,
+    "zhang2007_view_angle_mean": 1,
+    "zhang2007_view_angle_spread": 2,
+    "zhang2007_view_angle_failures": 50,
+    "zhang2007_bayes_no_advantage_for_the_view": 0.4,
+    "zhang2007_bayes_no_smaller_spread_of_the_view": 1,
+    "zhang2007_reasonable_reconstruction": 15,
+    "zhang2007_map_better_for_most_walkers": 50,
+    "zhang2007_view_angle_high_accuracy": 0.6,
+    "zhang2004_walkers": 2,
+    "zhang2004_joints": 15,
+    "zhang2004_dimensions_3d": 226,
+    "zhang2004_dimensions_2d": 151,
+    "zhang2004_fewer_components_than_walkers": 28 / 2,
+    "zhang2004_fundamental_share": 91,
+    "zhang2004_second_harmonic_share": 5,
+    "zhang2004_two_harmonics_share": 96,
+    "zhang2004_twenty_eight_components": 95,
+    "zhang2004_one_degree_steps": 45,
+    "zhang2004_five_postures": 5,
+    "zhang2004_reconstruction_looks_similar": 12,
+    "zhang2004_asymmetric_errors": 20,
+    "zhang2004_variances_nearly_symmetric": 4,
+    "zhang2004_profile_relative_error_large": 2.5,
+    "zhang2004_oblique_relative_error_small": 2.5,
+    "zhang2004_most_variance_retrieved_in_frontal_views": 0.5,
+    "zhang2004_frontal_and_oblique_actions_more_diverse": 0.1,
+    "zhang2004_view_angle_mean": 1,
+    "zhang2004_view_angle_spread": 2,
+    "zhang2004_view_angle_failures": 0,
+    "zhang2004_reasonable_reconstruction": 15,
+}
+
+
+def test_every_judged_claim_is_worked_out_below() -> None:
+    assert set(WORKED) == {claim.name for claim in JUDGED}
+
+
+@pytest.mark.parametrize("name", WORKED)
+def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
+    (verdict,) = judge([papers.claim(name)], worked_tables(), "synthetic")
+    assert verdict.ours == pytest.approx(WORKED[name], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("zhang2007_fundamental_share", "reproduced"),  # 91 within 91.9 ± 3
+        ("zhang2007_residual_below_three_percent", "direction only"),  # 4 is over 3 and under 10
+        ("zhang2007_walkers", "differs"),  # 2 are not 80
+        ("zhang2007_map_thirty_percent", "direction only"),  # 50 is over 40, but MAP is the better
+        ("zhang2007_map_better_for_most_walkers", "differs"),  # one of two is not most
+        ("zhang2007_bayes_no_smaller_spread_of_the_view", "direction only"),  # 1° is the outer bound
+        ("zhang2007_view_angle_failures", "differs"),  # half of all fail
+        ("zhang2007_mean_age", "cannot be tested on this data"),
+        ("zhang2004_most_variance_retrieved_in_frontal_views", "direction only"),  # half is not most
+        ("mozerov2006_eigenvectors", "cannot be tested on this data"),
+    ],
+)
+def test_the_verdict_is_the_one_worked_out_in_the_head(name: str, expected: str) -> None:
+    (verdict,) = judge([papers.claim(name)], worked_tables(), "synthetic")
+    assert verdict.verdict == expected
+
+
+def test_rows_are_never_dropped_to_make_a_mean() -> None:
+    with_gap = columns(method=[LS, LS], view_angle_deg=[0.0, 1.0], rms_error_mm=[1.0, np.nan])
+    assert np.isnan(papers_measures.mean_of_method(with_gap, "rms_error_mm", LS))
+    assert papers_measures.mean_of_method(with_gap, "view_angle_deg", LS) == 0.5
+    twice = columns(method=[LS, LS], view_angle_deg=[0.0, 0.0], rms_error_mm=[1.0, 1.0])
+    assert np.isnan(papers_measures.curve(twice, "rms_error_mm", LS)[0.0])
+
+
+# --- the judge --------------------------------------------------------------------------------------------
+
+
+def little_claim(**changes: object) -> Claim:
+    """Mean of one column, published as 10: 9 to 11 reproduces, positive keeps the direction."""
+    settings: dict = {
+        "name": "zhang2007_little",
+        "paper": "zhang2007",
+        "section": "4",
+        "quote": "about 10 mm",
+        "published": 10,
+        "unit": "mm",
+        "figure": "zhang2007_fig5",
+        "reduction": "mean of x_mm",
+        "value": lambda t: float(np.mean(t["zhang2007_fig5"]["x_mm"])),
+        "tolerance": within(10, 1),
+        "direction": above(0),
+        "reason": "an example",
+        "explanation": {"optical": "these walkers are small"},
+    }
+    return Claim(**(settings | changes))
+
+
+def little_verdict(claim: Claim, x_mm: list, data_name: str = "synthetic") -> Verdict:
+    (verdict,) = judge([claim], {"zhang2007_fig5": {"x_mm": np.array(x_mm)}}, data_name)
+    return verdict
+
+
+def test_inside_the_tolerance_is_reproduced() -> None:
+    verdict = little_verdict(little_claim(), [9.0, 9.5])
+    assert (verdict.ours, verdict.verdict) == (9.25, "reproduced")
+    assert verdict.why == "9.25 mm, bounds 9 to 11: an example"
+    assert little_verdict(little_claim(), [9.0]).verdict == "reproduced", "the ends belong to it"
+
+
+def test_outside_the_tolerance_but_inside_the_direction_is_direction_only() -> None:
+    verdict = little_verdict(little_claim(), [20.0], "optical")
+    assert (verdict.ours, verdict.verdict) == (20.0, "direction only")
+    assert verdict.why == "20 mm, bounds 9 to 11, direction over 0: these walkers are small"
+
+
+def test_outside_both_differs_and_says_when_nobody_has_explained_it() -> None:
+    verdict = little_verdict(little_claim(), [-20.0], "cmu")
+    assert (verdict.ours, verdict.verdict) == (-20.0, "differs")
+    assert verdict.why == "-20 mm, bounds 9 to 11: not explained yet"
+    assert little_verdict(little_claim(direction=None), [20.0]).verdict == "differs"
+    assert little_verdict(little_claim(explanation={"any": "so it is"}), [-1.0], "cmu").why.endswith(
+        "so it is"
+    )
+
+
+def test_a_figure_that_is_not_made_cannot_be_tested() -> None:
+    (verdict,) = judge([little_claim()], {}, "synthetic")
+    assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
+    assert verdict.why == "figure zhang2007_fig5 is not made yet"
+
+
+def test_a_figure_that_is_not_built_cannot_be_tested() -> None:
+    (verdict,) = judge([little_claim(value=None, figure="mozerov2006_fig3")], {}, "synthetic")
+    assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
+    assert verdict.why == "its figure mozerov2006_fig3 is not built yet"
+
+
+def test_a_fact_about_the_recorded_people_cannot_be_tested() -> None:
+    (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_tables(), "optical")
+    assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
+    assert "the eighty recordings are not public" in verdict.why
+
+
+@pytest.mark.parametrize("x_mm", [[np.nan, 1.0], [np.inf, -np.inf]])
+def test_a_value_that_is_not_finite_cannot_be_tested(x_mm: list) -> None:
+    verdict = little_verdict(little_claim(), x_mm)
+    assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
+    assert "mean of x_mm" in verdict.why
+
+
+def test_columns_of_unequal_length_cannot_be_tested() -> None:
+    tables = {"zhang2007_fig5": {"x_mm": np.zeros(2), "y_mm": np.zeros(3)}}
+    (verdict,) = judge([little_claim()], tables, "synthetic")
+    assert verdict.why == "the columns of table zhang2007_fig5 differ in length"
+
+
+def test_a_missing_column_is_refused_by_name() -> None:
+    with pytest.raises(Refusal, match=r"table zhang2007_fig5: no column 'x_mm' \(received y_mm\)"):
+        judge([little_claim()], {"zhang2007_fig5": {"y_mm": np.zeros(3)}}, "synthetic")
+
+
+@pytest.mark.parametrize("claim", by_name(JUDGED))
+def test_each_column_that_a_claim_reads_is_refused_when_missing(claim: Claim) -> None:
+    class Spy(dict):
+        def __init__(self, columns: dict) -> None:
+            super().__init__(columns)
+            self.read: set[str] = set()
+
+        def __getitem__(self, name: str) -> np.ndarray:
+            self.read.add(name)
+            return super().__getitem__(name)
+
+    spies = {name: Spy(table) for name, table in worked_tables().items()}
+    assert claim.value is not None
+    claim.value(spies)
+    read = {(name, column) for name, spy in spies.items() for column in spy.read}
+    assert {name for name, _ in read} <= set(claim.tables)
+    for name, column in sorted(read):
+        tables = worked_tables()
+        del tables[name][column]
+        with pytest.raises(Refusal, match=re.escape(f"table {name}: no column {column!r}")):
+            judge([claim], tables, "synthetic")
+
+
+def test_verdicts_come_in_the_order_of_the_claims() -> None:
+    assert [verdict.claim for verdict in judge(CLAIMS, worked_tables(), "synthetic")] == CLAIMS
+
+
+ODD = st.one_of(
+    st.floats(),
+    st.integers(-(10**400), 10**400),
+    st.sampled_from([LS, MAP, "", "nan", "1e999", 1, 2, 30, 28, 0.0, 45.0, -45.0, 90.0, 1e308, True]),
+    st.none(),
+    st.complex_numbers(),
+)
+
+
+@given(st.data())
+def test_odd_tables_never_raise(data: st.DataObject) -> None:
+    tables: dict[str, dict[str, np.ndarray]] = {}
+    for name, table in worked_tables().items():
+        if data.draw(st.booleans()):
+            rows = data.draw(st.integers(0, 4))
+            tables[name] = {}
+            for column in table:
+                values = np.empty(rows, dtype=object)
+                values[:] = data.draw(st.lists(ODD, min_size=rows, max_size=rows))
+                tables[name][column] = values
+    for verdict in judge(CLAIMS, tables, "synthetic"):
+        assert verdict.verdict in {
+            "reproduced",
+            "direction only",
+            "differs",
+            "cannot be tested on this data",
+        }
+        assert (verdict.ours is None) == (verdict.verdict == "cannot be tested on this data")
+        assert verdict.why
+
+
+@given(st.floats(allow_nan=False), st.floats(allow_nan=False))
+def test_open_and_closed_bounds_differ_at_their_end_alone(value: float, end: float) -> None:
+    assert (value in at_least(end)) == (value >= end)
+    assert (value in at_most(end)) == (value <= end)
+    assert (value in exactly(end)) == (value == end)
+    assert (value in above(end)) == (value > end)
+    assert (value in below(end)) == (value < end)
+    assert (value in between(-abs(end), abs(end))) == (-abs(end) < value < abs(end))
+    assert float("nan") not in Interval(-np.inf, np.inf)

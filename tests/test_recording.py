@@ -1,0 +1,281 @@
+"""Recordings: what was given is what is in the file, or there is no file."""
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rerun.chunk import RrdReader
+
+from pipeline.recording import Bars, Image2D, Matrix, Notes, Plot, Recording, Space3D, Split
+from pipeline.recording_check import PROGRAM, digest, entities, read_column, screenshot, verify, views
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15
+
+BONES = WALKER15.bones
+ANGLES = np.arange(-90, 91, 30)
+
+
+def walker(frames: int, seed: int = 0) -> np.ndarray:
+    """(T, 15, 3) mm, any old positions of the size of a person."""
+    return np.random.default_rng(seed).uniform(-900.0, 900.0, size=(frames, 15, 3))
+
+
+def write_gait(path: Path, *, positions: np.ndarray, colour: str = "grey", edition: str = "") -> None:
+    """A recording of two walkers and an image over time, one walker hidden."""
+    index = {"time": np.arange(len(positions)) / 120.0, "frame": np.arange(len(positions))}
+    with Recording(path, name="gait", about="# Gait", edition=edition) as recording:
+        recording.skeleton("world/original/walker_07", positions, BONES, index=index, colour=colour)
+        recording.skeleton("world/original/walker_08", positions + 5.0, BONES, index=index)
+        recording.image_points("image/observed", positions[..., [0, 2]], BONES, index=index)
+        shown = ("world/original/walker_07",)
+        views = [Space3D(name="space", shown=shown), Image2D(name="image"), Notes()]
+        recording.blueprint(Split("columns", views, (3, 1, 1)), playing=True)
+
+
+def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
+    """A recording of curves over the view angle, with bars and a matrix."""
+    with Recording(path, name="curves", about="# Curves", timeline="view_angle_deg") as recording:
+        recording.curve("curves/error/map", ANGLES, error, sd=sd, label="MAP")
+        recording.curve("curves/ratio/map", ANGLES, error / 7.0, label="MAP", colour="orange")
+        recording.bars("spectrum/fraction", np.array([0.7, 0.2, 0.1]), np.array([1, 2, 3]))
+        path_over = {"best": (np.array([[0, 0], [1, 2]]), "vermilion")}
+        recording.matrix("matrices/distances", np.arange(6.0).reshape(2, 3), paths=path_over)
+        plots = Split("rows", [Plot(name="error", origin="curves/error"), Plot(name="all", y_range=(0, 9))])
+        others = Split("tabs", [Bars(name="spectrum"), Matrix(name="distances"), Notes()])
+        recording.blueprint(Split("columns", [plots, others]))
+
+
+def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path):
+    positions = walker(6)
+    write_gait(tmp_path / "a.rrd", positions=positions)
+    for index, values in (("time", np.arange(6) / 120.0), ("frame", np.arange(6))):
+        at, joints = read_column(tmp_path / "a.rrd", "world/original/walker_07", "Points3D:positions", index)
+        np.testing.assert_allclose(at, values, atol=1e-9)
+        assert joints.dtype == np.float32
+        np.testing.assert_array_equal(joints, (positions / 1000.0).astype(np.float32))
+    _, ends = read_column(tmp_path / "a.rrd", "world/original/walker_07", "LineStrips3D:strips", "frame")
+    assert ends.shape == (6, 14, 2, 3)
+    for b, (parent, child) in enumerate(BONES):
+        np.testing.assert_array_equal(ends[:, b, 0], joints[:, parent])
+        np.testing.assert_array_equal(ends[:, b, 1], joints[:, child])
+
+
+def test_images_are_stored_with_their_vertical_axis_down(tmp_path):
+    positions = walker(2)
+    write_gait(tmp_path / "a.rrd", positions=positions)
+    _, points = read_column(tmp_path / "a.rrd", "image/observed", "Points2D:positions", "frame")
+    np.testing.assert_allclose(points[..., 0], positions[..., 0] / 1000.0, rtol=1e-6)
+    np.testing.assert_allclose(points[..., 1], -positions[..., 2] / 1000.0, rtol=1e-6)
+
+
+def test_missing_joints_stay_missing(tmp_path):
+    positions = walker(3)
+    positions[1, 4] = np.nan
+    write_gait(tmp_path / "a.rrd", positions=positions)
+    _, joints = read_column(tmp_path / "a.rrd", "world/original/walker_07", "Points3D:positions", "frame")
+    assert np.isnan(joints[1, 4]).all()
+    assert np.isfinite(np.delete(joints.reshape(-1, 3), 15 + 4, axis=0)).all()
+
+
+def test_curves_are_read_back_to_the_last_bit_over_negative_angles(tmp_path):
+    error, sd = np.pi * np.arange(7.0), np.full(7, 1 / 3)
+    write_curves(tmp_path / "c.rrd", error=error, sd=sd)
+    at, values = read_column(tmp_path / "c.rrd", "curves/error/map", "Measurements:values", "view_angle_deg")
+    np.testing.assert_array_equal(at, ANGLES)
+    np.testing.assert_array_equal(values[:, 0], error)
+    _, variances = read_column(
+        tmp_path / "c.rrd", "curves/error/map", "Measurements:variances", "view_angle_deg"
+    )
+    np.testing.assert_array_equal(variances[:, 0], sd**2)
+    _, ratio = read_column(tmp_path / "c.rrd", "curves/ratio/map", "Scalars:scalars", "view_angle_deg")
+    np.testing.assert_array_equal(ratio[:, 0], error / 7.0)
+    _, label = read_column(tmp_path / "c.rrd", "curves/ratio/map", "SeriesLines:names")
+    assert label.tolist() == [["MAP"]]
+
+
+def test_a_recording_opens_on_its_layout_and_lists_its_entities(tmp_path):
+    write_curves(tmp_path / "c.rrd", error=np.ones(7), sd=np.ones(7))
+    assert entities(tmp_path / "c.rrd") == (
+        "about",
+        "curves/error/map",
+        "curves/ratio/map",
+        "matrices/distances",
+        "matrices/distances/best",
+        "spectrum/fraction",
+    )
+    assert views(tmp_path / "c.rrd") == (
+        ("2D", "distances"),
+        ("BarChart", "spectrum"),
+        ("TextDocument", "about"),
+        ("TimeSeries", "all"),
+        ("TimeSeries", "error"),
+    )
+
+
+def test_walkers_that_are_not_shown_start_hidden(tmp_path):
+    write_gait(tmp_path / "a.rrd", positions=walker(2))
+    reader, visible = RrdReader(tmp_path / "a.rrd"), {}
+    for layout in reader.blueprints():
+        for chunk in reader.stream(store=layout).to_chunks():
+            row = chunk.to_record_batch().to_pydict()
+            if "EntityBehavior:visible" in row:
+                entity = chunk.entity_path.split("/overrides/")[1].removesuffix("/visualizers")
+                visible[entity] = row["EntityBehavior:visible"][0][0]
+    assert visible == {"world": False, "world/original/walker_07": True}
+
+
+def test_nothing_in_a_recording_tells_the_time_of_day(tmp_path):
+    write_gait(tmp_path / "a.rrd", positions=walker(2))
+    for chunk in RrdReader(tmp_path / "a.rrd").stream().to_chunks():
+        assert set(chunk.timeline_names) <= {"time", "frame"}
+        assert not [n for n in chunk.to_record_batch().schema.names if "start_time" in n]
+
+
+def test_equal_recordings_have_equal_digests_and_a_micrometre_shows(tmp_path):
+    positions = walker(4)
+    for name, edition in (("a", ""), ("b", ""), ("c", "another edition")):
+        write_gait(tmp_path / f"{name}.rrd", positions=positions, edition=edition)
+    assert digest(tmp_path / "a.rrd") == digest(tmp_path / "b.rrd") == digest(tmp_path / "c.rrd")
+    moved = positions.copy()
+    moved[2, 7, 1] += 1e-3
+    write_gait(tmp_path / "d.rrd", positions=moved)
+    write_gait(tmp_path / "e.rrd", positions=positions, colour="blue")
+    assert len({digest(tmp_path / f"{name}.rrd") for name in "ade"}) == 3
+
+
+def test_the_command_line_agrees_with_the_digest(tmp_path):
+    positions = walker(4)
+    for name, shift in (("a", 0.0), ("b", 0.0), ("c", 10.0)):
+        write_gait(tmp_path / f"{name}.rrd", positions=positions + shift)
+    compare = [PROGRAM, "rrd", "compare", "--unordered", tmp_path / "a.rrd"]
+    same = subprocess.run([*compare, tmp_path / "b.rrd"], capture_output=True, timeout=60, check=False)
+    other = subprocess.run([*compare, tmp_path / "c.rrd"], capture_output=True, timeout=60, check=False)
+    assert (same.returncode, other.returncode) == (0, 1)
+
+
+def test_complete_recordings_verify_and_damaged_ones_are_refused(tmp_path):
+    whole, cut, missing = (tmp_path / f"{name}.rrd" for name in ("whole", "cut", "missing"))
+    write_curves(whole, error=np.ones(7), sd=np.ones(7))
+    verify(whole)
+    cut.write_bytes(whole.read_bytes()[:-200])
+    for damaged in (cut, missing):
+        for check in (verify, entities, digest):
+            with pytest.raises(Refusal, match=damaged.name):
+                check(damaged)
+    with pytest.raises(Refusal, match="no column Scalars:scalars on time"):
+        read_column(whole, "curves/error/map", "Scalars:scalars", "time")
+
+
+def test_a_failure_leaves_the_old_recording_and_no_scraps(tmp_path):
+    path = tmp_path / "a.rrd"
+    write_gait(path, positions=walker(2))
+    before = path.read_bytes()
+    with pytest.raises(ZeroDivisionError), Recording(path, name="gait", about="# Gait"):
+        raise ZeroDivisionError
+    with pytest.raises(Refusal, match="no layout"), Recording(path, name="gait", about="# Gait"):
+        pass
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["a.rrd"]
+
+
+GOOD = walker(3)
+TIMES = {"time": np.arange(3.0)}
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda r: r.skeleton("world/a", GOOD[..., :2], BONES, index=TIMES), "wrong shape"),
+        (lambda r: r.skeleton("world/a", np.empty((0, 15, 3)), BONES, index=TIMES), "wrong shape"),
+        (lambda r: r.skeleton("world/a", np.full((3, 15, 3), np.nan), BONES, index=TIMES), "all missing"),
+        (lambda r: r.skeleton("world/a", GOOD * np.inf, BONES, index=TIMES), "infinite"),
+        (lambda r: r.skeleton("world/a", GOOD, [(0, 15)], index=TIMES), "pairs of joints"),
+        (lambda r: r.skeleton("world/a", GOOD, [], index=TIMES), "pairs of joints"),
+        (lambda r: r.skeleton("world/a", GOOD, BONES, index=TIMES, colour="pink"), "unknown colour"),
+        (lambda r: r.skeleton("world/a", GOOD, BONES, index={"frame": np.arange(3)}), "recording's timeline"),
+        (
+            lambda r: r.skeleton("world/a", GOOD, BONES, index={"time": np.arange(4.0)}),
+            "expected 3 increasing",
+        ),
+        (lambda r: r.skeleton("world/a", GOOD, BONES, index={"time": np.zeros(3)}), "3 increasing"),
+        (
+            lambda r: r.skeleton("world/a", GOOD, BONES, index={**TIMES, "frame": np.arange(3) + 0.5}),
+            "not of integers",
+        ),
+        (lambda r: r.skeleton("world/a b", GOOD, BONES, index=TIMES), "not safe"),
+        (lambda r: r.skeleton("about", GOOD, BONES, index=TIMES), "used already"),
+        (lambda r: r.image_points("image/a", GOOD, BONES, index=TIMES), r"expected \(T, J, 2\)"),
+        (lambda r: r.curve("curves/a", np.arange(3), np.arange(4.0), label="a"), "4 increasing"),
+        (lambda r: r.curve("curves/a", np.arange(2), np.array([1, np.nan]), label="a"), "finite"),
+        (lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=-np.ones(2)), "spread"),
+        (lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=np.ones(3)), "spread"),
+        (lambda r: r.bars("spectrum", np.ones(3), np.ones(2)), "as many bars"),
+        (lambda r: r.matrix("matrices/a", np.ones(3)), "not a matrix"),
+        (lambda r: r.matrix("matrices/a", np.eye(2), paths={"p": (np.ones(2), "blue")}), "path"),
+        (lambda r: r.blueprint(Space3D(name="empty")), "nothing to show at 'world'"),
+        (lambda r: r.blueprint(Plot(name="text", origin="about")), "nothing that a Plot"),
+        (lambda r: r.blueprint(Split("sideways", [Notes()])), "columns, rows, tabs"),
+        (lambda r: r.blueprint(Split("rows", [Notes()], (1, 2))), "as many shares"),
+        (lambda r: (r.blueprint(Notes()), r.blueprint(Notes())), "layout already"),
+    ],
+)
+def test_what_the_library_would_let_pass_is_refused(tmp_path, call, words):
+    with (
+        pytest.raises(Refusal, match=words),
+        Recording(tmp_path / "a.rrd", name="bad", about="# Bad") as recording,
+    ):
+        call(recording)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"name": "a/b"}, "name of the recording"),
+        ({"timeline": "view angle"}, "name of the timeline"),
+        ({"about": " "}, "no description"),
+    ],
+)
+def test_unsafe_names_and_silence_are_refused(tmp_path, options, words):
+    with pytest.raises(Refusal, match=words):
+        Recording(tmp_path / "a.rrd", **{"name": "a", "about": "# A", **options})
+    with pytest.raises(Refusal, match="folder"):
+        Recording(tmp_path / "nowhere" / "a.rrd", name="a", about="# A")
+
+
+def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_path):
+    index = {"time": np.arange(60) / 60.0}
+    with Recording(tmp_path / "many.rrd", name="many", about="# Many") as recording:
+        for number in range(80):
+            for k, group in enumerate(("original", "reconstructed/least_squares", "reconstructed/map")):
+                positions = walker(60, seed=3 * number + k)  # noise, which does not compress
+                recording.skeleton(f"world/{group}/walker_{number:02d}", positions, BONES, index=index)
+        recording.blueprint(Space3D(name="walkers", shown=("world/original/walker_00",)))
+    assert len(entities(tmp_path / "many.rrd")) == 241
+    assert (tmp_path / "many.rrd").stat().st_size < 10e6
+
+
+def test_a_machine_that_cannot_draw_is_told_so(tmp_path, monkeypatch):
+    write_gait(tmp_path / "a.rrd", positions=walker(2))
+    for variable in ("VK_ICD_FILENAMES", "VK_DRIVER_FILES"):
+        monkeypatch.setenv(variable, str(tmp_path / "no_driver.json"))
+    with pytest.raises(Refusal, match="Vulkan"):
+        screenshot(tmp_path / "a.rrd", tmp_path / "a.png")
+    assert not (tmp_path / "a.png").exists()
+
+
+DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*.json"), *Path("/etc/vulkan/icd.d").glob("*.json")]
+
+
+@pytest.mark.skipif(not DRIVERS, reason="needs a Vulkan driver: install mesa-vulkan-drivers")
+def test_the_viewer_draws_every_view_without_complaint(tmp_path):
+    write_gait(tmp_path / "a.rrd", positions=walker(3))
+    write_curves(tmp_path / "c.rrd", error=np.arange(7.0), sd=np.ones(7))
+    for name, timeline, value in (("a", "time", 1 / 120), ("c", "view_angle_deg", -30)):
+        png = tmp_path / f"{name}.png"
+        complaints = screenshot(
+            tmp_path / f"{name}.rrd", png, size=(800, 600), timeline=timeline, value=value
+        )
+        assert complaints == ()
+        assert png.read_bytes()[16:24] == (800).to_bytes(4, "big") + (600).to_bytes(4, "big")

@@ -1,0 +1,847 @@
+"""The store: found again by key, written whole or not at all, checked when read, whatever goes wrong."""
+
+import errno
+import io
+import json
+import os
+import platform
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline import store as store_module
+from pipeline.refusal import Refusal
+from pipeline.store import Artefact, Store, canonical, complaints_about, derive_generator, is_complete
+
+
+class Method(Enum):
+    MAP = "map"
+    LEAST_SQUARES = "ls"
+
+
+@dataclass(kw_only=True)
+class Grid:
+    start: float = -90.0
+    stop: float = 90.0
+    step: float = 1.0
+
+
+@dataclass(kw_only=True)
+class Options:
+    sigma2: float = 70.0
+    components: int = 15
+    method: Method = Method.MAP
+    view_angle_deg: Grid = field(default_factory=Grid)
+
+
+@dataclass(kw_only=True)
+class OtherOptions(Options):
+    pass
+
+
+class Work:
+    """A computation that counts how often it is done."""
+
+    def __init__(self, seed: int = 0) -> None:
+        self.times = 0
+        self.seed = seed
+
+    def __call__(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        self.times += 1
+        numbers = np.random.default_rng(self.seed).normal(size=(7, 5))
+        arrays = {
+            "numbers": numbers,
+            "transposed": numbers.T,
+            "every_other": numbers[::2, ::2],
+            "zero": np.float64(3.0),
+            "names": np.array(["head", "sternum"]),
+            "none": np.zeros((0, 3)),
+            "trial/02_01": np.arange(3, dtype=np.int8),
+        }
+        return arrays, {"clips": ["a", "b"], "rate_hz": 120.0, "pair": (1, 2)}
+
+
+def same(a: Artefact, b: Artefact) -> None:
+    """The two hold the same bits in the same memory layout."""
+    assert (a.stage, a.key, a.notes, list(a.arrays)) == (b.stage, b.key, b.notes, list(b.arrays))
+    for name, array in a.arrays.items():
+        other = b.arrays[name]
+        assert array.dtype == other.dtype
+        assert array.shape == other.shape
+        assert array.strides == other.strides or not array.size
+        assert array.tobytes() == other.tobytes()
+
+
+def leftovers(results: Path) -> list[str]:
+    return [p.name for p in results.rglob(".*")]
+
+
+# --- what is found again ---------------------------------------------------------------------------------
+
+
+def test_the_second_request_computes_nothing(tmp_path: Path) -> None:
+    work = Work()
+    first = Store(tmp_path).artefact("dataset", Options(), ["aa"], work)
+    assert (first.computed, first.why, work.times) == (True, "first time", 1)
+    store = Store(tmp_path)
+    again = store.artefact("dataset", Options(), ["aa"], work)
+    assert (again.computed, again.why, again.seconds, work.times) == (False, "", first.seconds, 1)
+    same(first, again)
+    assert first.notes == {"clips": ["a", "b"], "rate_hz": 120.0, "pair": [1, 2]}
+    assert sorted(p.name for p in (tmp_path / "cache").iterdir()) == [first.name]
+    assert is_complete(tmp_path / "cache" / first.name)
+
+
+def test_within_one_process_even_the_disk_is_not_asked(tmp_path: Path) -> None:
+    store, work = Store(tmp_path), Work()
+    first = store.artefact("dataset", {}, [], work)
+    (tmp_path / "cache" / first.name).rename(tmp_path / "elsewhere")
+    again = store.artefact("dataset", {}, [], work)
+    assert (again.computed, work.times) == (False, 1)
+    assert again.arrays["numbers"] is first.arrays["numbers"]
+    again.notes["clips"].append("c")
+    assert store.artefact("dataset", {}, [], work).notes["clips"] == ["a", "b"]
+
+
+def test_arrays_cannot_be_changed(tmp_path: Path) -> None:
+    mine = np.zeros(3)
+    for _ in range(2):
+        made = Store(tmp_path).artefact("dataset", {}, [], lambda: ({"x": mine}, {}))
+        with pytest.raises(ValueError, match="read-only"):
+            made.arrays["x"][0] = 1
+        with pytest.raises(TypeError):
+            made.arrays["y"] = mine  # type: ignore[index]
+    mine[0] = 1  # the caller's own array stays the caller's
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (Options(sigma2=80.0), "options.sigma2 changed 70.0 -> 80.0"),
+        (Options(view_angle_deg=Grid(step=5.0)), "options.view_angle_deg.step changed 1.0 -> 5.0"),
+        (Options(method=Method.LEAST_SQUARES), 'options.method.name changed "MAP" -> "LEAST_SQUARES"'),
+        (OtherOptions(), 'options.<type> changed "Options" -> "OtherOptions"'),
+        (
+            Options(sigma2=1.0, components=2),
+            "options.components changed 15 -> 2; options.sigma2 changed 70.0 -> 1.0",
+        ),
+    ],
+)
+def test_another_option_is_another_key_and_the_reason_is_named(
+    tmp_path: Path, options: Options, why: str
+) -> None:
+    before = Store(tmp_path).artefact("model", Options(), [], Work())
+    now = Store(tmp_path).artefact("model", options, [], Work())
+    assert now.key != before.key
+    assert now.computed
+    assert now.why == why
+
+
+def test_the_reason_compares_with_the_most_alike(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.artefact("model", {"a": 1, "b": 1, "c": 1}, [], Work())
+    store.artefact("model", {"a": 2, "b": 2, "c": 2}, [], Work())
+    store.artefact("other", {"a": 1, "b": 1, "c": 3}, [], Work())
+    assert store.artefact("model", {"a": 1, "b": 1, "c": 3}, [], Work()).why == "options.c changed 1 -> 3"
+    why = store.artefact("model", {"a": 9, "b": 9, "d": 9, "e": 9}, [], Work()).why
+    assert why.endswith("and 2 more")
+
+
+def test_another_seed_is_another_key(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    keys = {store.artefact("dataset", {"seed": seed}, [], Work(seed)).key for seed in range(4)}
+    assert len(keys) == 4
+
+
+def test_another_input_is_another_key(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    data = store.artefact("dataset", {"seed": 0}, [], Work())
+    other = store.artefact("dataset", {"seed": 1}, [], Work(1))
+    model = store.artefact("model", {}, [data, "f" * 64], Work())
+    changed = store.artefact("model", {}, [other, "f" * 64], Work())
+    assert changed.key != model.key
+    assert changed.why == f"input {other.name} changed"
+    assert store.artefact("model", {}, [data, "0" * 64], Work()).why == "input 000000000000… changed"
+    fewer = store.artefact("model", {}, [data], Work())
+    assert fewer.why == "inputs changed in number or order (2 -> 1)"
+    assert store.artefact("model", {}, ["a", "b", "c"], Work()).why == (
+        "input a changed; input b changed; input c changed"
+    )
+
+
+def test_other_code_is_another_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = Store(tmp_path).artefact("model", {}, [], Work())
+    monkeypatch.setattr(store_module, "code_hash", lambda: "0" * 64)
+    now = Store(tmp_path).artefact("model", {}, [], Work())
+    assert now.key != before.key
+    assert now.why == "code changed"
+
+
+def test_another_numerical_library_is_another_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Store(tmp_path).artefact("model", {}, [], Work())
+    monkeypatch.setattr(store_module, "_versions", lambda packages: {"numpy": np.__version__, "scipy": "0"})
+    assert Store(tmp_path).artefact("model", {}, [], Work()).why.startswith("libraries.scipy changed ")
+
+
+def test_the_hash_of_the_code_covers_what_computes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_module, "PACKAGE", tmp_path)
+
+    def now() -> str:
+        return store_module.code_hash.__wrapped__()
+
+    (tmp_path / "core").mkdir()
+    (tmp_path / "core" / "camera.py").write_text("a = 1")
+    before = now()
+    for name in ("pictures.py", "recording.py", "papers.py", "notes.txt"):
+        (tmp_path / name).write_text("drawn = 1")
+    assert now() == before
+    (tmp_path / "core" / "papers.py").write_text("")
+    assert now() != before
+    (tmp_path / "core" / "papers.py").unlink()
+    (tmp_path / "core" / "camera.py").rename(tmp_path / "core" / "errors.py")
+    assert now() != before
+    (tmp_path / "core" / "errors.py").rename(tmp_path / "core" / "camera.py")
+    assert now() == before
+    (tmp_path / "core" / "camera.py").write_text("a = 2")
+    assert now() != before
+
+
+def test_the_key_does_not_depend_on_the_process_or_on_order(tmp_path: Path) -> None:
+    script = (
+        "import sys; from pathlib import Path; from pipeline.store import Store\n"
+        "print(Store(Path(sys.argv[1])).artefact('s', {'b': 0.1, 'a': {'y': 1, 'x': (2, None)}}, ['i'],"
+        " lambda: ({}, {})).key)"
+    )
+    keys = {
+        subprocess.run(
+            [sys.executable, "-c", script, str(tmp_path / seed)],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(store_module.PROJECT)},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=60,
+        ).stdout.strip()
+        for seed in ("0", "1")
+    }
+    here = Store(tmp_path / "here").artefact(
+        "s", {"a": {"x": [np.int64(2), None], "y": 1}, "b": np.float64(0.1)}, ["i"], lambda: ({}, {})
+    )
+    assert keys == {here.key}
+    assert len(here.key) == 16
+
+
+def test_values_that_are_equal_to_python_are_still_told_apart(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    values = [1, 1.0, True, "1", None, [1], {"1": 1}, 1 + 2**-52, [], {}]
+    keys = {store.artefact("s", {"value": value}, [], lambda: ({}, {})).key for value in values}
+    assert len(keys) == len(values)
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"a": float("nan")}, r"options.a: the number is not finite \(received nan\)"),
+        ({"a": {"b": [0.0, float("inf")]}}, r"options.a.b\[1\]: the number is not finite"),
+        ({"a": np.zeros(2)}, r"options.a: the value cannot be kept \(expected .*, received ndarray\)"),
+        ({"a": {1, 2}}, "received set"),
+        ({"a": Path("/somewhere")}, "received PosixPath"),
+        ({"a": lambda: 1}, "received function"),
+        ({"a": Options}, "received type"),
+        ({1: 2}, "a key cannot be kept"),
+        (Options(view_angle_deg=Grid(step=float("nan"))), "options.view_angle_deg.step"),
+    ],
+)
+def test_options_without_a_canonical_form_are_refused(tmp_path: Path, options: Any, complaint: str) -> None:
+    work = Work()
+    with pytest.raises(Refusal, match=complaint):
+        Store(tmp_path).artefact("model", options, [], work)
+    assert work.times == 0
+
+
+def test_the_canonical_form_is_its_own() -> None:
+    form = canonical(Options())
+    assert canonical(form) == form
+    assert json.loads(json.dumps(form)) == form
+
+
+@pytest.mark.parametrize(
+    ("arrays", "notes", "complaint"),
+    [
+        ({"x": np.array([None, {}])}, {}, "the array 'x' cannot be kept"),
+        ({"x": np.ma.masked_array([1, 2], [True, False])}, {}, "MaskedArray of int64"),
+        ({"../x": np.zeros(1)}, {}, "no usable name"),
+        ({"x": np.zeros(1)}, {"residual": float("nan")}, "notes.residual: the number is not finite"),
+    ],
+)
+def test_results_that_cannot_be_kept_are_refused(
+    tmp_path: Path, arrays: dict[str, Any], notes: dict[str, Any], complaint: str
+) -> None:
+    with pytest.raises(Refusal, match=complaint):
+        Store(tmp_path).artefact("model", {}, [], lambda: (arrays, notes))
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_a_stage_needs_a_plain_name(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match="no usable name"):
+        Store(tmp_path).artefact("../model", {}, [], Work())
+
+
+# --- what is damaged -------------------------------------------------------------------------------------
+
+
+def test_a_flipped_byte_is_noticed_set_aside_and_computed_again(tmp_path: Path) -> None:
+    reference = Store(tmp_path).artefact("model", Options(), [], Work())
+    folder = tmp_path / "cache" / reference.name
+    noticed = 0
+    for name, step in (("arrays.npz", 97), ("manifest.json", 13)):
+        for position in range(0, (folder / name).stat().st_size, step):
+            content = bytearray((folder / name).read_bytes())
+            content[position] ^= 1 << position % 8
+            (folder / name).write_bytes(content)
+            again = Store(tmp_path).artefact("model", Options(), [], Work())
+            same(again, reference)
+            if name == "arrays.npz":
+                assert again.why == "artefact damaged: arrays.npz sha256 differs"
+            elif again.computed:
+                assert again.why.startswith("artefact damaged: manifest.json ")
+            else:  # a blank for another: the manifest says what it said
+                manifest = json.loads(content)
+                assert manifest["notes"] == reference.notes
+            noticed += again.computed
+            assert (tmp_path / "cache" / "damaged" / f"{reference.name}-{noticed}").is_dir() or not noticed
+    assert noticed > 60
+    assert len(list((tmp_path / "cache" / "damaged").iterdir())) == noticed
+    assert leftovers(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("spoil", "why"),
+    [
+        (lambda f: (f / "manifest.json").unlink(), "manifest.json is missing"),
+        (lambda f: (f / "arrays.npz").unlink(), "arrays.npz is missing"),
+        (lambda f: os.truncate(f / "arrays.npz", 100), "arrays.npz has 100 bytes, not "),
+        (lambda f: os.truncate(f / "manifest.json", 100), "manifest.json cannot be understood"),
+        (lambda f: (f / "manifest.json").write_text("[]"), "manifest.json cannot be understood"),
+    ],
+)
+def test_a_half_made_artefact_is_computed_again(
+    tmp_path: Path, spoil: Callable[[Path], Any], why: str
+) -> None:
+    reference = Store(tmp_path).artefact("model", {}, [], Work())
+    spoil(tmp_path / "cache" / reference.name)
+    assert not is_complete(tmp_path / "cache" / reference.name)
+    again = Store(tmp_path).artefact("model", {}, [], Work())
+    assert again.why.startswith(f"artefact damaged: {why}")
+    same(again, reference)
+
+
+def test_an_artefact_under_another_name_is_not_taken(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    one, two = (store.artefact("model", {"n": n}, [], Work(n)) for n in (1, 2))
+    folder = tmp_path / "cache" / one.name
+    folder.rename(tmp_path / "gone")
+    (tmp_path / "cache" / two.name).rename(folder)
+    again = Store(tmp_path).artefact("model", {"n": 1}, [], Work(1))
+    assert again.why == f"artefact damaged: manifest.json belongs to {two.name}"
+    same(again, one)
+
+
+def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
+    reference = Store(tmp_path).artefact("model", {}, [], Work())
+    folder = tmp_path / "cache" / reference.name
+    np.savez(folder / "arrays.npz", x=np.array([{"a": 1}], dtype=object))
+    facts = json.loads((folder / "manifest.json").read_bytes())
+    for added in ("files", "seal"):
+        del facts[added]
+    store_module.write_manifest(folder, facts)  # the seal is right, and still
+    again = Store(tmp_path).artefact("model", {}, [], Work())
+    assert again.why.startswith("artefact damaged: cannot be understood: ValueError('Object arrays")
+    same(again, reference)
+
+
+# --- what is interrupted ---------------------------------------------------------------------------------
+
+
+class Faults:
+    """Makes the n-th operation on the disk fail: mkdir, open, write (half is written), fsync, rename."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, make: Callable[[], BaseException]) -> None:
+        self.make, self.calls, self.at, self.lasting = make, 0, 0, False
+        self.mkdir, real_open = os.mkdir, io.open
+
+        class Stream:
+            def __init__(self, stream: Any) -> None:
+                self.stream = stream
+
+            def __enter__(self) -> "Stream":
+                return self
+
+            def __exit__(self, *_: object) -> None:
+                self.stream.close()
+
+            def __getattr__(self, name: str) -> Any:
+                return getattr(self.stream, name)
+
+            def write(stream, content: Any) -> int:
+                try:
+                    self.count()
+                except BaseException:
+                    stream.stream.write(content[: len(content) // 2])
+                    stream.stream.flush()
+                    raise
+                return stream.stream.write(content)
+
+        def opened(path: Any, mode: str = "r", *args: Any, **kwargs: Any) -> Any:
+            if "w" not in mode:
+                return real_open(path, mode, *args, **kwargs)
+            self.count()
+            return Stream(real_open(path, mode, *args, **kwargs))
+
+        monkeypatch.setattr(Path, "open", opened)
+        for name in ("mkdir", "fsync", "replace", "rename"):
+            monkeypatch.setattr(os, name, self.counted(getattr(os, name)))
+
+    def counted(self, real: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            if real is not self.mkdir or not Path(args[0]).is_dir():  # to make what is there may fail
+                self.count()
+            return real(*args, **kwargs)
+
+        return call
+
+    def count(self) -> None:
+        self.calls += 1
+        if self.at and (self.calls == self.at or (self.lasting and self.calls > self.at)):
+            raise self.make()
+
+    def arm(self, at: int, *, lasting: bool = False) -> None:
+        self.calls, self.at, self.lasting = 0, at, lasting
+
+
+def run(results: Path, edition: int) -> tuple[list[Artefact], Path]:
+    """Two stages and a figure, as a session would make them."""
+    store = Store(results)
+    data = store.artefact("dataset", {"edition": edition}, [], Work(edition))
+    model = store.artefact("model", {"edition": edition}, [data], Work(edition + 10))
+    figure = results / "synthetic" / "full" / "zhang2007_fig5"
+    with store.publish(figure) as publication:
+        for name in ("table.csv", "figure.svg"):
+            with (publication.folder / name).open("wb") as stream:
+                stream.write(f"{name} of edition {edition}, {model.key}".encode())
+        publication.manifest({"figure": "zhang2007_fig5", "edition": edition})
+    return [data, model], figure
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("make", "raised", "lasting"),
+    [
+        (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), Refusal, False),
+        (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), Refusal, True),
+        (lambda: OSError(errno.EACCES, os.strerror(errno.EACCES)), Refusal, False),
+        (KeyboardInterrupt, KeyboardInterrupt, False),
+    ],
+    ids=["disk full once", "disk full", "forbidden once", "ctrl-c"],
+)
+def test_whatever_operation_fails_the_next_run_finishes(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    make: Callable[[], BaseException],
+    raised: type[BaseException],
+    lasting: bool,
+) -> None:
+    reference, figure = run(tmp_path / "reference", 2)
+    expected = contents(figure)
+    run(tmp_path / "older", 1)
+    older = contents(tmp_path / "older" / figure.relative_to(tmp_path / "reference"))
+    faults = Faults(monkeypatch, make)
+    run(tmp_path / "count", 1)
+    faults.arm(0)
+    run(tmp_path / "count", 2)
+    operations = faults.calls
+    assert operations > 20
+    for n in range(1, operations + 2):
+        results = tmp_path / str(n)
+        faults.arm(0)
+        run(results, 1)  # an older edition stands there already
+        published = results / figure.relative_to(tmp_path / "reference")
+        assert contents(published) == older
+
+        faults.arm(n, lasting=lasting)
+        if n <= operations:
+            with pytest.raises(raised) as caught:
+                run(results, 2)
+            if raised is Refusal:
+                assert str(caught.value).startswith("cannot write results: ")
+                assert "\n" not in str(caught.value)
+        else:
+            run(results, 2)
+        faults.arm(0)
+        if published.exists():
+            assert contents(published) in (older, expected)
+            assert is_complete(published)
+        if not lasting:  # a disk that works again lets us tidy up, and the older figure stand
+            assert leftovers(results) == []
+            assert published.exists()
+        for folder in (results / "cache").glob("*-*"):
+            assert is_complete(folder) or folder.name.startswith(".")
+
+        resumed, figure_again = run(results, 2)
+        for a, b in zip(resumed, reference, strict=True):
+            same(a, b)
+        assert contents(figure_again) == expected
+        assert leftovers(results) == []
+        assert not (results / "cache" / "damaged").exists()
+
+
+def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> None:
+    script = textwrap.dedent("""
+        import os, signal, sys
+        from pathlib import Path
+        import numpy as np
+        from pipeline.store import Store
+        results, name, n = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
+        real, calls = getattr(os, name), 0
+        def call(*args):
+            global calls
+            calls += 1
+            if calls == n:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return real(*args)
+        setattr(os, name, call)
+        store = Store(results)
+        made = [store.artefact("s", {"i": i}, [], lambda: ({"x": np.arange(9.0) * i}, {})) for i in range(2)]
+        with store.publish(results / "figure") as publication:
+            (publication.folder / "table.csv").write_text("new")
+            publication.manifest({"edition": "new"})
+        print(*(a.computed for a in made))
+        """)
+
+    def start(results: Path, name: str, n: int) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", script, str(results), name, str(n)],
+            env={**os.environ, "PYTHONPATH": str(store_module.PROJECT)},
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+
+    for name, points in (("fsync", (1, 3, 6, 10, 12)), ("replace", (1, 2, 3, 4))):
+        for n in points:
+            results = tmp_path / f"{name}{n}"
+            with Store(results).publish(results / "figure") as publication:
+                (publication.folder / "table.csv").write_text("old")
+                publication.manifest({"edition": "old"})
+            killed = start(results, name, n)
+            assert killed.returncode == -signal.SIGKILL, (name, n)
+            finished = {p.name for p in (results / "cache").glob("s-*")}
+            assert all(is_complete(results / "cache" / name) for name in finished)
+            if (results / "figure").exists():
+                assert is_complete(results / "figure")
+            else:
+                assert (name, n) == ("replace", 4)  # between the two renames
+            store = Store(results)
+            again = [
+                store.artefact("s", {"i": i}, [], lambda i=i: ({"x": np.arange(9.0) * i}, {}))  # type: ignore[misc]
+                for i in range(2)
+            ]
+            assert [a.name in finished for a in again] == [not a.computed for a in again]
+            np.testing.assert_array_equal(again[1].arrays["x"], np.arange(9.0))
+            with pytest.raises(RuntimeError, match="stop"), store.publish(results / "other"):
+                raise RuntimeError("stop")  # publishing anything beside it clears up
+            assert (results / "figure" / "table.csv").read_text() in ("old", "new")
+            assert is_complete(results / "figure")
+            assert leftovers(results) == []
+
+
+def test_ctrl_c_while_computing_leaves_nothing(tmp_path: Path) -> None:
+    def interrupted() -> tuple[dict, dict]:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Store(tmp_path).artefact("model", {}, [], interrupted)
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_an_error_of_the_computation_is_not_taken_for_a_full_disk(tmp_path: Path) -> None:
+    def failing() -> tuple[dict, dict]:
+        raise OSError(errno.ENOSPC, "somewhere else")
+
+    with pytest.raises(OSError, match="somewhere else") as caught:
+        Store(tmp_path).artefact("model", {}, [], failing)
+    assert not isinstance(caught.value, Refusal)
+
+
+def test_two_processes_that_compute_the_same_agree_on_one(tmp_path: Path) -> None:
+    script = textwrap.dedent("""
+        import os, sys, time
+        from pathlib import Path
+        import numpy as np
+        from pipeline.store import Store
+        results, me, other = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
+        store = Store(results)
+        for i in range(8):
+            def compute():
+                (results / f"{me}{i}").touch()
+                until = time.monotonic() + 20
+                while not (results / f"{other}{i}").exists() and time.monotonic() < until:
+                    time.sleep(0.0005)
+                return {"x": np.array([float(os.getpid()), i])}, {}
+            made = store.artefact("s", {"i": i}, [], compute)
+            assert made.computed
+            print(made.arrays["x"].tolist())
+        """)
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", script, str(tmp_path), *names],
+            env={**os.environ, "PYTHONPATH": str(store_module.PROJECT)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for names in (("a", "b"), ("b", "a"))
+    ]
+    answers = [process.communicate(timeout=60) for process in processes]
+    assert [process.returncode for process in processes] == [0, 0], answers
+    assert answers[0][0] == answers[1][0]  # the slower one of each pair took the faster one's numbers
+    assert len(answers[0][0].splitlines()) == 8
+    assert leftovers(tmp_path) == []
+    assert not (tmp_path / "cache" / "damaged").exists()
+    assert all(complaints_about(folder) == [] for folder in (tmp_path / "cache").iterdir())
+
+
+def test_the_slower_one_replaces_a_damaged_winner(tmp_path: Path) -> None:
+    folder = {}
+
+    def overtaken() -> tuple[dict, dict]:
+        faster = Store(tmp_path).artefact("s", {}, [], lambda: ({"x": np.ones(2)}, {}))
+        folder["winner"] = tmp_path / "cache" / faster.name
+        (folder["winner"] / "arrays.npz").write_bytes(b"no")
+        return {"x": np.zeros(2)}, {}
+
+    made = Store(tmp_path).artefact("s", {}, [], overtaken)
+    np.testing.assert_array_equal(made.arrays["x"], 0)
+    assert complaints_about(folder["winner"]) == []
+    assert len(list((tmp_path / "cache" / "damaged").iterdir())) == 1
+
+
+def test_a_results_folder_that_cannot_be_written_is_told_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    work = Work()
+    with pytest.raises(Refusal, match="cannot write results: Not a directory"):
+        Store(tmp_path / "file").artefact("model", {}, [], work)
+    with (
+        pytest.raises(Refusal, match="cannot write results: File exists"),
+        Store(tmp_path / "file").publish(tmp_path / "file" / "figure"),
+    ):
+        pytest.fail("the body must not begin")
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(Refusal, match="cannot write results: Permission denied"):
+        Store(tmp_path).artefact("model", {}, [], work)
+    assert work.times == 0
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_read_only_folder_still_gives_what_it_holds(tmp_path: Path) -> None:
+    reference = Store(tmp_path).artefact("model", {}, [], Work())
+    (tmp_path / "cache").chmod(0o500)
+    try:
+        same(Store(tmp_path).artefact("model", {}, [], Work()), reference)
+        with pytest.raises(Refusal, match="cannot write results: Permission denied"):
+            Store(tmp_path).artefact("model", {"other": 1}, [], Work())
+    finally:
+        (tmp_path / "cache").chmod(0o700)
+
+
+@pytest.fixture
+def dead_pid() -> Iterator[int]:
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait(timeout=60)
+    return process.pid
+
+
+def test_only_what_dead_processes_left_is_removed(tmp_path: Path, dead_pid: int) -> None:
+    here, elsewhere = store_module._HERE, "000000" if store_module._HERE != "000000" else "111111"
+    cache = tmp_path / "cache"
+    names = {
+        f".tmp-{dead_pid}-{here}00000001": False,
+        f".tmp-{os.getpid()}-{here}00000002": False,  # this number, but before our time
+        f".tmp-{os.getppid()}-{here}00000003": True,
+        f".tmp-{dead_pid}-{elsewhere}00000004": True,  # another machine's process may well live
+        f".tmp-{dead_pid}-{elsewhere}00000005": False,  # not for two days
+        ".tmp-mine": True,
+    }
+    for name in names:
+        (cache / name).mkdir(parents=True)
+        (cache / name / "arrays.npz").write_bytes(b"half")
+    two_days_ago = time.time() - 2 * 86400
+    os.utime(cache / f".tmp-{dead_pid}-{elsewhere}00000005", (two_days_ago, two_days_ago))
+    Store(tmp_path)
+    assert {name: (cache / name).exists() for name in names} == names
+
+
+def test_a_temporary_folder_in_use_is_not_stale(tmp_path: Path) -> None:
+    with store_module.temporary_folder(tmp_path) as temporary:
+        store_module.remove_stale(tmp_path)
+        assert temporary.is_dir()
+    assert not temporary.exists()
+
+
+# --- what is published -----------------------------------------------------------------------------------
+
+
+def test_a_publication_takes_the_place_of_the_older(tmp_path: Path) -> None:
+    store, figure = Store(tmp_path), tmp_path / "synthetic" / "full" / "zhang2007_fig5"
+    for edition in (1, 2):
+        with store.publish(figure) as publication:
+            assert publication.folder.parent == figure.parent
+            (publication.folder / "table.csv").write_text(f"{edition}")
+            (publication.folder / "more").mkdir()
+            (publication.folder / "more" / f"arrays{edition}.npz").write_bytes(b"12345")
+            publication.manifest({"edition": edition, "options": Options()})
+        manifest = json.loads((figure / "manifest.json").read_bytes())
+        assert manifest["edition"] == edition
+        assert manifest["options"]["view_angle_deg"]["step"] == 1.0
+        assert manifest["files"].keys() == {"table.csv", f"more/arrays{edition}.npz"}
+        assert manifest["files"]["table.csv"] == {
+            "bytes": 1,
+            "sha256": store_module.digest(f"{edition}".encode()),
+        }
+        assert {p.name for p in figure.iterdir()} == {"table.csv", "more", "manifest.json"}
+        assert complaints_about(figure) == []
+    assert leftovers(tmp_path) == []
+
+
+@pytest.mark.parametrize("error", [RuntimeError("drawn badly"), KeyboardInterrupt(), FileNotFoundError("x")])
+def test_a_publication_that_fails_leaves_the_older(tmp_path: Path, error: BaseException) -> None:
+    _, figure = run(tmp_path, 1)
+    before = contents(figure)
+    publishing = Store(tmp_path).publish(figure)
+    publication = publishing.__enter__()
+    (publication.folder / "table.csv").write_text("new")
+    publication.manifest({})
+    assert not publishing.__exit__(type(error), error, None)
+    assert contents(figure) == before
+    assert leftovers(tmp_path) == []
+
+
+def test_a_publication_needs_a_manifest(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="no manifest"), Store(tmp_path).publish(tmp_path / "figure"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_manifest_says_only_what_json_can(tmp_path: Path) -> None:
+    with (
+        pytest.raises(Refusal, match=r"manifest.error: the number is not finite"),
+        Store(tmp_path).publish(tmp_path / "figure") as publication,
+    ):
+        publication.manifest({"error": np.float64("nan")})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_publications_of_one_figure_at_once(tmp_path: Path) -> None:
+    store, figure = Store(tmp_path), tmp_path / "figure"
+    with store.publish(figure) as slower:
+        slower.manifest({"by": "slower"})
+        with store.publish(figure) as faster:
+            faster.manifest({"by": "faster"})
+        assert json.loads((figure / "manifest.json").read_bytes())["by"] == "faster"
+    assert json.loads((figure / "manifest.json").read_bytes())["by"] == "slower"
+    assert leftovers(tmp_path) == []
+
+
+def test_complaints_name_every_file(tmp_path: Path) -> None:
+    _, figure = run(tmp_path, 1)
+    assert complaints_about(figure) == []
+    content = (figure / "table.csv").read_bytes()
+    (figure / "table.csv").write_bytes(content[::-1])
+    (figure / "figure.svg").unlink()
+    assert complaints_about(figure) == ["figure.svg is missing", "table.csv sha256 differs"]
+    assert complaints_about(figure, hashes=False) == ["figure.svg is missing"]
+    assert not is_complete(figure)
+    assert not is_complete(tmp_path / "nowhere")
+
+
+# --- with what it was made -------------------------------------------------------------------------------
+
+
+def test_provenance_names_versions_and_no_person(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lock = tmp_path / "requirements.lock"
+    lock.write_text("numpy==2\n")
+    monkeypatch.setattr(store_module, "LOCK", lock)
+    facts = store_module.provenance()
+    assert facts["python"] == platform.python_version()
+    assert facts["packages"]["numpy"] == np.__version__
+    assert facts["packages"].keys() >= {
+        "scipy",
+        "pandas",
+        "hydra-core",
+        "omegaconf",
+        "rerun-sdk",
+        "matplotlib",
+    }
+    assert facts["lock_sha256"] == store_module.file_digest(lock)
+    assert facts["commit"] == "unknown" or len(facts["commit"]) == 40
+    assert facts["dirty"] in (True, False, "unknown")
+    text = json.dumps(facts)
+    assert "/" not in text
+    if len(platform.node()) > 3:
+        assert platform.node() not in text
+    lock.unlink()
+    assert store_module.provenance()["lock_sha256"] == "absent"
+
+
+def test_provenance_without_git_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    facts = store_module.provenance()
+    assert (facts["commit"], facts["dirty"]) == ("unknown", "unknown")
+
+
+def test_provenance_reads_the_projects_own_repository_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def git(*arguments: str) -> str:
+        identity = ["-c", "user.name=n", "-c", "user.email=e"]
+        command = ["git", "-C", str(tmp_path), *identity, *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout.strip()
+
+    try:
+        git("init", "--quiet")
+    except FileNotFoundError:
+        pytest.skip("needs git")
+    (tmp_path / "inner").mkdir()
+    (tmp_path / "a").write_text("1")
+    git("add", "a")
+    git("commit", "--quiet", "--no-verify", "-m", "m")
+    monkeypatch.setattr(store_module, "PROJECT", tmp_path.resolve())
+    facts = store_module.provenance()
+    assert (facts["commit"], facts["dirty"]) == (git("rev-parse", "HEAD"), False)
+    (tmp_path / "a").write_text("2")
+    assert store_module.provenance()["dirty"] is True
+    monkeypatch.setattr(store_module, "PROJECT", tmp_path.resolve() / "inner")
+    assert store_module.provenance()["commit"] == "unknown"
+
+
+def test_generators_depend_on_seed_and_stage_alone() -> None:
+    def raw(seed: int, stage: str) -> list[int]:
+        return derive_generator(seed, stage).bit_generator.random_raw(2).tolist()
+
+    assert raw(1, "ingest") == raw(1, "ingest")
+    assert len({tuple(raw(s, t)) for s in (0, 1, 11) for t in ("ingest", "1ingest", "sweep")}) == 9
+    assert raw(7, "sweep") == [8612748322342344854, 1876136426765947106]  # as it was when first written

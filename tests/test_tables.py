@@ -1,0 +1,196 @@
+"""Tables: what is written is what is read, equal numbers give equal bytes, and bad ones are refused."""
+
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline import tables
+from pipeline.refusal import Refusal
+
+
+def test_the_file_is_what_a_person_expects(tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    tables.write(
+        path,
+        {
+            "method": ["map", "least_squares", "map"],
+            "view_angle_deg": np.array([10, 0, 0]),
+            "absolute_error_mm2": [1 / 3, np.nan, 2e-12],
+            "proved": [True, False, True],
+        },
+        sort_by=["method", "view_angle_deg"],
+    )
+    assert path.read_bytes() == (
+        b"method,view_angle_deg,absolute_error_mm2,proved\n"
+        b"least_squares,0,,False\n"
+        b"map,0,2e-12,True\n"
+        b"map,10,0.3333333333,True\n"
+    )
+    assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
+
+
+def test_every_type_comes_back(tmp_path: Path) -> None:
+    columns = {
+        "whole": np.array([-3, 0, 2**53 + 1]),
+        "number": np.array([-1.5, np.nan, np.inf]),
+        "flag": np.array([True, False, True]),
+        "text": np.array(["02", 'a "b", c', ""]),
+    }
+    tables.write(tmp_path / "t.csv", columns, sort_by=[])
+    back = tables.read(tmp_path / "t.csv")
+    assert list(back) == list(columns)
+    for name, values in columns.items():
+        np.testing.assert_array_equal(back[name], values)
+        assert back[name].dtype.kind == values.dtype.kind
+    assert tables.read_rows(tmp_path / "t.csv")[1] == {
+        "whole": "0",
+        "number": "",
+        "flag": "False",
+        "text": 'a "b", c',
+    }
+
+
+@given(
+    numbers=st.lists(st.floats(allow_nan=True, width=64), min_size=1, max_size=20),
+    texts=st.data(),
+)
+def test_write_then_read_keeps_ten_digits_and_all_text(
+    tmp_path_factory: pytest.TempPathFactory, numbers: list[float], texts: st.DataObject
+) -> None:
+    alphabet = st.characters(blacklist_categories=["Cs"], blacklist_characters="\r\n\0")
+    text = texts.draw(st.lists(st.text(alphabet, max_size=8), min_size=len(numbers), max_size=len(numbers)))
+    path = tmp_path_factory.mktemp("table") / "t.csv"
+    tables.write(path, {"number": numbers, "text": ["t" + item for item in text]}, sort_by=[])
+    back = tables.read(path)
+    expected = [float(f"{number:.10g}") for number in numbers]
+    np.testing.assert_array_equal(back["number"].astype(float), expected)
+    assert [item[1:] for item in back["text"]] == text
+
+
+def test_a_column_of_nothing_but_gaps_and_a_table_without_rows(tmp_path: Path) -> None:
+    tables.write(tmp_path / "gaps.csv", {"x": [np.nan, np.nan]}, sort_by=[])
+    assert np.isnan(tables.read(tmp_path / "gaps.csv")["x"]).tolist() == [True, True]
+    tables.write(tmp_path / "none.csv", {"x": np.zeros(0), "y": np.zeros(0, int)}, sort_by=["x"])
+    assert {name: values.shape for name, values in tables.read(tmp_path / "none.csv").items()} == {
+        "x": (0,),
+        "y": (0,),
+    }
+
+
+def test_equal_tables_are_equal_bytes_whatever_the_order_of_rows(tmp_path: Path) -> None:
+    generator = np.random.default_rng(1)
+    a, b = generator.permutation(50), generator.random(50)
+    shuffle = generator.permutation(50)
+    tables.write(tmp_path / "1.csv", {"a": a, "b": b}, sort_by=["a"])
+    tables.write(tmp_path / "2.csv", {"a": a[shuffle], "b": b[shuffle]}, sort_by=["a"])
+    assert (tmp_path / "1.csv").read_bytes() == (tmp_path / "2.csv").read_bytes()
+
+
+def test_minus_zero_is_zero(tmp_path: Path) -> None:
+    tables.write(tmp_path / "t.csv", {"x": [-0.0, 0.5]}, sort_by=[])
+    assert (tmp_path / "t.csv").read_bytes() == b"x\n0\n0.5\n"
+
+
+@pytest.mark.parametrize(
+    ("columns", "sort_by", "complaint"),
+    [
+        ({}, [], "no columns"),
+        ({"a": [1, 2], "b": [1]}, [], r"differ in length \(received a 2, b 1\)"),
+        ({"a": [1]}, ["b"], "cannot sort by 'b'"),
+        ({"a": [[1, 2]]}, [], "not one-dimensional"),
+        ({"a": ["x", 1]}, [], "text and other things"),
+        ({"a": [None, 1.0]}, [], "not of one plain type"),
+        ({"a": [1j]}, [], "complex128"),
+        ({"": [1]}, [], "no name"),
+        ({"a": ["two\nlines"]}, [], "several lines"),
+    ],
+)
+def test_what_is_no_table_is_refused_and_nothing_written(
+    tmp_path: Path, columns: dict[str, Any], sort_by: list[str], complaint: str
+) -> None:
+    with pytest.raises(Refusal, match=complaint):
+        tables.write(tmp_path / "t.csv", columns, sort_by=sort_by)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"", "the table is empty"),
+        (b"\n", "the table is empty"),
+        (
+            b"a,b\n1,2\n3\n",
+            r"t.csv, line 3: a row is not as long as the header \(expected 2 cells, received 1\)",
+        ),
+        (b"a,b\n1,2,3\n", "not as long as the header"),
+        (b"a,b\n1,2\n\n", "not as long as the header"),
+        (b"a,a\n1,2\n", "two columns are called 'a'"),
+        (b"a\n\xff\n", "not UTF-8"),
+        (b'a\n"b\n', "not CSV"),
+    ],
+)
+def test_a_broken_table_is_refused(tmp_path: Path, content: bytes, complaint: str) -> None:
+    (tmp_path / "t.csv").write_bytes(content)
+    for reader in (tables.read, tables.read_rows):
+        with pytest.raises(Refusal, match=complaint):
+            reader(tmp_path / "t.csv")
+
+
+def test_a_missing_table_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match=r"cannot read the table: No such file"):
+        tables.read(tmp_path / "t.csv")
+
+
+def test_a_full_disk_leaves_the_older_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "t.csv"
+    tables.write(path, {"a": [1]}, sort_by=[])
+
+    def full(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(Refusal, match="cannot write results: No space left"):
+        tables.write(path, {"a": [2]}, sort_by=[])
+    assert [p.name for p in tmp_path.iterdir()] == ["t.csv"]
+    assert path.read_bytes() == b"a\n1\n"
+
+
+def test_compare_names_the_cells_that_differ(tmp_path: Path) -> None:
+    base = {"angle": [0, 1, 2], "error": [1.0, np.nan, 3e6], "method": ["map", "map", "ls"]}
+    tables.write(tmp_path / "a.csv", base, sort_by=[])
+
+    def against(**changes: Any) -> list[str]:
+        tables.write(tmp_path / "b.csv", {**base, **changes}, sort_by=[])
+        return tables.compare(tmp_path / "a.csv", tmp_path / "b.csv")
+
+    assert against() == []
+    assert against(error=[1.0 + 1e-7, np.nan, 3e6 + 1]) == []
+    assert against(error=[1.00001, np.nan, 3e6]) == ["line 2, error: 1.0 is not 1.00001"]
+    assert against(error=[1.0, 0.0, 3e6]) == ["line 3, error: nan is not 0"]
+    assert against(error=[1.0, np.inf, np.nan]) == [
+        "line 3, error: nan is not inf",
+        "line 4, error: 3000000.0 is not nan",
+    ]
+    assert against(method=["map", "ls", "ls"]) == ["line 3, method: map is not ls"]
+    assert against(angle=[0.0, 1.5, 2.0]) == ["line 3, angle: 1 is not 1.5"]
+    assert against(more=[1, 2, 3]) == [
+        "columns differ: angle, error, method is not angle, error, method, more"
+    ]
+    tables.write(tmp_path / "c.csv", {k: v[:2] for k, v in base.items()}, sort_by=[])
+    assert tables.compare(tmp_path / "a.csv", tmp_path / "c.csv") == ["rows differ in number: 3 is not 2"]
+
+
+def test_compare_accepts_equal_infinities_and_tells_how_many_more(tmp_path: Path) -> None:
+    tables.write(tmp_path / "a.csv", {"x": [np.inf, *range(20)]}, sort_by=[])
+    tables.write(tmp_path / "b.csv", {"x": [np.inf, *range(1, 21)]}, sort_by=[])
+    told = tables.compare(tmp_path / "a.csv", tmp_path / "b.csv")
+    assert len(told) == 11
+    assert told[0] == "line 3, x: 0.0 is not 1.0"
+    assert told[-1] == "and 10 more cells"
+    assert tables.compare(tmp_path / "a.csv", tmp_path / "b.csv", absolute=1.0) == []
