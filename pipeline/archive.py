@@ -168,6 +168,7 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
     """Copy, list and index; each of the three is one rename, so a killed run leaves a state to go on from."""
     wanted = {f"{data}/{name}": store.file_digest(path) for name, path in sorted(files.items())}
     target = archive / data
+    indexed = _read_index(archive.parent / INDEX)
     sums = _read_sums(archive) if (archive / CHECKSUMS).is_file() else {}
     listed = {k: v for k, v in sums.items() if k.startswith(f"{data}/")}
     if target.exists():
@@ -205,11 +206,7 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
         "bytes": str(sum(path.stat().st_size for path in files.values())),
         "checksums_sha256": store.digest(_sums_text(wanted)),
     }
-    rows = [
-        r
-        for r in _read_index(archive.parent / INDEX)
-        if (r["archive"], r["data"]) != (row["archive"], row["data"])
-    ]
+    rows = [r for r in indexed if (r["archive"], r["data"]) != (archive.name, data)]
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
@@ -249,9 +246,9 @@ def _read_sums(archive: Path) -> dict[str, str]:
 def _read_index(path: Path) -> list[dict[str, str]]:
     if not path.is_file():
         return []
-    with path.open(newline="", encoding="utf-8") as stream:
+    with path.open(newline="", encoding="utf-8", errors="replace") as stream:
         reader = csv.DictReader(stream)
-        rows = list(reader)
-    if tuple(reader.fieldnames or ()) != COLUMNS or any(None in r or None in r.values() for r in rows):
+        header, rows = tuple(reader.fieldnames or ()), list(reader)
+    if header != COLUMNS or any(None in r or None in r.values() for r in rows):
         raise Refusal("the index cannot be understood", where=path.name, expected=",".join(COLUMNS))
     return rows

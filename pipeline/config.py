@@ -78,8 +78,8 @@ class Steady:
 
     locomotion: str = "auto"  # auto, overground, treadmill
     path: str = "cubic"  # cubic, moving_average: the horizontal path that is taken out
-    speed_band: float = 0.25  # relative to the median speed
-    turn_deg_s: float = 30.0
+    speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
+    turn_deg_s: float = 45.0
     cycles: float = 1.5
     gap_s: float = 0.1  # longer gaps end a stretch, shorter ones are bridged
     fundamental_share: float = 0.6

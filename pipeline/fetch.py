@@ -85,13 +85,29 @@ class FetchReport:
         return "\n".join([counts, *lines])
 
 
+def open_http(request: urllib.request.Request, *, timeout: float) -> Any:
+    """The answer to a request over http(s), which no redirection can lead to a file or another protocol."""
+    director = urllib.request.OpenerDirector()
+    for handler in (
+        urllib.request.ProxyHandler(),
+        urllib.request.UnknownHandler(),
+        urllib.request.HTTPHandler(),
+        urllib.request.HTTPSHandler(),
+        urllib.request.HTTPDefaultErrorHandler(),
+        urllib.request.HTTPRedirectHandler(),
+        urllib.request.HTTPErrorProcessor(),
+    ):
+        director.add_handler(handler)
+    return director.open(request, timeout=timeout)
+
+
 def fetch(
     sources: Path,
     raw: Path,
     *,
     mirror: Path | None = None,
     only: Sequence[str] | None = None,
-    opener: Callable[..., Any] = urllib.request.urlopen,
+    opener: Callable[..., Any] = open_http,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> FetchReport:
     """What was fetched, what was there, and what failed and why.
@@ -110,7 +126,7 @@ def fetch(
     only : sequence of str, optional
         Names of sources, paths or patterns such as ``cmu/16/*``; all files if not given.
     opener : callable
-        Called as ``opener(request, timeout=seconds)``.
+        Called as ``opener(request, timeout=seconds)``, as ``urllib.request.urlopen`` is.
     progress : callable
         Called with a `Progress` after every piece and every file.
 
@@ -157,11 +173,11 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
     try:
         with Path(sources).open(newline="", encoding="utf-8") as stream:
             reader = csv.DictReader(stream, strict=True)
-            rows = list(reader)
+            header, rows = reader.fieldnames or (), list(reader)
     except (OSError, csv.Error, UnicodeDecodeError) as error:
         raise Refusal(f"cannot read the table of sources: {error}") from error
     where = Path(sources).name
-    if missing := [name for name in NEEDED_COLUMNS if name not in (reader.fieldnames or ())]:
+    if missing := [name for name in NEEDED_COLUMNS if name not in header]:
         raise Refusal(f"the table of sources has no column {missing[0]!r}", where=where)
     seen: set[str] = set()
     for row in rows:

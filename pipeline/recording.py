@@ -231,7 +231,7 @@ class Recording:
         entity : str
             E.g. ``"matrices/distances"``.
         array : (R, C) float
-            Row 0 is shown at the top; NaN stays blank.
+            Row 0 is shown at the top; finite, since the viewer draws NaN like the lowest number.
         paths : mapping of str to ((N, 2) array, colour), optional
             Name → (row, column) of each point of a line, and one of `COLOURS`.
 
@@ -241,10 +241,10 @@ class Recording:
             If shapes do not fit or the entity has been used.
         """
         a = np.asarray(array, dtype=np.float32)
-        fits = a.ndim == 2 and 0 not in a.shape and not np.isinf(a).any() and not np.isnan(a).all()
-        require(fits, "not a matrix of numbers", entity, "(R, C)", str(a.shape))
+        fits = a.ndim == 2 and 0 not in a.shape and bool(np.isfinite(a).all())
+        require(fits, "not a matrix of finite numbers", entity, "(R, C)", f"shape {a.shape}")
         self._claim(entity)
-        span = (float(np.nanmin(a)), float(np.nanmax(a)))
+        span = (float(a.min()), float(a.max()))
         self._static(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
         for name, (path, colour) in (paths or {}).items():
             line = np.asarray(path, dtype=np.float32)

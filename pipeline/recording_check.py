@@ -10,7 +10,9 @@ import hashlib
 import os
 import socket
 import subprocess
+import tempfile
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,12 +20,16 @@ import numpy as np
 import pyarrow as pa
 import rerun
 from rerun.chunk import Chunk, RrdReader
+from rerun.error_utils import RerunWarning
 from rerun.experimental import ViewerClient
 
 from pipeline.refusal import Refusal
 
 PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
 """The viewer and its command line: the program itself, since stopping its wrapper would leave it running."""
+
+SETTLE_S = 3.5
+"""Seconds from the first view to the picture: the layout takes some frames, start-up notices must fade."""
 
 NOT_CONTENT = "/__properties"
 """Holds the name of the recording, not its data."""
@@ -139,9 +145,11 @@ def verify(path: Path, *, timeout_s: float = 60.0) -> None:
     Refusal
         With the command line's last sentence, if it does not.
     """
-    run = subprocess.run(
-        [PROGRAM, "rrd", "verify", str(path)], capture_output=True, text=True, timeout=timeout_s, check=False
-    )
+    command = [str(PROGRAM), "rrd", "verify", str(path)]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise Refusal("the check did not end in time", where=str(path)) from error
     if run.returncode:
         said = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
         raise Refusal("the recording is damaged", where=str(path), received=said[-1].strip())
@@ -175,7 +183,7 @@ def screenshot(
     Raises
     ------
     Refusal
-        If no Vulkan driver is there (``mesa-vulkan-drivers`` draws without a graphics card), the viewer
+        If there is no Vulkan driver (``mesa-vulkan-drivers`` draws without a graphics card), the viewer
         stops, or time runs out.
     """
     if not Path(path).is_file():
@@ -184,54 +192,50 @@ def screenshot(
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    command = [
-        str(PROGRAM),
-        "--headless",
-        "--bind",
-        "127.0.0.1",
-        "--port",
-        str(port),
-        "--hide-welcome-screen",
-    ]
-    command += ["--window-size", f"{size[0]}x{size[1]}"]
-    viewer = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "RERUN_APP_ONLY": "true", "RUST_LOG": "error"},  # notices would cover the picture
-    )
-    try:
-        _until(lambda: _answers(port), viewer, deadline)
-        client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-        client.open(str(Path(path).resolve()))
-        _until(lambda: not (s := client.get_state()).loading and bool(s.views), viewer, deadline)
-        if timeline == "time" and value is not None:
-            client.set_time(timeline, duration=float(value), play_state="paused")
-        elif timeline is not None and value is not None:
-            client.set_time(timeline, sequence=int(value), play_state="paused")
-        time.sleep(1.0)  # the viewer lays itself out over a few frames and reports nothing when it has
-        complaints = tuple(str(report) for view in client.get_state().views for report in view.reports)
-        Path(png).write_bytes(client.take_screenshot())
-        return complaints
-    finally:
-        viewer.kill()
-        viewer.communicate()
-
-
-def _until(ready: Callable[[], bool], viewer: subprocess.Popen[str], deadline: float) -> None:
-    """Wait for a condition while the viewer lives and there is time."""
-    while not ready():
-        if viewer.poll() is not None:
-            said = viewer.stderr.read().strip().splitlines() if viewer.stderr else []
+    options = f"--headless --hide-welcome-screen --bind 127.0.0.1 --port {port}"
+    with tempfile.TemporaryFile("w+") as said:
+        viewer = subprocess.Popen(
+            [str(PROGRAM), *options.split(), "--window-size", f"{size[0]}x{size[1]}"],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+            env={
+                **os.environ,
+                "RERUN_APP_ONLY": "true",
+                "RUST_LOG": "error",
+            },  # fewer notices over the picture
+        )
+        try:
+            _until(lambda: viewer.poll() is not None or _answers(port), deadline)
+            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            client.open(str(Path(path).resolve()))
+            _until(lambda: not (state := client.get_state()).loading and bool(state.views), deadline)
+            if timeline == "time" and value is not None:
+                client.set_time(timeline, duration=float(value), play_state="paused")
+            elif timeline is not None and value is not None:
+                client.set_time(timeline, sequence=int(value), play_state="paused")
+            time.sleep(SETTLE_S)
+            complaints = tuple(str(report) for view in client.get_state().views for report in view.reports)
+            Path(png).write_bytes(client.take_screenshot())
+            return complaints
+        except (OSError, RuntimeError) as error:
+            said.seek(0)
+            words = [line.strip() for line in said if "panicked" in line]
             raise Refusal(
-                "the viewer stopped",
+                "the viewer stopped or did not answer",
+                where=str(path),
                 expected="a Vulkan driver, such as the package mesa-vulkan-drivers",
-                received=next((line for line in said if "adapter" in line), (said or ["no message"])[-1]),
-            )
+                received=(words or [str(error)])[0],
+            ) from error
+        finally:
+            viewer.kill()
+            viewer.wait()
+
+
+def _until(ready: Callable[[], bool], deadline: float) -> None:
+    while not ready():
         if time.monotonic() > deadline:
-            raise Refusal("the viewer did not answer in time")
+            raise TimeoutError("no answer in time")
         time.sleep(0.05)
 
 
@@ -245,9 +249,11 @@ def _reader(path: Path) -> RrdReader:
     if not Path(path).is_file():
         raise Refusal("no such recording", where=str(path))
     try:
-        reader = RrdReader(path)
-        reader.store()  # needs the footer, which only a finished file has
-    except (ValueError, RuntimeError, OSError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RerunWarning)
+            reader = RrdReader(path)
+            reader.store()  # needs the footer, which only a finished file has
+    except (RerunWarning, ValueError, RuntimeError, OSError) as error:
         raise Refusal("not a complete recording", where=str(path), received=str(error)) from error
     return reader
 

@@ -136,13 +136,27 @@ def make_figures(jobs: Sequence[tuple[Config, Path]], *, console: Console) -> in
             except Refusal as refusal:
                 refusals.setdefault(str(refusal), []).append(config.figure)
     if outcomes:
-        summarise(outcomes, console)
+        summarise(outcomes, _ledger(outcomes, {c.figure: c for c, _ in jobs}), console)
     for sentence, figures in refusals.items():
         console.print(Text(f"refused ({', '.join(figures)}): {sentence}", style="red"), soft_wrap=True)
     return 1 if refusals else 0
 
 
-def summarise(outcomes: Sequence[Outcome], console: Console) -> None:
+def _ledger(outcomes: Sequence[Outcome], configs: dict[str, Config]) -> list[Verdict]:
+    """Verdicts on what these figures back together; ``claims.csv`` beside them where they share a folder."""
+    from pipeline.ledger import judge_folder, write_claims
+
+    parents = {outcome.folder.parent for outcome in outcomes}
+    if len(parents) > 1 or len(outcomes) == 1:
+        return [verdict for outcome in outcomes for verdict in outcome.verdicts]
+    parent = parents.pop()
+    figures = [outcome.figure for outcome in outcomes]
+    verdicts = judge_folder(parent, configs[figures[0]].data.name, figures)
+    write_claims(parent / "claims.csv", verdicts)
+    return verdicts
+
+
+def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console) -> None:
     """Print what was made, where, in how many seconds, and the verdicts on the papers' claims."""
     figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "seconds", "of which report", "reused", "folder", "files"):
@@ -169,7 +183,6 @@ def summarise(outcomes: Sequence[Outcome], console: Console) -> None:
         + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES if stage != "report")
         + f"), tabulated, drawn and logged in {total['report']:.1f} s."
     )
-    verdicts = [v for outcome in outcomes for v in outcome.verdicts]
     if verdicts:
         console.print(claims_table(verdicts))
     for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):

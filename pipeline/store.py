@@ -47,7 +47,7 @@ ARRAYS = "arrays.npz"
 TYPE = "<type>"
 """Key that keeps the class of an option in its canonical form: classes with equal fields are not equal."""
 
-_ONLY_DRAW_OR_DESCRIBE = {"pictures.py", "recording.py", "papers.py"}
+_ONLY_DRAW_OR_DESCRIBE = re.compile(r"(pictures|recording|papers)(_\w+)?\.py")
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
@@ -216,12 +216,11 @@ class Store:
         with _writing(folder):
             folder.parent.mkdir(parents=True, exist_ok=True)
         remove_stale(folder.parent)
-        with _writing(folder, only=_CANNOT_WRITE):
-            with temporary_folder(folder.parent) as temporary:
-                publication = Publication(temporary)
-                yield publication
-                publication._seal()
-                _swap_in(temporary, folder)
+        with _writing(folder, only=_CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
+            publication = Publication(temporary)
+            yield publication
+            publication._seal()
+            _swap_in(temporary, folder)
 
     def _why(self, made_from: dict[str, Any]) -> str:
         """What differs from the most alike artefact of the same stage."""
@@ -334,14 +333,14 @@ def _fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
     return MappingProxyType(fixed)
 
 
-def _packed(arrays: Mapping[str, np.ndarray]) -> memoryview:
+def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
     """The bytes of an ``.npz``: equal arrays give equal bytes, for no time of day is in them."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, array in arrays.items():
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
-    return buffer.getbuffer()
+    return buffer.getvalue()
 
 
 def canonical(value: Any, where: str = "options") -> Any:
@@ -411,7 +410,7 @@ def _leaves(value: Any, path: str) -> dict[str, str]:
     return {path: json.dumps(value)}
 
 
-def digest(content: bytes | memoryview) -> str:
+def digest(content: bytes) -> str:
     """The sha256 of some bytes, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
@@ -422,7 +421,7 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def write_bytes(path: Path, content: bytes | memoryview) -> None:
+def write_bytes(path: Path, content: bytes) -> None:
     """Write a file and wait until the disk has it."""
     with path.open("wb") as stream:
         stream.write(content)
@@ -516,21 +515,19 @@ def _swap_in(temporary: Path, folder: Path) -> None:
                 folder.replace(aside)
             try:
                 temporary.replace(folder)
+                break
             except OSError as error:
                 if error.errno not in _FULL:
                     raise
-                shutil.rmtree(
-                    aside
-                )  # another process published just now, and is as right as what it replaced
-            else:
-                break
+                shutil.rmtree(aside, ignore_errors=True)  # another process published just now: its turn to go
         sync(folder.parent)
+    except BaseException:
+        if not folder.exists() and aside.exists():
+            aside.replace(folder)
+        raise
     finally:
-        if aside.exists():
-            if folder.exists():
-                shutil.rmtree(aside, ignore_errors=True)
-            else:
-                aside.replace(folder)
+        if folder.exists():
+            shutil.rmtree(aside, ignore_errors=True)
         _live_temporaries.discard(aside.name)
 
 
@@ -585,7 +582,7 @@ def code_hash() -> str:
     sources = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         relative = path.relative_to(PACKAGE).as_posix()
-        if relative not in _ONLY_DRAW_OR_DESCRIBE:
+        if not _ONLY_DRAW_OR_DESCRIBE.fullmatch(relative):
             sources.update(f"{relative}\0{file_digest(path)}\n".encode())
     return sources.hexdigest()
 

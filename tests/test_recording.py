@@ -1,6 +1,7 @@
 """Recordings: what was given is what is in the file, or there is no file."""
 
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
         recording.blueprint(Split("columns", [plots, others]))
 
 
-def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path):
+def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path: Path) -> None:
     positions = walker(6)
     write_gait(tmp_path / "a.rrd", positions=positions)
     for index, values in (("time", np.arange(6) / 120.0), ("frame", np.arange(6))):
@@ -61,7 +62,7 @@ def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path):
         np.testing.assert_array_equal(ends[:, b, 1], joints[:, child])
 
 
-def test_images_are_stored_with_their_vertical_axis_down(tmp_path):
+def test_images_are_stored_with_their_vertical_axis_down(tmp_path: Path) -> None:
     positions = walker(2)
     write_gait(tmp_path / "a.rrd", positions=positions)
     _, points = read_column(tmp_path / "a.rrd", "image/observed", "Points2D:positions", "frame")
@@ -69,7 +70,7 @@ def test_images_are_stored_with_their_vertical_axis_down(tmp_path):
     np.testing.assert_allclose(points[..., 1], -positions[..., 2] / 1000.0, rtol=1e-6)
 
 
-def test_missing_joints_stay_missing(tmp_path):
+def test_missing_joints_stay_missing(tmp_path: Path) -> None:
     positions = walker(3)
     positions[1, 4] = np.nan
     write_gait(tmp_path / "a.rrd", positions=positions)
@@ -78,7 +79,7 @@ def test_missing_joints_stay_missing(tmp_path):
     assert np.isfinite(np.delete(joints.reshape(-1, 3), 15 + 4, axis=0)).all()
 
 
-def test_curves_are_read_back_to_the_last_bit_over_negative_angles(tmp_path):
+def test_curves_are_read_back_to_the_last_bit_over_negative_angles(tmp_path: Path) -> None:
     error, sd = np.pi * np.arange(7.0), np.full(7, 1 / 3)
     write_curves(tmp_path / "c.rrd", error=error, sd=sd)
     at, values = read_column(tmp_path / "c.rrd", "curves/error/map", "Measurements:values", "view_angle_deg")
@@ -94,7 +95,7 @@ def test_curves_are_read_back_to_the_last_bit_over_negative_angles(tmp_path):
     assert label.tolist() == [["MAP"]]
 
 
-def test_a_recording_opens_on_its_layout_and_lists_its_entities(tmp_path):
+def test_a_recording_opens_on_its_layout_and_lists_its_entities(tmp_path: Path) -> None:
     write_curves(tmp_path / "c.rrd", error=np.ones(7), sd=np.ones(7))
     assert entities(tmp_path / "c.rrd") == (
         "about",
@@ -113,7 +114,7 @@ def test_a_recording_opens_on_its_layout_and_lists_its_entities(tmp_path):
     )
 
 
-def test_walkers_that_are_not_shown_start_hidden(tmp_path):
+def test_walkers_that_are_not_shown_start_hidden(tmp_path: Path) -> None:
     write_gait(tmp_path / "a.rrd", positions=walker(2))
     reader, visible = RrdReader(tmp_path / "a.rrd"), {}
     for layout in reader.blueprints():
@@ -125,14 +126,14 @@ def test_walkers_that_are_not_shown_start_hidden(tmp_path):
     assert visible == {"world": False, "world/original/walker_07": True}
 
 
-def test_nothing_in_a_recording_tells_the_time_of_day(tmp_path):
+def test_nothing_in_a_recording_tells_the_time_of_day(tmp_path: Path) -> None:
     write_gait(tmp_path / "a.rrd", positions=walker(2))
     for chunk in RrdReader(tmp_path / "a.rrd").stream().to_chunks():
         assert set(chunk.timeline_names) <= {"time", "frame"}
         assert not [n for n in chunk.to_record_batch().schema.names if "start_time" in n]
 
 
-def test_equal_recordings_have_equal_digests_and_a_micrometre_shows(tmp_path):
+def test_equal_recordings_have_equal_digests_and_a_micrometre_shows(tmp_path: Path) -> None:
     positions = walker(4)
     for name, edition in (("a", ""), ("b", ""), ("c", "another edition")):
         write_gait(tmp_path / f"{name}.rrd", positions=positions, edition=edition)
@@ -144,17 +145,17 @@ def test_equal_recordings_have_equal_digests_and_a_micrometre_shows(tmp_path):
     assert len({digest(tmp_path / f"{name}.rrd") for name in "ade"}) == 3
 
 
-def test_the_command_line_agrees_with_the_digest(tmp_path):
+def test_the_command_line_agrees_with_the_digest(tmp_path: Path) -> None:
     positions = walker(4)
     for name, shift in (("a", 0.0), ("b", 0.0), ("c", 10.0)):
         write_gait(tmp_path / f"{name}.rrd", positions=positions + shift)
-    compare = [PROGRAM, "rrd", "compare", "--unordered", tmp_path / "a.rrd"]
-    same = subprocess.run([*compare, tmp_path / "b.rrd"], capture_output=True, timeout=60, check=False)
-    other = subprocess.run([*compare, tmp_path / "c.rrd"], capture_output=True, timeout=60, check=False)
+    compare = [str(PROGRAM), "rrd", "compare", "--unordered", str(tmp_path / "a.rrd")]
+    same = subprocess.run([*compare, str(tmp_path / "b.rrd")], capture_output=True, timeout=60, check=False)
+    other = subprocess.run([*compare, str(tmp_path / "c.rrd")], capture_output=True, timeout=60, check=False)
     assert (same.returncode, other.returncode) == (0, 1)
 
 
-def test_complete_recordings_verify_and_damaged_ones_are_refused(tmp_path):
+def test_complete_recordings_verify_and_damaged_ones_are_refused(tmp_path: Path) -> None:
     whole, cut, missing = (tmp_path / f"{name}.rrd" for name in ("whole", "cut", "missing"))
     write_curves(whole, error=np.ones(7), sd=np.ones(7))
     verify(whole)
@@ -167,7 +168,7 @@ def test_complete_recordings_verify_and_damaged_ones_are_refused(tmp_path):
         read_column(whole, "curves/error/map", "Scalars:scalars", "time")
 
 
-def test_a_failure_leaves_the_old_recording_and_no_scraps(tmp_path):
+def test_a_failure_leaves_the_old_recording_and_no_scraps(tmp_path: Path) -> None:
     path = tmp_path / "a.rrd"
     write_gait(path, positions=walker(2))
     before = path.read_bytes()
@@ -212,6 +213,7 @@ TIMES = {"time": np.arange(3.0)}
         (lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=np.ones(3)), "spread"),
         (lambda r: r.bars("spectrum", np.ones(3), np.ones(2)), "as many bars"),
         (lambda r: r.matrix("matrices/a", np.ones(3)), "not a matrix"),
+        (lambda r: r.matrix("matrices/a", np.full((2, 2), np.nan)), "not a matrix of finite"),
         (lambda r: r.matrix("matrices/a", np.eye(2), paths={"p": (np.ones(2), "blue")}), "path"),
         (lambda r: r.blueprint(Space3D(name="empty")), "nothing to show at 'world'"),
         (lambda r: r.blueprint(Plot(name="text", origin="about")), "nothing that a Plot"),
@@ -220,7 +222,9 @@ TIMES = {"time": np.arange(3.0)}
         (lambda r: (r.blueprint(Notes()), r.blueprint(Notes())), "layout already"),
     ],
 )
-def test_what_the_library_would_let_pass_is_refused(tmp_path, call, words):
+def test_what_the_library_would_let_pass_is_refused(
+    tmp_path: Path, call: Callable[[Recording], object], words: str
+) -> None:
     with (
         pytest.raises(Refusal, match=words),
         Recording(tmp_path / "a.rrd", name="bad", about="# Bad") as recording,
@@ -237,14 +241,15 @@ def test_what_the_library_would_let_pass_is_refused(tmp_path, call, words):
         ({"about": " "}, "no description"),
     ],
 )
-def test_unsafe_names_and_silence_are_refused(tmp_path, options, words):
+def test_unsafe_names_and_silence_are_refused(tmp_path: Path, options: dict[str, str], words: str) -> None:
+    arguments = {"name": "a", "about": "# A", **options}
     with pytest.raises(Refusal, match=words):
-        Recording(tmp_path / "a.rrd", **{"name": "a", "about": "# A", **options})
+        Recording(tmp_path / "a.rrd", **arguments)
     with pytest.raises(Refusal, match="folder"):
         Recording(tmp_path / "nowhere" / "a.rrd", name="a", about="# A")
 
 
-def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_path):
+def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_path: Path) -> None:
     index = {"time": np.arange(60) / 60.0}
     with Recording(tmp_path / "many.rrd", name="many", about="# Many") as recording:
         for number in range(80):
@@ -256,11 +261,11 @@ def test_eighty_walkers_and_two_reconstructions_stay_under_ten_megabytes(tmp_pat
     assert (tmp_path / "many.rrd").stat().st_size < 10e6
 
 
-def test_a_machine_that_cannot_draw_is_told_so(tmp_path, monkeypatch):
+def test_a_machine_that_cannot_draw_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_gait(tmp_path / "a.rrd", positions=walker(2))
     for variable in ("VK_ICD_FILENAMES", "VK_DRIVER_FILES"):
         monkeypatch.setenv(variable, str(tmp_path / "no_driver.json"))
-    with pytest.raises(Refusal, match="Vulkan"):
+    with pytest.raises(Refusal, match=r"Vulkan driver.*panicked"):
         screenshot(tmp_path / "a.rrd", tmp_path / "a.png")
     assert not (tmp_path / "a.png").exists()
 
@@ -269,7 +274,7 @@ DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*.json"), *Path("/etc/vulkan/i
 
 
 @pytest.mark.skipif(not DRIVERS, reason="needs a Vulkan driver: install mesa-vulkan-drivers")
-def test_the_viewer_draws_every_view_without_complaint(tmp_path):
+def test_the_viewer_draws_every_view_without_complaint(tmp_path: Path) -> None:
     write_gait(tmp_path / "a.rrd", positions=walker(3))
     write_curves(tmp_path / "c.rrd", error=np.arange(7.0), sd=np.ones(7))
     for name, timeline, value in (("a", "time", 1 / 120), ("c", "view_angle_deg", -30)):

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -202,7 +202,7 @@ def test_the_hash_of_the_code_covers_what_computes(tmp_path: Path, monkeypatch: 
     (tmp_path / "core").mkdir()
     (tmp_path / "core" / "camera.py").write_text("a = 1")
     before = now()
-    for name in ("pictures.py", "recording.py", "papers.py", "notes.txt"):
+    for name in ("pictures.py", "recording.py", "recording_layout.py", "papers.py", "notes.txt"):
         (tmp_path / name).write_text("drawn = 1")
     assert now() == before
     (tmp_path / "core" / "papers.py").write_text("")
@@ -669,7 +669,7 @@ def test_a_read_only_folder_still_gives_what_it_holds(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def dead_pid() -> Iterator[int]:
+def dead_pid() -> int:
     process = subprocess.Popen([sys.executable, "-c", ""])
     process.wait(timeout=60)
     return process.pid

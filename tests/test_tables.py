@@ -162,7 +162,11 @@ def test_a_full_disk_leaves_the_older_table(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_compare_names_the_cells_that_differ(tmp_path: Path) -> None:
-    base = {"angle": [0, 1, 2], "error": [1.0, np.nan, 3e6], "method": ["map", "map", "ls"]}
+    base: dict[str, list[Any]] = {
+        "angle": [0, 1, 2],
+        "error": [1.0, np.nan, 3e6],
+        "method": ["map", "map", "ls"],
+    }
     tables.write(tmp_path / "a.csv", base, sort_by=[])
 
     def against(**changes: Any) -> list[str]:

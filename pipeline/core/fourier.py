@@ -76,7 +76,7 @@ def _explained(frequency_hz: float, times_s: np.ndarray, values: np.ndarray, har
     return ((basis.T @ values) ** 2).sum(axis=1)
 
 
-def _single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
+def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
     """Sum of squares that a constant and one sinusoid of each frequency explain in (T,) `signal`; (C,)."""
     angle = 2.0 * np.pi * frequencies_hz[:, None] * times_s
     columns = np.stack([np.sin(angle), np.cos(angle)], axis=-1)
@@ -119,7 +119,7 @@ def fundamental_frequency(
     # Six candidates to the clip's resolution cannot step over the peak.
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * times[-1] * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
-    guess = float(candidates[int(np.argmax(_single_frequency_power(candidates, times, signal)))])
+    guess = float(candidates[int(np.argmax(single_frequency_power(candidates, times, signal)))])
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)
     found = minimize_scalar(

@@ -3,11 +3,12 @@
 Every number that `pipeline.core.synthetic` uses stands here.  Three grades of support, marked at each:
 
 - *published*: a mean or standard deviation that the source prints;
-- *read*: a landmark of a curve that the source plots, as it is commonly quoted: right to a degree or two and a
-  hundredth or two of a cycle; not digitised anew;
-- *assumed*: the source gives the direction or the order of size only; the number is ours.
+- *read*: a landmark of a curve that the source plots, or an order of size in its text: right to a degree or
+  two and a hundredth or two of a cycle; not digitised anew;
+- *assumed*: the source gives the direction only; the number is ours.
 
-None was chosen by looking at what the linear model or a Fourier fit makes of the result.
+A tick ✓ marks a number looked up when this was written; the others stand as they are commonly quoted.  None
+was chosen by looking at what the linear model or a Fourier fit makes of the result.
 
 Legend
 ------
@@ -22,9 +23,10 @@ Age and body
     Bell et al. 1990 and Seidel et al. 1995 (hip joint centres); Knutson 2005 (leg length inequality).
 Speed and rhythm
     Alexander 1984 (speed by the root of leg length); Dal et al. 2010 (comfortable belt speed is below
-    overground speed); Grieve & Gear 1966 (frequency by speed and stature; Umberger & Martin 2007 agree:
-    54.3 strides/min at 1.3 m/s); Murray et al. 1964 (stance); Hausdorff et al. 1995 and Hausdorff 2007
-    (stride to stride); Sadeghi et al. 2000 (asymmetry); Owings & Grabiner 2004 (step width on a treadmill).
+    overground speed); Öberg et al. 1993 (spread of speed and cadence); Grieve & Gear 1966 (frequency by speed
+    and stature; Umberger & Martin 2007 agree: 54.3 strides/min ✓); Murray et al. 1964 (stance); Hausdorff et
+    al. 1995 and Hausdorff 2007 (stride to stride); Sadeghi et al. 2000 (asymmetry); Owings & Grabiner 2004
+    (step width on a treadmill).
 Angles
     Perry 1992; Winter 1991; Kadaba et al. 1990 (legs, pelvis, foot); Smith et al. 2002 (pelvic obliquity by
     sex); Murray et al. 1967 (arms, thorax); Thorstensson et al. 1984 and Crosbie et al. 1997 (trunk);
@@ -45,8 +47,18 @@ from scipy.interpolate import CubicSpline
 
 @dataclass(frozen=True)
 class Spread:
-    """How a curve differs between people: whole curve up or down, excursion (coefficient of variation), each
-    landmark alone, the two sides of one person (each landmark, left against right), earlier or later (cycles).
+    """How a curve differs between people, standard deviations.
+
+    Attributes
+    ----------
+    offset_deg : float
+        The whole curve up or down: on both sides alike, or to one side where the curve is `opposed`.
+    gain : float
+        Excursion about the middle, as a fraction.
+    shape_deg, side_deg : float
+        Each landmark by itself: on both sides alike, and left against right.
+    timing : float
+        Earlier or later, in cycles.
     """
 
     offset_deg: float
@@ -58,11 +70,21 @@ class Spread:
 
 @dataclass(frozen=True)
 class NormativeCurve:
-    """A periodic angle through published landmarks: phases in [0, 1), values in degrees, spread."""
+    """A periodic angle through published landmarks.
+
+    Attributes
+    ----------
+    phases, mean_deg : tuple of float
+        Landmarks: fractions of the cycle in [0, 1), and the angle there.
+    spread : Spread
+    opposed : bool
+        Whether the body part turns by half of (right − left): it then changes sign when the sides do.
+    """
 
     phases: tuple[float, ...]
     mean_deg: tuple[float, ...]
     spread: Spread
+    opposed: bool = False
 
     @cached_property
     def basis(self) -> CubicSpline:
@@ -76,10 +98,11 @@ class NormativeCurve:
 
 AGE_RANGE_YEARS = (13.0, 59.0)
 AGE_BETA = (1.7, 4.3)
-"""Ages 13–59 with mean 26 [zhang2007 section 2]: beta on the range, mean 13 + 46 · 1.7/6 = 26.0.  Shape assumed."""
+"""Ages 13–59 with mean 26 ✓ [zhang2007 section 2]: beta on the range, mean 13 + 46 · 1.7/6.
+Shape assumed."""
 
 STATURE_MM = {True: (1755.8, 66.8), False: (1629.4, 63.6)}
-"""Mean and SD by sex (male: True).  Published: Gordon et al. 1989."""
+"""Mean and SD by sex (male: True).  Published: Gordon et al. 1989 (men ✓)."""
 
 GROWTH_AGE_YEARS = (13.0, 14.0, 15.0, 16.0, 17.0, 18.0)
 GROWTH = {
@@ -120,13 +143,13 @@ FOOT_HEEL, FOOT_BALL = 0.026, 0.073
 
 # --- speed and rhythm -------------------------------------------------------------------------------------
 
-DIMENSIONLESS_SPEED = (0.42, 0.045)
+DIMENSIONLESS_SPEED = (0.42, 0.042)
 """v / √(g · leg length).  Read: Alexander 1984 scaling; comfortable on a belt about a tenth below the
-overground 0.45 (Dal et al. 2010)."""
+overground 0.45 (Dal et al. 2010); spread of a tenth, Öberg et al. 1993."""
 
-STRIDES_PER_MINUTE, SPEED_EXPONENT, FREQUENCY_CV = 64.8, 0.57, 0.04
-"""f = 64.8 (v/H)^0.57 strides a minute, v/H in statures a second.  Published: Grieve & Gear 1966; spread
-between people at equal speed assumed."""
+STRIDES_PER_MINUTE, SPEED_EXPONENT, FREQUENCY_CV = 64.8, 0.57, 0.03
+"""f = 64.8 (v/H)^0.57 strides a minute, v/H in statures a second.  Published: Grieve & Gear 1966.
+Spread at equal speed: what Öberg et al. 1993 leave (6–7 % in all, 6 % of it from speed and stature)."""
 
 TOE_OFF = 0.62
 """End of stance.  Published: Murray et al. 1964; Perry 1992."""
@@ -143,7 +166,7 @@ STRIDE_GAIN_CV = {"leg": 0.02, "arm": 0.06, "trunk": 0.08}
 
 STEP_WIDTH_MM, STEP_WIDTH_SD_MM, STEP_WIDTH_LEAST_MM = 115.0, 25.0, 55.0
 FOOT_PLACEMENT_SD_MM = 12.0
-"""Distance of the ankles' lines; stride-to-stride SD of one foot.  Read: Owings & Grabiner 2004 (treadmill)."""
+"""Distance of the ankles' lines; stride-to-stride SD of one foot.  Read: Owings & Grabiner 2004."""
 
 BELT_WANDER_SD_MM, BELT_WANDER_MEMORY, BELT_RETURN_S = 8.0, 0.9, 3.0
 """Slow sideways wandering, and the time in which a walker makes good a drift along the belt.  Assumed."""
@@ -157,7 +180,7 @@ THIGH = NormativeCurve(
 )
 """Thigh from the vertical: hip flexion less pelvic tilt (tilting about the hip axis moves no joint).
 Read: Perry 1992; Kadaba et al. 1990 (hip flexion 35° at contact, −7° at 52 %, tilt 11–12°).  Its excursion
-is then scaled so that the stride fits the belt, hence no `gain_cv`."""
+is then scaled so that the stride fits the belt, hence no spread of gain."""
 
 KNEE = NormativeCurve(
     (0.0, 0.14, 0.27, 0.40, 0.51, 0.61, 0.72, 0.84, 0.95),
@@ -172,9 +195,10 @@ SETTLING_SCALE_SD = 0.3
 SURGE_MM, SURGE_SD_MM = (0.0, 0.0, 9.7, -2.4), 4.0
 BOB_SD_MM = (4.0, 4.0, 25.0, 25.0, 4.0, 4.0)
 """How a drawn person is settled on the floor: until when the foot turns about ball or heel (then the toes
-bend), how exactly, and by how much each landmark may move.  Surge of the pelvis on the belt: sine and cosine of
-the first and second harmonic of the stride, 10 mm in the second, fastest just after each contact; read: Winter
-1991 (forward velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the twofold one is left to the legs."""
+bend), how exactly, and by how much each landmark may move: assumed.  Surge of the pelvis on the belt: sine
+and cosine of the first and second harmonic of the stride, 10 mm in the second, fastest just after each
+contact; read: Winter 1991 (forward velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the second, two
+to a stride, is left to the legs."""
 
 KNEE_STOP_DEG, ELBOW_STOP_DEG, STOP_SOFTNESS_DEG = -2.0, 2.0, 1.5
 """Extension ends smoothly here (capsule, olecranon).  Assumed, within the norm of a few degrees."""
@@ -186,33 +210,37 @@ FOOT_GAIN_CV = 0.12
 1991.  Monotone between landmarks, so that the foot lies flat; spread read there too."""
 
 KNEE_TURNED_OUT_DEG = (4.0, 5.0)
-"""The leg's plane, turned out about the line hip–ankle: mean and SD.  Read: Murray et al. 1964 (foot out-toeing
-6.7°, about half of it in the thigh)."""
+"""The leg's plane, turned out about the line hip–ankle: mean and SD.  Read: Murray et al. 1964 (feet turned
+out by 6.7°; half of it in the thigh assumed)."""
 
 # --- angles: pelvis and trunk -----------------------------------------------------------------------------
-# One side's curve; the pelvis's is half of (right − left), or half of the sum where both sides agree.
+# One side's curve; the body part's is half of (right − left) if opposed, else the mean of the sides.
+# Spread of posture (`offset_deg`) assumed throughout.
 
 PELVIC_ROTATION = NormativeCurve(
     (0.0, 0.10, 0.30, 0.50, 0.60, 0.80),
     (4.5, 4.2, 0.5, -4.5, -4.2, -0.5),
-    Spread(offset_deg=0.0, gain=0.35, shape_deg=0.5, side_deg=0.5, timing=0.02),
+    Spread(offset_deg=2.0, gain=0.35, shape_deg=0.5, side_deg=0.5, timing=0.02),
+    opposed=True,
 )
 """Own side forward.  Read: Kadaba et al. 1990; Perry 1992 (5° each way)."""
 
 PELVIC_OBLIQUITY = NormativeCurve(
     (0.0, 0.14, 0.30, 0.50, 0.64, 0.80),
     (0.5, 4.2, 2.0, -0.5, -4.2, -2.0),
-    Spread(offset_deg=0.0, gain=0.40, shape_deg=0.4, side_deg=0.4, timing=0.015),
+    Spread(offset_deg=0.7, gain=0.40, shape_deg=0.4, side_deg=0.4, timing=0.015),
+    opposed=True,
 )
 """Own side up.  Shape read: Kadaba et al. 1990."""
 
 PELVIC_OBLIQUITY_BY_SEX = {True: 7.4 / 8.4, False: 9.4 / 8.4}
-"""Range 7.4° (SD 3.4) in men, 9.4° (SD 3.5) in women, over the curve's 8.4°.  Published: Smith et al. 2002."""
+"""Range 7.4° (SD 3.4) in men, 9.4° (3.5) in women ✓, over the curve's 8.4°.  Published: Smith et al. 2002."""
 
 PELVIC_SWAY = NormativeCurve(
     (0.06, 0.17, 0.31, 0.45, 0.56, 0.67, 0.81, 0.95),
     (0.0, 0.70, 1.0, 0.70, 0.0, -0.70, -1.0, -0.70),
     Spread(offset_deg=0.0, gain=0.0, shape_deg=0.06, side_deg=0.03, timing=0.01),
+    opposed=True,
 )
 """Towards the own side, in units of `SWAY_MM`: over the standing foot in mid-stance.  Read: Orendurff et al.
 2004 (timing)."""
@@ -224,7 +252,8 @@ Orendurff et al. 2004."""
 THORAX_ROTATION = NormativeCurve(
     (0.02, 0.14, 0.33, 0.52, 0.64, 0.83),
     (-3.5, -3.0, 0.3, 3.5, 3.0, -0.3),
-    Spread(offset_deg=0.0, gain=0.35, shape_deg=0.4, side_deg=0.4, timing=0.03),
+    Spread(offset_deg=2.0, gain=0.35, shape_deg=0.4, side_deg=0.4, timing=0.03),
+    opposed=True,
 )
 """Own side forward: against the pelvis.  Read: Murray et al. 1967 (7° in all)."""
 
@@ -232,6 +261,7 @@ THORAX_OBLIQUITY = NormativeCurve(
     (0.05, 0.18, 0.35, 0.55, 0.68, 0.85),
     (-0.6, -1.8, -0.9, 0.6, 1.8, 0.9),
     Spread(offset_deg=1.0, gain=0.40, shape_deg=0.3, side_deg=0.3, timing=0.02),
+    opposed=True,
 )
 """Own shoulder up: against the pelvis.  Read: Crosbie et al. 1997."""
 
@@ -239,12 +269,14 @@ TRUNK_SWAY = NormativeCurve(
     (0.06, 0.17, 0.31, 0.45, 0.56, 0.67, 0.81, 0.95),
     (0.0, 0.70, 1.0, 0.70, 0.0, -0.70, -1.0, -0.70),
     Spread(offset_deg=0.7, gain=0.60, shape_deg=0.15, side_deg=0.1, timing=0.03),
+    opposed=True,
 )
 """Lean to the own side, of the line from hips to sternum.  Read: Thorstensson et al. 1984."""
 
 TRUNK_SWAY_BY_SEX = {True: 0.9, False: 0.5}
-"""Mean 0.7°, so that with the pelvis's sway the head moves some 60 mm from side to side (Murray et al. 1964: 59 mm).
-Men sway more above, women roll more below: direction, Mather & Murdoch 1994; Bruening et al. 2015; size assumed."""
+"""Mean 0.7°, so that with the pelvis's sway the head moves some 60 mm from side to side (read: Murray et al.
+1964, 59 mm).  Men sway more above, women roll more below: direction, Mather & Murdoch 1994; Bruening et al.
+2015 ✓; size assumed."""
 
 TRUNK_LEAN = NormativeCurve(
     (0.0, 0.12, 0.25, 0.38, 0.50, 0.62, 0.75, 0.88),
@@ -258,8 +290,8 @@ HEAD_LEAN = NormativeCurve(
     (7.0, 7.6, 9.0, 8.4, 7.0, 7.6, 9.0, 8.4),
     Spread(offset_deg=5.0, gain=0.40, shape_deg=0.3, side_deg=0.15, timing=0.03),
 )
-"""Forward, of the line from sternum to head; it nods down as the body rises.  Read: Hirasaki et al. 1999; mean
-and spread of posture assumed."""
+"""Forward, of the line from sternum to head; it nods down as the body rises.  Read: Hirasaki et al. 1999;
+mean and spread of posture assumed."""
 
 # --- angles: arms -----------------------------------------------------------------------------------------
 
@@ -304,8 +336,8 @@ CURVES = {
 # --- a person ---------------------------------------------------------------------------------------------
 
 GRAVITY_MM_S2 = 9806.65
-SIDE = np.array([-1.0, 1.0])
-"""Sign of x on the left and on the right."""
+SIDE = np.array([[-1.0], [1.0]])
+"""Sign of x on the left and on the right, a column."""
 
 
 @dataclass(frozen=True)
@@ -318,7 +350,10 @@ class Manner:
 
 @dataclass(frozen=True)
 class Person:
-    """One walker: lengths in mm, angles in radians; pairs are ordered left, right."""
+    """One walker: lengths in mm, angles in radians; left and right as columns (2, 1).
+
+    `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
+    """
 
     male: bool
     age_years: float
@@ -354,17 +389,17 @@ class Person:
         return np.asarray(CURVES[name].basis((phase + self.manner[name].shift) % 1.0))
 
     def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
-        """Each side's angle at its own phase, its excursion times `gain`: (T, 2) cycles → (T, 2) radians."""
+        """Each side's angle at its own phase, its excursion times `gain`: (2, T) cycles → (2, T) radians."""
         values, shift = self.manner[name].values, self.manner[name].shift
-        centre = values.mean(axis=1)
+        centre = values.mean(axis=1, keepdims=True)
         # The person's own two splines: the basis's polynomials weighted by the landmark values.
         spline = CURVES[name].basis
-        own = spline.c @ (values - centre[:, None]).T
+        own = spline.c @ (values - centre).T
         place = phase + (shift - spline.x[0])
         within = place - np.floor(place) + spline.x[0]
         piece = np.searchsorted(spline.x[1:-1], within, side="right")
         past = within - spline.x[piece]
-        c3, c2, c1, c0 = own.reshape(4, -1).take(2 * piece + np.arange(2), axis=1)
+        c3, c2, c1, c0 = own.reshape(4, -1).take(2 * piece + [[0], [1]], axis=1)
         return centre + gain * (((c3 * past + c2) * past + c1) * past + c0)
 
 
@@ -384,10 +419,10 @@ def draw_person(rng: np.random.Generator, male: bool) -> Person:
     # Longer legs mean a shorter trunk at the same stature; the sides differ by a few millimetres.
     leg = rng.standard_normal()
     knee_height = SEGMENT_CV * rng.standard_normal()
-    sides = 0.25 * LEG_INEQUALITY_SD_MM * rng.standard_normal(2)[:, None] * SIDE
+    unequal = np.sqrt(0.125) * LEG_INEQUALITY_SD_MM * rng.standard_normal(2)
     share = stature * np.exp(LEG_SHARE_CV * leg)
-    thigh = share * SEGMENTS["thigh"] * np.exp(-knee_height) + np.sqrt(2) * sides[0]
-    shank = share * SEGMENTS["shank"] * np.exp(knee_height) + np.sqrt(2) * sides[1]
+    thigh = share * SEGMENTS["thigh"] * np.exp(-knee_height) + unequal[0] * SIDE
+    shank = share * SEGMENTS["shank"] * np.exp(knee_height) + unequal[1] * SIDE
     trunk = stature * TRUNK * np.exp(TRUNK_SHARE_CV * (0.4 * rng.standard_normal() - 0.9 * leg))
     arm = stature * positive(1.0, ARM_SHARE_CV)
     elbow = SEGMENT_CV * rng.standard_normal()
@@ -416,16 +451,17 @@ def draw_person(rng: np.random.Generator, male: bool) -> Person:
         spread, mean_deg = curve.spread, np.array(curve.mean_deg)
         middle = mean_deg.mean()
         gain = gains.get(name, 1.0) * positive(1.0, spread.gain)
-        own = middle + gain * (mean_deg - middle) + spread.offset_deg * rng.standard_normal()
+        own = middle + gain * (mean_deg - middle)
+        posture = spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
         own = own + spread.shape_deg * rng.standard_normal(own.size)
-        apart = SIDE[:, None] * spread.side_deg * rng.standard_normal(own.size)
-        manner[name] = Manner(np.radians(own + apart), spread.timing * rng.standard_normal())
+        apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
+        manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())
 
     width = max(STEP_WIDTH_LEAST_MM, rng.normal(STEP_WIDTH_MM, STEP_WIDTH_SD_MM))
 
     def pair(mean: float, sd: float) -> np.ndarray:
         # The sides of one person correlate: 0.8² = 0.64.
-        return np.radians(mean + sd * (0.8 * rng.standard_normal() + 0.6 * rng.standard_normal(2)))
+        return np.radians(mean + sd * (0.8 * rng.standard_normal() + 0.6 * rng.standard_normal((2, 1))))
 
     return Person(
         male=male,

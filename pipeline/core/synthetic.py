@@ -9,12 +9,12 @@ How one walker walks
 1. Phase φ of each leg runs on with stride times that vary and remember; right and left half a cycle apart.
 2. Thigh and knee angles at φ give the leg in its plane; the plane leans so that the ankle keeps to its line.
 3. The standing foot rolls over heel, sole and ball and otherwise rides on the belt.  The pelvis is carried by
-   the standing leg (by both, with weights that change over smoothly, while both stand): so it bobs and surges.
-4. The thigh's excursion is scaled until the stride is as long as speed / frequency: foot and belt agree.
+   the standing leg (while both stand, by both, in shares that change over smoothly): so it bobs and surges.
+4. Before that, the drawn angles are moved as little as will let the feet keep to the floor and to the belt.
 5. Pelvic sway, rotation and obliquity, the trunk, the head and the arms are added on top; then marker noise.
 
-Legend: φ phase in cycles; e thigh elevation, k knee flexion; r, h forward shift and height of the ankle over
-a rolling foot; w share of the body's weight on a leg.  Sides are ordered left, right.
+Legend: e thigh elevation, k knee flexion, l1 thigh, l2 shank.  Arrays are (space, side, frame) until the last
+line of a walk; sides are ordered left, right.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def walking_population(
             raise Refusal(
                 "the recording is too short",
                 where=f"walker {number}",
-                expected=f"{LEAST_CYCLES} cycles, {LEAST_CYCLES / person.frequency:.2f} s at this walker's pace",
+                expected=f"{LEAST_CYCLES} cycles, here {LEAST_CYCLES / person.frequency:.2f} s",
                 received=f"{duration_s:g} s",
             )
         people.append(person)
@@ -177,19 +177,21 @@ def _stopped(angle: np.ndarray, stop_deg: float) -> np.ndarray:
 
 def _opposed(person: Person, name: str, phase: np.ndarray) -> np.ndarray:
     """Half of right less left: a curve that changes sign when the sides change places, (T,)."""
-    return person.curve(name, phase) @ SIDE / 2.0
+    left, right = person.curve(name, phase)
+    return (right - left) / 2.0
 
 
 def _shared(person: Person, name: str, phase: np.ndarray) -> np.ndarray:
     """Mean of the sides: a curve that both steps repeat, (T,)."""
-    return person.curve(name, phase).mean(axis=1)
+    left, right = person.curve(name, phase)
+    return (left + right) / 2.0
 
 
 def _rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far ahead of its place over a flat foot, and how high, the ankle is: two like `phase`, mm."""
     pitch = _FOOT_PITCH(phase % 1.0)
     pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
-    # The foot turns about the floor point of the heel while the toes are up, of the ball while the heel is up.
+    # The foot turns about its heel while the toes are up, about its ball while the heel is up.
     pivot = person.stature * np.where(pitch > 0, -norm.FOOT_HEEL, norm.FOOT_BALL)
     height = person.stature * norm.SEGMENTS["ankle_height"]
     sin, cos = np.sin(pitch), np.cos(pitch)
@@ -197,20 +199,20 @@ def _rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple
 
 
 def _weights(phase: np.ndarray) -> np.ndarray:
-    """Share of the body's weight on each leg, (T, 2), summing to one."""
+    """Share of the body's weight on each leg, (2, T), summing to one."""
     within = phase % 1.0
     handover = norm.TOE_OFF - 0.5
     share = np.clip(np.minimum(within, norm.TOE_OFF - within) / handover, 0.0, 1.0)
     smooth = share**2 * (3.0 - 2.0 * share)
-    return smooth / smooth.sum(axis=1, keepdims=True)
+    return smooth / smooth.sum(axis=0)
 
 
 def _hips(person: Person, phase: np.ndarray) -> np.ndarray:
-    """Hips from the pelvis, (3, T, 2) mm."""
+    """Hips from the pelvis, (3, 2, T) mm."""
     yaw = _opposed(person, "pelvic_rotation", phase)
     roll = _opposed(person, "pelvic_obliquity", phase)
     axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])
-    return person.half_hips * SIDE * axis[:, :, None]
+    return person.half_hips * SIDE * axis[:, None]
 
 
 def _sway(person: Person, phase: np.ndarray) -> np.ndarray:
@@ -228,7 +230,7 @@ def _settled(person: Person) -> Person:
     """
     stance = np.linspace(0.0, norm.FLOOR_UNTIL, 24)
     belt = person.speed / person.frequency * stance
-    lag = np.array([0.0, 0.5 + person.step_asymmetry])
+    lag = np.array([[0.0], [0.5 + person.step_asymmetry]])
     thigh, knee = (person.manner[name].values for name in ("thigh", "knee"))
     thigh_basis, knee_basis = (person.basis(name, stance) for name in ("thigh", "knee"))
     centre = thigh.mean(axis=1)
@@ -248,8 +250,8 @@ def _settled(person: Person) -> Person:
     for side in (0, 1):
         clock = stance - lag[side]
         waves = np.stack([f(2.0 * np.pi * h * clock) for h in (1, 2, 4) for f in (np.sin, np.cos)], axis=1)
-        hip = _hips(person, clock[:, None] + lag)[:, :, side]
-        across = person.ankle_lines[side] - _sway(person, clock[:, None] + lag) - hip[0]
+        hip = _hips(person, clock + lag)[:, side]
+        across = person.ankle_lines[side] - _sway(person, clock + lag) - hip[0]
         sides.append((side, waves, hip, across))
 
     x = expected.copy()
@@ -298,7 +300,7 @@ def _settled(person: Person) -> Person:
 
 @dataclass(frozen=True)
 class _Strides:
-    """What changes from stride to stride, frame by frame: phases (T, 2), gains, sideways shifts in mm."""
+    """What changes from stride to stride, frame by frame: phases (2, T), gains, sideways shifts in mm."""
 
     phase: np.ndarray
     gains: dict[str, np.ndarray]
@@ -328,23 +330,23 @@ def _draw_strides(person: Person, rng: np.random.Generator, frames: int, rate: f
     # Interpolating between strides averages some of the variability away; restore its variance.
     slower = norm.STRIDE_TIME_CV * at(cycles, 0) / np.sqrt((2.0 + norm.STRIDE_MEMORY) / 3.0)
     left = person.start_phase + np.cumsum(person.frequency / rate / (1.0 + slower))
-    phase = np.stack([left, left + 0.5 + person.step_asymmetry], axis=1)
+    phase = np.stack([left, left + 0.5 + person.step_asymmetry])
     leg, arm, trunk = (norm.STRIDE_GAIN_CV[part] for part in ("leg", "arm", "trunk"))
     gains = {
         "thigh": (1.0 + leg / 2.0 * at(left, 1)) * (1.0 + slower),
-        "knee": np.stack([1.0 + leg * at(left, c) for c in (2, 3)], axis=1),
-        "arm": np.stack([1.0 + arm * at(left, c) for c in (4, 5)], axis=1),
+        "knee": np.stack([1.0 + leg * at(left, c) for c in (2, 3)]),
+        "arm": np.stack([1.0 + arm * at(left, c) for c in (4, 5)]),
         "trunk": 1.0 + trunk * at(left, 6),
     }
     # A foot keeps its line while it stands and moves to the next one while it swings.
     foot = np.empty_like(phase)
     for side in (0, 1):
-        stride = np.floor(phase[:, side] - norm.TOE_OFF).astype(int) + 1
-        swing = np.clip((phase[:, side] % 1.0 - norm.TOE_OFF) / (1.0 - norm.TOE_OFF), 0.0, 1.0)
-        swing = np.where(phase[:, side] % 1.0 < norm.TOE_OFF, 1.0, swing)
+        stride = np.floor(phase[side] - norm.TOE_OFF).astype(int) + 1
+        within = phase[side] % 1.0
+        swing = np.where(within < norm.TOE_OFF, 1.0, (within - norm.TOE_OFF) / (1.0 - norm.TOE_OFF))
         lines = norm.FOOT_PLACEMENT_SD_MM * steady[:, 7 + side]
         before, after = lines[np.maximum(stride - 1, 0)], lines[stride]
-        foot[:, side] = before + (after - before) * swing**2 * (3.0 - 2.0 * swing)
+        foot[side] = before + (after - before) * swing**2 * (3.0 - 2.0 * swing)
     return _Strides(phase, gains, foot, norm.BELT_WANDER_SD_MM * at(cycles, 9))
 
 
@@ -354,7 +356,7 @@ def _walk(person: Person, rng: np.random.Generator, frames: int, rate: float) ->
     phase, gains = strides.phase, strides.gains
 
     # Legs: angles first, in each leg's own plane.
-    thigh = person.curve("thigh", phase, gains["thigh"][:, None])
+    thigh = person.curve("thigh", phase, gains["thigh"])
     knee = _stopped(person.curve("knee", phase, gains["knee"]), norm.KNEE_STOP_DEG)
     reach = person.thigh * np.sin(thigh) + person.shank * np.sin(thigh - knee)
     length = person.thigh * np.cos(thigh) + person.shank * np.cos(thigh - knee)
@@ -362,18 +364,18 @@ def _walk(person: Person, rng: np.random.Generator, frames: int, rate: float) ->
     # The sideways lean of each leg's plane keeps its ankle on its line.
     hips = _hips(person, phase)
     sway = gains["trunk"] * _sway(person, phase)
-    lean = np.arcsin((person.ankle_lines + strides.foot - sway[:, None] - hips[0]) / length)
+    lean = np.arcsin((person.ankle_lines + strides.foot - sway - hips[0]) / length)
 
     # The standing leg carries the pelvis; on a belt, a walker makes good what drift remains.
     weights = _weights(phase)
     shift, ankle_height = _rolling_foot(person, phase, person.foot_gains)
-    height = (weights * (ankle_height + length * np.cos(lean) - hips[2])).sum(axis=1)
-    between = (weights[1:] + weights[:-1]) / 2.0
-    steps = (between * np.diff(shift - hips[1] - reach, axis=0)).sum(axis=1) - person.speed / rate
+    height = (weights * (ankle_height + length * np.cos(lean) - hips[2])).sum(axis=0)
+    between = (weights[:, 1:] + weights[:, :-1]) / 2.0
+    steps = (between * np.diff(shift - hips[1] - reach, axis=1)).sum(axis=0) - person.speed / rate
     surge = lfilter([1.0], [1.0, 1.0 / (rate * norm.BELT_RETURN_S) - 1.0], np.append(0.0, steps))
     pelvis = np.stack([sway + strides.lane, surge, height])
 
-    hips = pelvis[:, :, None] + hips
+    hips = pelvis[:, None] + hips
     ankles = hips + np.stack([length * np.sin(lean), reach, -length * np.cos(lean)])
     knees = hips + _knees(person, thigh, knee, lean)
     sternum, head, shoulders, thorax_yaw = _upper_body(person, phase, gains["trunk"], pelvis)
@@ -383,23 +385,20 @@ def _walk(person: Person, rng: np.random.Generator, frames: int, rate: float) ->
         [
             head,
             sternum,
-            *(joint[:, :, left] for joint in (shoulders, elbows, wrists)),
-            *(joint[:, :, right] for joint in (shoulders, elbows, wrists)),
+            *(joint[:, left] for joint in (shoulders, elbows, wrists)),
+            *(joint[:, right] for joint in (shoulders, elbows, wrists)),
             pelvis,
-            *(joint[:, :, left] for joint in (hips, knees, ankles)),
-            *(joint[:, :, right] for joint in (hips, knees, ankles)),
+            *(joint[:, left] for joint in (hips, knees, ankles)),
+            *(joint[:, right] for joint in (hips, knees, ankles)),
         ]
     ).transpose(2, 0, 1)
 
 
 def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray) -> np.ndarray:
-    """Knees from their hips, (3, T, 2) mm: bent forward of the line hip–ankle, and turned out about it."""
-    shank = person.shank / person.thigh
-    # In the leg's plane: the part of the thigh along the line hip–ankle, and the part across it.
-    along = 1.0 + shank * np.cos(knee)
-    across = shank * np.sin(knee)
-    inclination = thigh - np.arctan2(across, along)
-    bend = np.arctan2(across, along)
+    """Knees from their hips, (3, 2, T) mm: bent forward of the line hip–ankle, and turned out about it."""
+    # In the leg's plane: how far the thigh is turned from the line hip–ankle.
+    bend = np.arctan2(person.shank * np.sin(knee), person.thigh + person.shank * np.cos(knee))
+    inclination = thigh - bend
     sin, cos = np.sin(inclination), np.cos(inclination)
     line = np.stack([cos * np.sin(lean), sin, -cos * np.cos(lean)])
     forward = np.stack([-sin * np.sin(lean), cos, sin * np.cos(lean)])
@@ -411,7 +410,7 @@ def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray
 def _upper_body(
     person: Person, phase: np.ndarray, gain: np.ndarray, pelvis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Sternum (3, T), head (3, T), shoulders (3, T, 2) in mm and the thorax's rotation (T,)."""
+    """Sternum (3, T), head (3, T), shoulders (3, 2, T) in mm and the thorax's rotation (T,)."""
 
     def direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
         return np.stack(
@@ -429,18 +428,18 @@ def _upper_body(
     axis = axis - (axis * up).sum(axis=0) * up
     axis = axis / np.linalg.norm(axis, axis=0)
     middle = sternum - person.shoulder_drop * up
-    return sternum, head, middle[:, :, None] + person.half_shoulders * SIDE * axis[:, :, None], yaw
+    return sternum, head, middle[:, None] + person.half_shoulders * SIDE * axis[:, None], yaw
 
 
 def _arms(
     person: Person, phase: np.ndarray, gain: np.ndarray, yaw: np.ndarray, shoulders: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Elbows and wrists, each (3, T, 2) mm, swinging in planes that turn with the thorax."""
+    """Elbows and wrists, each (3, 2, T) mm, swinging in planes that turn with the thorax."""
     swing = person.curve("upper_arm", phase, gain)
     bend = _stopped(person.curve("elbow", phase, gain), norm.ELBOW_STOP_DEG)
     still = np.zeros_like(yaw)
-    outward = SIDE * np.stack([np.cos(yaw), np.sin(yaw), still])[:, :, None]
-    ahead = np.stack([-np.sin(yaw), np.cos(yaw), still])[:, :, None]
+    outward = SIDE * np.stack([np.cos(yaw), np.sin(yaw), still])[:, None]
+    ahead = np.stack([-np.sin(yaw), np.cos(yaw), still])[:, None]
     upward = np.array([0.0, 0.0, 1.0])[:, None, None]
     hanging = np.sin(swing) * ahead - np.cos(swing) * upward
     forward = np.cos(swing) * ahead + np.sin(swing) * upward

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from pipeline.core.fourier import SEARCH_HZ
+from pipeline.core.fourier import SEARCH_HZ, single_frequency_power
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
 
@@ -35,6 +35,13 @@ STANDING_MM = 60.0
 
 TREADMILL_MM_S = 250.0
 """A pelvis slower than this, over legs that walk, is on a treadmill."""
+
+
+_TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
+"""Fractions of the speed band that are tried, the steadiest first."""
+
+_ENOUGH_STRIDES = 2.0
+"""A steadier stretch is preferred as long as it holds so many strides."""
 
 
 @dataclass(frozen=True)
@@ -136,16 +143,27 @@ def facing(positions: np.ndarray) -> np.ndarray:
 
 def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
     """Frames of one stride, from the strongest frequency of the fore-aft distance of the ankles."""
-    spectrum = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)), 8 * len(signal)))
-    frequency = np.fft.rfftfreq(8 * len(signal), 1.0 / frame_rate_hz)
-    allowed = (frequency >= SEARCH_HZ[0]) & (frequency <= SEARCH_HZ[1])
-    return max(int(round(frame_rate_hz / frequency[allowed][np.argmax(spectrum[allowed])])), 5)
+    candidates = np.arange(SEARCH_HZ[0], SEARCH_HZ[1], 0.01)
+    power = single_frequency_power(candidates, np.arange(len(signal)) / frame_rate_hz, signal)
+    return max(round(frame_rate_hz / float(candidates[np.argmax(power)])), 5)
 
 
-def _smooth(path: np.ndarray, window: int, *, derivative: int, frame_rate_hz: float) -> np.ndarray:
-    """Path (T, 2), or its velocity, regressed over about one cycle around each frame."""
+def _smooth(path: np.ndarray, window: int) -> np.ndarray:
+    """Path (T, 2) averaged over about one cycle around each frame; at the ends, a straight line through it."""
     window = min(window | 1, len(path) - (1 - len(path) % 2))
-    return savgol_filter(path, window, 1, deriv=derivative, delta=1.0 / frame_rate_hz, axis=0, mode="interp")
+    return savgol_filter(path, window, 1, axis=0, mode="interp")
+
+
+def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray:
+    """Mean velocity (T, 2) over one cycle around each frame, constant at the ends.
+
+    What sways and surges once or twice a cycle returns after one, so a difference over one cycle does not see
+    it; the slope of a regression would.
+    """
+    window = min(window, len(path) - 1)
+    inner = (path[window:] - path[:-window]) * (frame_rate_hz / window)
+    before = window // 2
+    return np.pad(inner, ((before, len(path) - len(inner) - before), (0, 0)), mode="edge")
 
 
 def _longest_run(flags: np.ndarray) -> tuple[int, int]:
@@ -163,14 +181,14 @@ def steady_stretch(
     frame_rate_hz: float,
     *,
     locomotion: str = "auto",
-    speed_band: float = 0.25,
-    turn_rad_s: float = np.radians(30.0),
+    speed_band: float = 0.35,
+    turn_rad_s: float = np.radians(45.0),
     cycles: float = 1.5,
 ) -> Stretch:
     """The longest stretch of steady walking in a clip.
 
     Steady: every joint seen, the speed of the pelvis (over about one cycle) within a band of its median, and
-    the heading changing slowly.
+    the heading changing slowly.  Narrower bands are tried first and taken where they leave two strides.
 
     Parameters
     ----------
@@ -201,7 +219,7 @@ def steady_stretch(
     fore_aft = block[:, _LEFT[2], :2] - block[:, _RIGHT[2], :2]
     signal = (fore_aft * facing(block)).sum(axis=-1)
     stride = _stride(signal, frame_rate_hz)
-    velocity = _smooth(block[:, _PELVIS, :2], stride, derivative=1, frame_rate_hz=frame_rate_hz)
+    velocity = _velocity(block[:, _PELVIS, :2], stride, frame_rate_hz)
     speed = np.linalg.norm(velocity, axis=-1)
     fast = float(np.percentile(speed, 90))
     if locomotion == "auto":
@@ -218,8 +236,11 @@ def steady_stretch(
         typical = float(np.median(speed[speed > 0.5 * fast]))
         heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
         turning = np.abs(np.gradient(heading) * frame_rate_hz)
-        steady = (np.abs(speed - typical) <= speed_band * typical) & (turning <= turn_rad_s)
-        start, stop = _longest_run(steady)
+        for tightness in _TIGHTNESS:
+            near = np.abs(speed - typical) <= tightness * speed_band * typical
+            start, stop = _longest_run(near & (turning <= turn_rad_s))
+            if stop - start >= max(cycles, _ENOUGH_STRIDES) * stride:
+                break
         if stop - start >= 5:
             stride = _stride(signal[start:stop], frame_rate_hz)
             typical = float(np.median(speed[start:stop]))
@@ -268,8 +289,8 @@ def treadmill_equivalent(
     else:
         fore_aft = positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]
         stride = _stride((fore_aft * facing(positions)).sum(axis=-1), frame_rate_hz)
-        smooth = _smooth(pelvis, stride, derivative=0, frame_rate_hz=frame_rate_hz)
-        velocity = _smooth(pelvis, stride, derivative=1, frame_rate_hz=frame_rate_hz)
+        smooth = _smooth(pelvis, stride)
+        velocity = _velocity(pelvis, stride, frame_rate_hz)
     if locomotion == "treadmill":
         velocity = np.broadcast_to(facing(positions).mean(axis=0), velocity.shape)
     turn = np.pi / 2 - np.arctan2(velocity[:, 1], velocity[:, 0])

@@ -488,7 +488,7 @@ def _columns_at_fixed_places(body: str, layout: _Layout) -> tuple[list[str], lis
     frames = len(words) // width
     numbers, at = words[::width], 1
     columns: list[list[str]] = []
-    if not all(map(str.isdecimal, numbers)):
+    if not all(word.isdecimal() and len(word) <= 9 for word in numbers):
         return None
     for name, freedoms in layout:
         heads = words[at::width]
@@ -583,6 +583,7 @@ def _parse(words: Sequence[str]) -> list[float]:
 
 
 def _is_number(word: str) -> bool:
+    """Whether `_parse` takes the word."""
     try:
         _parse([word])
     except ValueError:

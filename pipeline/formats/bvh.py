@@ -83,8 +83,12 @@ def read(path: str | Path, *, units: str = "cm") -> MotionCapture:
 
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
     if any("," in words for words in numbers):
-        if any("." in words for words in numbers):
-            raise Refusal("decimal commas and points are mixed", where=path.name, expected="one of them")
+        if any("." in words or re.search(r",(?!\d)", words) for words in numbers):
+            raise Refusal(
+                "a comma cannot be told for a decimal comma",
+                where=path.name,
+                expected="no decimal points beside commas, and a digit after each comma",
+            )
         rows = [(number, [word.replace(",", ".") for word in words]) for number, words in rows]
         interval = interval.replace(",", ".")
         for joint in joints:
@@ -393,6 +397,7 @@ def _parse(words: Sequence[str]) -> list[float]:
 
 
 def _is_number(word: str) -> bool:
+    """Whether `_parse` takes the word."""
     try:
         _parse([word])
     except ValueError:

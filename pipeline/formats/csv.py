@@ -84,9 +84,10 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str = "
             expected="a value for most frames and points",
             received=f"{len(sample)} samples for {frames} frames of {len(names)} points",
         )
-    _, first, times_seen = np.unique(sample, return_index=True, return_counts=True)
-    if times_seen.max() > 1:
-        k = int(first[times_seen > 1][0])
+    order = np.argsort(sample, kind="stable")
+    again = order[1:][np.diff(sample[order]) == 0]
+    if again.size:
+        k = int(again.min())
         raise Refusal(
             f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
             where=f"{path}, line {table.lines[k * len(index) // len(sample)]}",
@@ -370,8 +371,17 @@ def _rate(table: _Table, columns: _Columns, index: np.ndarray, given: float | No
             expected=f"{period:g} s from frame to frame, within 1 %",
             received=f"{times[k]:g} s in frame {index[k]} after the first",
         )
-    rate, doubt = float(f"{1 / period:.12g}"), rounding / (period * frame[-1])
-    if abs(rate - round(rate)) <= doubt * rate:
+    # Times that are uniform as printed are exact; otherwise their ends are known to one rounding.
+    doubt = rounding / (period * frame[-1]) if departure.max(initial=0) > 1e-6 * period else 0.0
+    rate = float(f"{1 / period:.12g}")
+    if given is None and doubt > 0.01:
+        raise Refusal(
+            "the times are printed too coarsely to tell the frame rate within 1 %",
+            where=table.where,
+            expected="the option frame_rate_hz",
+            received=f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
+        )
+    if abs(rate - round(rate)) <= doubt * rate < 0.5:  # the one whole number of hertz that explains them
         rate = float(round(rate))
     if not 1 <= rate <= 1e6 or (given is not None and abs(rate / given - 1) > 0.01 + doubt):
         raise Refusal(

@@ -83,8 +83,8 @@ def read(path: str | Path) -> MotionCapture:
         notes.append("The last line has no line end: if the file was cut, its last number may be short.")
     numbers = _numbers(rows, 2 + 3 * markers, where)
     _check_times(numbers[:, 0], numbers[:, 1], rate, rows, where)
-    positions = numbers[:, 2:].reshape(frames, markers, 3) * MILLIMETRES[unit]
-    valid = ~np.isnan(positions).any(axis=-1)
+    positions: np.ndarray = numbers[:, 2:].reshape(frames, markers, 3) * MILLIMETRES[unit]
+    valid = np.isfinite(positions).all(axis=-1)
     positions[~valid] = np.nan
     return MotionCapture(
         names=names,

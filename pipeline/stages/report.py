@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,6 +19,7 @@ from pipeline.config import (
     ViewAnglesReport,
 )
 from pipeline.figures import Made
+from pipeline.ledger import judge_figure, write_claims
 from pipeline.store import Store, canonical, provenance
 
 
@@ -59,7 +59,7 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
         rows = made.ingest.notes["report"]
         report = {name: _column([row[name] for row in rows]) for name in rows[0]}
         tables.write(publication.folder / "table_ingest.csv", report, sort_by=["source", "person", "clip"])
-        verdicts = judge(config.figure, {config.figure: made_tables}, config.data.name)
+        verdicts = judge_figure(config.figure, made_tables, config.data.name)
         write_claims(publication.folder / "claims.csv", verdicts)
         with (publication.folder / "arrays.npz").open("wb") as file:
             np.savez(file, **dict(made.sweep.arrays), walker=np.array(made.walkers))
@@ -97,35 +97,3 @@ def _column(values: list[Any]) -> np.ndarray:
 
 def _artefacts(made: Made) -> tuple[Any, ...]:
     return made.ingest, made.dataset, made.model, made.sweep
-
-
-def judge(figure: str, made_tables: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
-    """Verdicts on the claims backed by one figure's tables."""
-    claims = [claim for paper in papers.PAPERS.values() for claim in paper.claims if claim.figure == figure]
-    by_name = {}
-    for name, group in made_tables.items():
-        for table, (columns, _) in group.items():
-            by_name[name if table == "table" else f"{name}/{table}"] = {
-                column: np.asarray(values) for column, values in columns.items()
-            }
-    return papers.judge(claims, by_name, data_name)
-
-
-def write_claims(path: Path, verdicts: list[papers.Verdict]) -> None:
-    """The ledger as a table, one claim to a row."""
-    tables.write(
-        path,
-        {
-            "claim": [v.claim.name for v in verdicts],
-            "paper": [v.claim.paper for v in verdicts],
-            "section": [v.claim.section for v in verdicts],
-            "figure": [v.claim.figure for v in verdicts],
-            "quote": [v.claim.quote for v in verdicts],
-            "published": [np.nan if v.claim.published is None else v.claim.published for v in verdicts],
-            "ours": [np.nan if v.ours is None else v.ours for v in verdicts],
-            "unit": [v.claim.unit for v in verdicts],
-            "verdict": [v.verdict for v in verdicts],
-            "why": [v.why for v in verdicts],
-        },
-        sort_by=["claim"],
-    )

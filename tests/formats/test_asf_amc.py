@@ -7,6 +7,7 @@ import math
 import os
 import re
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ needs_recordings = pytest.mark.skipif(
 
 
 @pytest.fixture
-def pair(tmp_path):
+def pair(tmp_path: Path) -> tuple[Path, Path]:
     """The hand-made motion and skeleton in a folder of their own, ready to be spoiled."""
     for source, name in ((ASF, "a.asf"), (AMC, "a_01.amc")):
         (tmp_path / name).write_bytes(source.read_bytes())
@@ -55,7 +56,7 @@ def check_contract(motion: MotionCapture) -> None:
     assert motion.frame_rate_hz > 0
 
 
-def test_the_hand_made_motion_has_the_positions_worked_out_by_hand():
+def test_the_hand_made_motion_has_the_positions_worked_out_by_hand() -> None:
     # The root stands at 9 units of 100 mm.  Frame 1: the thigh (4 units) and shin (4) hang down, the arm (3)
     # points to +x.  Frame 2: the root steps to +x, the thigh turns by 90 degrees about x, so -y becomes -z,
     # and the shin turns back; the arm's frame is turned by 90 degrees about z, so its x is our y, and turning
@@ -77,7 +78,7 @@ def test_the_hand_made_motion_has_the_positions_worked_out_by_hand():
     assert motion.notes == ()
 
 
-def test_channels_stand_in_the_order_of_the_motion_with_values_as_written():
+def test_channels_stand_in_the_order_of_the_motion_with_values_as_written() -> None:
     motion = asf_amc.read(AMC)
     assert motion.channels == (
         *("root.rx", "root.ry", "root.rz", "arm.rz", "arm.rx"),
@@ -86,18 +87,18 @@ def test_channels_stand_in_the_order_of_the_motion_with_values_as_written():
     assert motion.angles_deg[1].tolist() == [0, 0, 0, 0, 90, 90, 0, 0, -90]
 
 
-def test_units_of_the_caller_take_the_place_of_the_skeletons():
+def test_units_of_the_caller_take_the_place_of_the_skeletons() -> None:
     in_metres = asf_amc.read(AMC, units="m")
     assert in_metres.units == "m"
     assert in_metres.positions_mm == pytest.approx(asf_amc.read(AMC).positions_mm * 10)
 
 
-def test_the_cmu_unit_is_56_444_millimetres(pair):
+def test_the_cmu_unit_is_56_444_millimetres(pair: tuple[Path, Path]) -> None:
     replace(pair[1], "length 0.254", "length 0.45")
     assert asf_amc.read_skeleton(pair[1]).millimetres == pytest.approx(56.444, abs=5e-4)
 
 
-def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair):
+def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair: tuple[Path, Path]) -> None:
     degrees = asf_amc.read(AMC)
     text = pair[0].read_text().replace(":DEGREES", ":RADIANS")
     for value in ("-90", "90"):
@@ -130,7 +131,9 @@ def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair):
     ],
     ids=["crlf", "cr", "tabs", "case", "blank", "bom", "comments", "order changes", "case changes"],
 )
-def test_harmless_differences_of_the_text_change_nothing(pair, spoil):
+def test_harmless_differences_of_the_text_change_nothing(
+    pair: tuple[Path, Path], spoil: Callable[[str], str]
+) -> None:
     text = pair[0].read_text()
     assert spoil(text) != text
     pair[0].write_text(spoil(text), newline="")
@@ -140,7 +143,7 @@ def test_harmless_differences_of_the_text_change_nothing(pair, spoil):
     assert motion.notes == ()
 
 
-def test_columns_by_slices_equal_columns_by_line():
+def test_columns_by_slices_equal_columns_by_line() -> None:
     text = AMC.read_text().replace("# made by hand\n", "").replace("   # hangs down", "")
     body = text[text.index("1\n") :]
     layout = asf_amc._layout(body, asf_amc.read_skeleton(ASF), "")
@@ -149,7 +152,7 @@ def test_columns_by_slices_equal_columns_by_line():
     assert by_slices == asf_amc._columns_by_line(body, layout, "")
 
 
-def test_what_is_odd_but_readable_is_noted(pair):
+def test_what_is_odd_but_readable_is_noted(pair: tuple[Path, Path]) -> None:
     text = re.sub(r"^(\d)$", r"1\1", pair[0].read_text(), flags=re.MULTILINE)
     text = text.replace(":DEGREES", ":DEGREES\n:SAMPLES-PER-SECOND 60").rstrip("\n")
     pair[0].write_text(text.replace("shin -90", "shin nan"))
@@ -166,6 +169,7 @@ def test_what_is_odd_but_readable_is_noted(pair):
     [
         ("\n2\n", "\n4\n", ["after frame 1", "expected 2", "received 4"]),
         ("\n2\n", "\n1\n", ["repeated", "received 1"]),
+        ("\n2\n", "\n" + "2" * 5000 + "\n", ["no such bone", "2222"]),
         ("thigh 90 0 0", "thigh 90 0", ["frame 2", "Thigh", "expected 3", "received 2"]),
         ("thigh 90 0 0", "thigh 90 0 0 0", ["frame 2", "Thigh", "received 4"]),
         ("shin -90\n", "", ["missing", "frame 2", "shin"]),
@@ -181,7 +185,9 @@ def test_what_is_odd_but_readable_is_noted(pair):
         (":DEGREES", "DEGREES", ["header", "'DEGREES'"]),
     ],
 )
-def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(pair, old, new, words):
+def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(
+    pair: tuple[Path, Path], old: str, new: str, words: list[str]
+) -> None:
     replace(pair[0], old, new)
     with pytest.raises(Refusal) as refusal:
         asf_amc.read(pair[0])
@@ -214,7 +220,9 @@ def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(pair, old
         (":hierarchy\r\n  begin", ":hierarchy", ["`begin` and `end`"]),
     ],
 )
-def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(pair, old, new, words):
+def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(
+    pair: tuple[Path, Path], old: str, new: str, words: list[str]
+) -> None:
     replace(pair[1], old, new)
     with pytest.raises(Refusal) as refusal:
         asf_amc.read_skeleton(pair[1])
@@ -222,13 +230,13 @@ def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(pair, old, new, w
         assert word in str(refusal.value)
 
 
-def test_a_preset_position_moves_the_root(pair):
+def test_a_preset_position_moves_the_root(pair: tuple[Path, Path]) -> None:
     replace(pair[1], "position 0 0 0", "position 0 1 0")
     raised = asf_amc.read(AMC).positions_mm + np.array([0, 100, 0])
     assert asf_amc.read(pair[0]).positions_mm == pytest.approx(raised)
 
 
-def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair):
+def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair: tuple[Path, Path]) -> None:
     motion, skeleton = pair
     asf = skeleton.read_bytes()
     assert asf_amc.read(motion).positions_mm.shape == (3, 5, 3)
@@ -248,7 +256,7 @@ def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair):
         asf_amc.read(motion)
 
 
-def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair):
+def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair: tuple[Path, Path]) -> None:
     data = AMC.read_bytes()
     whole = asf_amc.read(AMC).positions_mm
     for size in range(len(data)):
@@ -269,7 +277,7 @@ def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair
 
 
 @pytest.mark.parametrize("content", [b"", b" \r\n", b"1\n", b"\x00\xff" * 500, b"HIERARCHY\nROOT Hips\n{\n"])
-def test_empty_and_foreign_files_are_refused(pair, content):
+def test_empty_and_foreign_files_are_refused(pair: tuple[Path, Path], content: bytes) -> None:
     pair[0].write_bytes(content)
     with pytest.raises(Refusal):
         asf_amc.read(pair[0])
@@ -277,7 +285,7 @@ def test_empty_and_foreign_files_are_refused(pair, content):
         asf_amc.read_skeleton(pair[0])
 
 
-def test_missing_files_and_useless_rates_are_refused(tmp_path):
+def test_missing_files_and_useless_rates_are_refused(tmp_path: Path) -> None:
     with pytest.raises(Refusal, match="cannot be read"):
         asf_amc.read(tmp_path / "none.amc", skeleton_path=ASF)
     with pytest.raises(Refusal, match="cannot be read"):
@@ -310,7 +318,7 @@ def mutated(data: bytes, generator: np.random.Generator) -> bytes:
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["motion", "skeleton"])
-def test_600_damaged_copies_end_in_a_motion_or_a_refusal(pair, which):
+def test_600_damaged_copies_end_in_a_motion_or_a_refusal(pair: tuple[Path, Path], which: int) -> None:
     generator = np.random.default_rng(which)
     data = pair[which].read_bytes()
     outcomes = {"motion": 0, "refusal": 0}
@@ -403,7 +411,7 @@ def naive_positions(
 
 @settings(deadline=None, max_examples=60)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 9), frames=st.integers(1, 4))
-def test_positions_equal_a_recursion_with_4x4_matrices(seed, count, frames):
+def test_positions_equal_a_recursion_with_4x4_matrices(seed: int, count: int, frames: int) -> None:
     generator = np.random.default_rng(seed)
     bones = random_skeleton(generator, count)
     root = list(generator.permutation(["tx", "ty", "tz", "rx", "ry", "rz"]))[: generator.integers(1, 7)]
@@ -458,7 +466,7 @@ def mapping(name: str) -> SourceMapping:
 
 
 @pytest.mark.parametrize("name", ["cmu_asf", "hdm_asf"])
-def test_mappings_make_every_joint_of_walker15(name):
+def test_mappings_make_every_joint_of_walker15(name: str) -> None:
     points = ["root", "head", "lowerneck"]
     points += [s + b for s in "lr" for b in ("hipjoint", "femur", "tibia", "clavicle", "humerus", "wrist")]
     motion = MotionCapture(
@@ -481,7 +489,7 @@ def test_mappings_make_every_joint_of_walker15(name):
 
 
 @needs_recordings
-def test_a_sample_of_the_cmu_and_hdm05_recordings_parses_with_constant_bones():
+def test_a_sample_of_the_cmu_and_hdm05_recordings_parses_with_constant_bones() -> None:
     paths = sorted(mirror().rglob("*.amc"))
     assert len(paths) > 100
     for path in paths[::12]:
@@ -498,7 +506,7 @@ def test_a_sample_of_the_cmu_and_hdm05_recordings_parses_with_constant_bones():
 
 @needs_recordings
 @pytest.mark.parametrize("subject", ["02", "07", "12", "29", "35", "49"])
-def test_walks_are_of_human_size_with_the_right_hip_to_the_right(subject):
+def test_walks_are_of_human_size_with_the_right_hip_to_the_right(subject: str) -> None:
     walks = sorted((mirror() / "cmu" / subject).glob("*.amc"))
     listed = (mirror() / "sources.csv").read_text().splitlines()
     path = next(p for p in walks if any(f"/{p.name}," in row and ",walk," in row for row in listed))

@@ -7,6 +7,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from pipeline.formats import c3d
@@ -21,7 +22,7 @@ ORDER = {INTEL: "<", DEC: "<", MIPS: ">"}
 # --- a C3D file, byte by byte ------------------------------------------------------------------------------
 
 
-def reals(values: np.ndarray, processor: int) -> bytes:
+def reals(values: npt.ArrayLike, processor: int) -> bytes:
     """32-bit reals as the processor writes them; VAX by its definition, 0.1f (binary) 2^(e-128)."""
     if processor != DEC:
         return np.asarray(values, dtype=f"{ORDER[processor]}f4").tobytes()
@@ -32,7 +33,7 @@ def reals(values: np.ndarray, processor: int) -> bytes:
     return np.stack([bits >> 16, bits & 0xFFFF], axis=-1).astype("<u2").tobytes()
 
 
-def integers(values: object, processor: int) -> bytes:
+def integers(values: npt.ArrayLike, processor: int) -> bytes:
     return np.asarray(values).astype(np.int64).astype(f"{ORDER[processor]}u2").tobytes()
 
 
@@ -99,9 +100,9 @@ def make(
                 records += parameter(key, group, value, processor)
     blocks = -(-(4 + len(records) + 2) // 512)
     section = (b"\1\x50" + bytes([blocks, processor]) + records).ljust(blocks * 512, b"\0")
-    head = b"\2\x50" + integers([points, analog[0] * analog[1], first, min(last, 65535), 10], processor)
-    head += reals(scale, processor) + integers([2 + blocks, analog[1]], processor) + reals(rate, processor)
-    head = bytearray(head.ljust(512, b"\0"))
+    words = b"\2\x50" + integers([points, analog[0] * analog[1], first, min(last, 65535), 10], processor)
+    words += reals(scale, processor) + integers([2 + blocks, analog[1]], processor) + reals(rate, processor)
+    head = bytearray(words.ljust(512, b"\0"))
     for at, patch in (header or {}).items():
         head[at : at + len(patch)] = patch
     samples = np.concatenate([positions / (1 if scale < 0 else scale), residuals[..., None]], axis=-1)
@@ -271,7 +272,7 @@ def test_a_contradiction_that_the_size_does_not_settle_is_refused(tmp_path: Path
 
 
 def test_a_stale_count_below_the_limit_is_noted(tmp_path: Path) -> None:
-    trial = {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [300, 0]}
+    trial: dict[str, object] = {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [300, 0]}
     motion = read(tmp_path, make(steps(), LABELS, trial=trial))
     assert motion.positions_mm.shape[0] == 12
     assert "300 frames" in motion.notes[0]

@@ -1,0 +1,83 @@
+# Every target sets up what it needs; `make sweeps` and `make test` are the two to know.
+DATA  ?= synthetic
+SCALE ?= full
+ARGS  ?=
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+VENV   := .venv
+RUN    := $(VENV)/bin/python -m pipeline
+READY  := $(VENV)/.ready
+FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
+# One BLAS thread: many small solves with more are many times slower.
+export OPENBLAS_NUM_THREADS ?= 1
+export OMP_NUM_THREADS ?= 1
+export MKL_NUM_THREADS ?= 1
+
+.DEFAULT_GOAL := help
+.PHONY: help install sweeps smoke data run view equations claims check format test bench golden archive verify clean $(FIGURES)
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
+	@echo; echo "  one figure:   make FIGURE [DATA=synthetic|optical|cmu] [SCALE=full|smoke], where FIGURE is"
+	@echo "                $(FIGURES)" | fold -s -w 90 | sed '2,$$s/^/                /'
+	@echo "  everything else: make run ARGS=--help"
+
+install: $(READY) ## .venv from requirements.lock
+$(READY): requirements.lock
+	@test -n "$(PYTHON)" || { echo "no Python of version 3.11 or newer was found; name one: make $(MAKECMDGOALS) PYTHON=/path/to/python3" >&2; exit 1; }
+	@echo "setting up $(VENV) from requirements.lock (once; the rerun viewer is large)"
+	@test -x $(VENV)/bin/python || $(PYTHON) -m venv $(VENV)
+	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@touch $(READY)
+
+sweeps: $(READY) ## every figure at full scale; DATA=synthetic (default), optical, cmu
+	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(ARGS)
+
+smoke: $(READY) ## every figure, small
+	@$(RUN) figures data=$(DATA) scale=smoke $(ARGS)
+
+$(FIGURES): $(READY)
+	@$(RUN) figures experiment=$@ data=$(DATA) scale=$(SCALE) $(ARGS)
+
+data: $(READY) ## fetch the real recordings listed in data/sources.csv; MOCAP_MIRROR=dir is asked first
+	@$(RUN) fetch $(ARGS)
+
+run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"
+	@$(RUN) $(ARGS)
+
+view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]
+	@$(RUN) view $(FIGURE) data=$(DATA) scale=$(SCALE)
+
+equations: $(READY) ## every numbered equation of the papers, its file and line, its test
+	@$(RUN) equations $(ARGS)
+
+claims: $(READY) ## the papers' claims beside our numbers
+	@$(RUN) claims data=$(DATA) scale=$(SCALE)
+
+check: $(READY) ## ruff, format, types
+	@$(VENV)/bin/ruff check .
+	@$(VENV)/bin/ruff format --check .
+	@$(VENV)/bin/mypy pipeline
+
+format: $(READY) ## put the sources in form
+	@$(VENV)/bin/ruff check --fix .
+	@$(VENV)/bin/ruff format .
+
+test: $(READY) ## the tests
+	@$(VENV)/bin/python -m pytest $(ARGS)
+
+bench: $(READY) ## ours against peers and naive loops, alternating, as ratios
+	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
+
+golden: $(READY) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
+	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden report.picture=false report.recording=false
+	@for f in $(FIGURES); do cp results/golden/scratch/*/$$f/table.csv tests/golden/$$f.csv; done; rm -rf results/golden
+
+archive: $(READY) ## keep the full-scale results of this commit under results/archive
+	@$(RUN) archive data=$(DATA)
+
+verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/…
+	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/)))
+
+clean: ## remove the cache and scratch results; figures and archives stay
+	@rm -rf results/cache results/scratch results/golden

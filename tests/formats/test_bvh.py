@@ -1,0 +1,433 @@
+"""BVH: known answers, the contract of every reader, files as found in the wild, damaged files."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from omegaconf import OmegaConf
+
+from pipeline.formats import asf_amc, bvh
+from pipeline.refusal import Refusal
+from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
+
+ROOT = Path(__file__).parents[2]
+BVH = ROOT / "tests" / "fixtures" / "bvh_by_hand.bvh"
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """The hand-made file, ready to be spoiled."""
+    (tmp_path / "a.bvh").write_bytes(BVH.read_bytes())
+    return tmp_path / "a.bvh"
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    """Replace exactly one occurrence, so that no test passes because nothing was changed."""
+    text = path.read_bytes().decode()
+    assert text.count(old) == 1
+    path.write_bytes(text.replace(old, new).encode())
+
+
+def check_contract(motion: MotionCapture) -> None:
+    frames, points = motion.valid.shape
+    assert motion.positions_mm.shape == (frames, points, 3)
+    assert motion.positions_mm.dtype == np.float64
+    assert points == len(motion.names) == len(set(motion.names))
+    assert frames > 0
+    assert np.array_equal(motion.valid, np.isfinite(motion.positions_mm).all(axis=-1))
+    assert np.isnan(motion.positions_mm[~motion.valid]).all()
+    assert motion.angles_deg.shape == (frames, len(motion.channels))
+    assert np.isfinite(motion.frame_rate_hz)
+    assert motion.frame_rate_hz > 0
+
+
+def test_the_hand_made_file_has_the_positions_worked_out_by_hand() -> None:
+    # Centimetres.  Frame 1: nothing turns; the spine is 20 above the hips (at 90), the arm 30 to its side and
+    # 10 long, the leg 40 below and 40 long.  Frame 2: the spine's channels Z X, both 90, are Rz·Rx: the arm
+    # along x keeps x, then becomes y; the spine's end along y becomes z, then keeps z (Rx·Rz would send it to
+    # -x).  The hips stand at x = 10 and the leg's position channel lifts it by 10.  Frame 3: the hips turn by
+    # 90 about y (x becomes -z) and the arm by 90 about z.
+    motion = bvh.read(BVH)
+    check_contract(motion)
+    assert motion.names == ("Hips", "Spine", "Left Arm", "Left Arm_end", "Spine_end", "Leg", "Leg_end")
+    expected_cm = [
+        [[0, 90, 0], [0, 110, 0], [30, 110, 0], [40, 110, 0], [0, 120, 0], [5, 50, 0], [5, 10, 0]],
+        [[10, 90, 0], [10, 110, 0], [10, 140, 0], [10, 150, 0], [10, 110, 10], [15, 60, 0], [15, 20, 0]],
+        [[0, 90, 0], [0, 110, 0], [0, 110, -30], [0, 120, -30], [0, 120, 0], [0, 50, -5], [0, 10, -5]],
+    ]
+    assert motion.positions_mm == pytest.approx(np.array(expected_cm) * 10, abs=1e-9)
+    assert motion.valid.all()
+    assert motion.frame_rate_hz == 50
+    assert motion.units == "cm"
+    assert motion.channels == ("Hips.rz", "Hips.rx", "Hips.ry", "Spine.rz", "Spine.rx", "Left Arm.rz")
+    assert motion.angles_deg[1].tolist() == [0, 0, 0, 90, 90, 0]
+    assert len(motion.notes) == 2
+    assert "no unit of length" in motion.notes[0]
+    assert "OFFSET of Leg" in motion.notes[1]
+
+
+@pytest.mark.parametrize(("units", "factor"), [("mm", 0.1), ("m", 100.0), ("in/0.45", 5.64444)])
+def test_the_caller_says_the_unit_and_the_notes_repeat_it(units: str, factor: float) -> None:
+    motion = bvh.read(BVH, units=units)
+    assert motion.positions_mm == pytest.approx(bvh.read(BVH).positions_mm * factor, rel=1e-5)
+    assert motion.units == units
+    assert motion.notes[0].endswith(f"read as {units}.")
+
+
+@pytest.mark.parametrize("units", ["parsec", "", "in/0", "in/x", "in/", "in/-1", "m/1e300", "m/nan"])
+def test_an_unknown_unit_is_refused(units: str) -> None:
+    with pytest.raises(Refusal, match="unit of length"):
+        bvh.read(BVH, units=units)
+
+
+def with_decimal_commas(text: str) -> str:
+    return re.sub(r"(\d)\.(\d)", r"\1,\2", text)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda text: text.replace("\r\n", "\n"),
+        lambda text: text.replace("\r\n", "\r"),
+        lambda text: text.replace(" ", "\t").replace("Left\tArm", "Left Arm"),
+        lambda text: text.replace("\r\n", "\r\n\r\n"),
+        lambda text: text.replace("\r\n\t", "\r\n"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("\r\n{", " {"),
+        lambda text: re.sub("ROOT|JOINT|End Site|OFFSET|CHANNELS|MOTION|Frame|position", lower, text),
+        lambda text: text.rstrip(),
+        lambda text: text.replace("End Site", "End Site Foo"),
+    ],
+    ids="lf cr tabs blank indentation bom braces case newline named-end".split(),  # noqa: SIM905
+)
+def test_harmless_differences_of_the_text_change_nothing(copy: Path, spoil: Callable[[str], str]) -> None:
+    text = copy.read_bytes().decode()
+    assert spoil(text) != text
+    copy.write_bytes(spoil(text).encode())
+    motion, original = bvh.read(copy), bvh.read(BVH)
+    assert motion.names == original.names
+    assert np.array_equal(motion.positions_mm, original.positions_mm)
+    assert motion.notes == original.notes
+
+
+def lower(match: re.Match[str]) -> str:
+    return match[0].lower()
+
+
+def test_decimal_commas_are_read_if_nothing_has_a_point(copy: Path) -> None:
+    copy.write_bytes(with_decimal_commas(copy.read_bytes().decode()).encode())
+    motion = bvh.read(copy)
+    assert np.array_equal(motion.positions_mm, bvh.read(BVH).positions_mm)
+    assert motion.frame_rate_hz == 50
+    assert any("Decimal commas" in note for note in motion.notes)
+    replace(copy, "OFFSET 30,0", "OFFSET 30.0")
+    with pytest.raises(Refusal, match="decimal comma"):
+        bvh.read(copy)
+
+
+def test_commas_between_values_are_not_taken_for_decimals(copy: Path) -> None:
+    text = (
+        copy.read_bytes().decode().replace(".0", "").replace("0.02", "1").replace("0 90 0 0", "0, 90, 0, 0")
+    )
+    copy.write_bytes(text.encode())
+    with pytest.raises(Refusal, match="decimal comma"):
+        bvh.read(copy)
+
+
+@pytest.mark.parametrize("declared", [2, 4])
+def test_a_wrong_number_of_frames_is_noted_and_all_frames_are_read(copy: Path, declared: int) -> None:
+    replace(copy, "Frames:\t3", f"Frames:\t{declared}")
+    motion = bvh.read(copy)
+    assert len(motion.positions_mm) == 3
+    assert any(f"declares {declared} frames and has 3" in note for note in motion.notes)
+
+
+def test_nan_makes_invalid_what_depends_on_it_and_is_noted(copy: Path) -> None:
+    replace(copy, "10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 NaN 0 -30")
+    motion = bvh.read(copy)
+    check_contract(motion)
+    assert motion.valid[[0, 2]].all()
+    assert motion.valid[1].tolist() == [True, True, False, False, False, True, True]
+    assert any("1 of 3 frames have NaN" in note for note in motion.notes)
+
+
+def test_a_root_without_channels_stands_at_its_offset(copy: Path) -> None:
+    replace(copy, "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation", "CHANNELS 0")
+    text = copy.read_bytes().decode()
+    head, motion = text.split("0.02\r\n")
+    rows = [" ".join(row.split()[6:]) for row in motion.splitlines()]
+    for start in (head, head.replace("CHANNELS 0", "")):
+        copy.write_bytes(
+            (start.replace("OFFSET 0 0 0", "OFFSET 1 2 3") + "0.02\n" + "\n".join(rows)).encode()
+        )
+        read = bvh.read(copy)
+        assert read.positions_mm[:, 0] == pytest.approx(np.tile([10, 20, 30], (3, 1)))
+        assert read.positions_mm[0, 1] == pytest.approx([10, 220, 30])
+
+
+def test_two_end_sites_of_one_joint_have_names_of_their_own(copy: Path) -> None:
+    end = "\t\tEnd Site\r\n\t\t{\r\n\t\t\tOFFSET 0.0 10.0 0.0\r\n\t\t}\r\n"
+    replace(copy, end, end + end.replace("10.0", "12.0"))
+    motion = bvh.read(copy)
+    assert motion.names[4:6] == ("Spine_end", "Spine_end2")
+    assert motion.positions_mm[0, 5] == pytest.approx([0, 1220, 0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("HIERARCHY", "HIERACHY", ["line 1", "HIERARCHY"]),
+        ("ROOT Hips\r\n{", "ROOT Hips", ["line 3", "braces"]),
+        ("\t}\r\n}\r\nMOTION", "\t}\r\nMOTION", ["line 30", "'Hips'", "line 2", "not closed"]),
+        ("\t}\r\n}\r\nMOTION", "\t}\r\n}\r\n}\r\nMOTION", ["line 31", "} too many"]),
+        ("\tJOINT Spine", "\t{\r\n\tJOINT Spine", ["line 6", "braces"]),
+        ("JOINT Leg", "JOINT Spine", ["line 24", "Spine"]),
+        ("JOINT Leg", "JOINT", ["line 24", "name"]),
+        ("JOINT Leg", "ROOT Leg", ["line 24", "ROOT stands inside"]),
+        ("ROOT Hips", "JOINT Hips", ["line 2", "JOINT stands outside"]),
+        ("OFFSET 30.0 0.0 0.0", "OFFSET 30.0 0.0", ["line 12", "Left Arm", "three numbers"]),
+        ("OFFSET 30.0 0.0 0.0", "OFFSET 30.0 x 0.0", ["line 10", "Left Arm", "OFFSET"]),
+        ("OFFSET 30.0 0.0 0.0", "OFFSET 30.0 nan 0.0", ["Left Arm", "OFFSET"]),
+        ("\t\t\tOFFSET 30.0 0.0 0.0\r\n", "", ["line 10", "Left Arm", "nothing"]),
+        ("CHANNELS 2 Z", "CHANNELS 3 Z", ["line 9", "Spine", "count"]),
+        ("CHANNELS 2 Zrotation Xrotation", "CHANNELS 2 Zrotation Zrotation", ["line 9", "at most once"]),
+        ("CHANNELS 2 Zrotation Xrotation", "CHANNELS 2 Zrotation Wrotation", ["line 9", "Wrotation"]),
+        ("OFFSET 10.0 0.0 0.0", "OFFSET 10.0 0.0 0.0\r\nCHANNELS 1 Xrotation", ["Left Arm_end"]),
+        ("OFFSET 10.0 0.0 0.0", "OFFSET 10.0 0.0 0.0\r\nJOINT a", ["inside an End Site"]),
+        ("OFFSET 10.0 0.0 0.0", "OFSET 10.0 0.0 0.0", ["line 16", "OFSET"]),
+        ("Frames:\t3", "Frames:\tthree", ["line 32", "Frames"]),
+        ("Frames:\t3\r\n", "", ["line 32", "Frames"]),
+        ("Frame Time:\t0.02", "Frame Time:\t0", ["Frame Time", "received 0"]),
+        ("Frame Time:\t0.02", "Frame Time:\t-0.02", ["Frame Time", "-0.02"]),
+        ("Frame Time:\t0.02", "Frame Time:\tnan", ["Frame Time", "nan"]),
+        (
+            "10 90 0 0 0 0 90 90 0 -30",
+            "10 90 0 0 0 0 90 90 0",
+            ["line 35", "expected 10", "received 9"],
+        ),
+        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 90 0 -30 1", ["line 35", "received 11"]),
+        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 9O 0 -30", ["line 35", "Spine.rx", "'9O'"]),
+        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 9_0 0 -30", ["line 35", "Spine.rx", "'9_0'"]),
+        ("10 90 0 0 0 0 90 90 0 -30", "10 90 0 0 0 0 90 inf 0 -30", ["line 35", "Spine.rx", "inf"]),
+        ("10 90 0 0 0 0 90 90 0 -30", "1e300 90 0 0 0 0 90 90 0 -30", ["line 35", "Hips.tx", "1e300"]),
+        ("0 90 0 0 0 90 0 0 90 -40", "0 90 0 0", ["line 36", "cut short"]),
+    ],
+)
+def test_a_file_that_contradicts_itself_is_refused_by_line(
+    copy: Path, old: str, new: str, words: list[str]
+) -> None:
+    replace(copy, old, new)
+    with pytest.raises(Refusal) as refusal:
+        bvh.read(copy)
+    for word in words:
+        assert word in str(refusal.value)
+
+
+def test_a_cut_within_a_frame_is_refused_and_between_frames_is_noted(copy: Path) -> None:
+    data = BVH.read_bytes()
+    whole = bvh.read(BVH).positions_mm
+    start = data.index(b"0.02\r\n") + 6
+    for size in range(len(data)):
+        copy.write_bytes(data[:size])
+        rows = data[start:size].split(b"\r\n") if size > start else []
+        widths = [len(row.split()) for row in rows if row.split()]
+        if not widths or widths[-1] != 10 or data[:size].endswith(b"-"):
+            with pytest.raises(Refusal):
+                bvh.read(copy)
+            continue
+        motion = bvh.read(copy)
+        assert np.array_equal(motion.positions_mm[:-1], whole[: len(widths) - 1])
+        assert len(widths) == 3 or any(f"has {len(widths)};" in note for note in motion.notes)
+
+
+@pytest.mark.parametrize("content", [b"", b" \r\n", b"\x00\xff" * 500, b"HIERARCHY\nMOTION\n"])
+def test_empty_and_foreign_files_are_refused(copy: Path, content: bytes) -> None:
+    copy.write_bytes(content)
+    with pytest.raises(Refusal):
+        bvh.read(copy)
+    with pytest.raises(Refusal, match="cannot be read"):
+        bvh.read(copy.parent / "none.bvh")
+
+
+def test_a_file_without_frames_or_channels_is_refused(copy: Path) -> None:
+    text = copy.read_bytes().decode()
+    copy.write_bytes(text[: text.index("0 90 0")].encode())
+    with pytest.raises(Refusal, match="no frames"):
+        bvh.read(copy)
+    copy.write_bytes(re.sub(r"\t+CHANNELS.*", "", text).encode())
+    with pytest.raises(Refusal, match="no joint has channels"):
+        bvh.read(copy)
+
+
+def mutated(data: bytes, generator: np.random.Generator) -> bytes:
+    """A damaged copy: bytes changed, cut out, put in, lines repeated or the end lost."""
+    damaged = bytearray(data)
+    for _ in range(generator.integers(1, 3)):
+        at = int(generator.integers(len(damaged) + 1))
+        match generator.integers(5):
+            case 0 if at < len(damaged):
+                damaged[at] = generator.integers(256)
+            case 1:
+                del damaged[at : at + int(generator.integers(1, 40))]
+            case 2:
+                damaged[at:at] = generator.bytes(int(generator.integers(1, 8)))
+            case 3:
+                damaged[at:at] = damaged[at : at + int(generator.integers(1, 40))]
+            case _:
+                del damaged[max(at, len(damaged) // 2) :]
+    return bytes(damaged)
+
+
+def test_800_damaged_copies_end_in_a_motion_or_a_refusal(copy: Path) -> None:
+    generator = np.random.default_rng(0)
+    data = BVH.read_bytes()
+    outcomes = {"motion": 0, "refusal": 0}
+    for _ in range(800):
+        copy.write_bytes(mutated(data, generator))
+        try:
+            check_contract(bvh.read(copy))
+            outcomes["motion"] += 1
+        except Refusal:
+            outcomes["refusal"] += 1
+    assert min(outcomes.values()) > 20
+
+
+# ----------------------------------------------------------------------- independent forward kinematics
+
+
+def turned(axis: str, degrees: float) -> np.ndarray:
+    """4×4 rotation about a coordinate axis by Rodrigues' formula."""
+    a = "XYZ".index(axis)
+    k = np.zeros((3, 3))
+    k[(a + 2) % 3, (a + 1) % 3], k[(a + 1) % 3, (a + 2) % 3] = 1, -1
+    matrix = np.eye(4)
+    matrix[:3, :3] += math.sin(math.radians(degrees)) * k + (1 - math.cos(math.radians(degrees))) * k @ k
+    return matrix
+
+
+def moved(vector: np.ndarray) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector
+    return matrix
+
+
+class Writer:
+    """Writes a random hierarchy and, on the way, the positions of one frame by 4×4 matrices."""
+
+    def __init__(self, generator: np.random.Generator, count: int) -> None:
+        self.generator = generator
+        self.left = count
+        self.lines: list[str] = ["HIERARCHY"]
+        self.values: list[float] = []
+        self.expected: list[np.ndarray] = []
+        self.joint("ROOT", np.eye(4))
+
+    def joint(self, kind: str, parent: np.ndarray) -> None:
+        self.left -= 1
+        offset = self.generator.normal(size=3) * 10
+        every = [f"{axis}{what}" for axis in "XYZ" for what in ("position", "rotation")]
+        channels = list(self.generator.permutation(every)[: self.generator.integers(7)])
+        if kind == "ROOT":
+            channels = channels or ["Xposition"]
+        values = list(self.generator.uniform(-200, 200, len(channels)))
+        self.values += values
+        place, turn = offset.copy(), np.eye(4)
+        for channel, value in zip(channels, values, strict=True):
+            if channel.endswith("position"):
+                place["XYZ".index(channel[0])] = value
+            else:
+                turn = turn @ turned(channel[0], value)
+        matrix = parent @ moved(place) @ turn
+        self.expected.append(matrix[:3, 3])
+        self.lines += [f"{kind} joint{len(self.expected)}", "{"]
+        self.lines += [f"OFFSET {' '.join(map(repr, offset.tolist()))}"]
+        self.lines += [f"CHANNELS {len(channels)} {' '.join(channels)}"]
+        while self.left > 0 and self.generator.random() < 0.7:
+            self.joint("JOINT", matrix)
+        end = self.generator.normal(size=3)
+        self.expected.append((matrix @ moved(end))[:3, 3])
+        self.lines += ["End Site", "{", f"OFFSET {' '.join(map(repr, end.tolist()))}", "}", "}"]
+
+
+@settings(deadline=None, max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 9))
+def test_positions_equal_a_recursion_with_4x4_matrices(seed: int, count: int) -> None:
+    writer = Writer(np.random.default_rng(seed), count)
+    values = " ".join(repr(float(value)) for value in writer.values)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "a.bvh")
+        path.write_text("\n".join([*writer.lines, "MOTION", "Frames: 1", "Frame Time: 1", values]))
+        motion = bvh.read(path, units="mm")
+    check_contract(motion)
+    assert motion.positions_mm[0] == pytest.approx(np.array(writer.expected), abs=1e-8)
+
+
+# ----------------------------------------------------------------------------------- the CMU conversion
+
+
+def mapping(name: str) -> SourceMapping:
+    content = OmegaConf.to_container(OmegaConf.load(ROOT / "conf" / "skeleton" / f"{name}.yaml"))
+    assert isinstance(content, dict)
+    assert content.pop("defaults") == ["base_skeleton"]
+    return SourceMapping(**{str(key): value for key, value in content.items()})
+
+
+CONVERSION = {
+    "root": "Hips",
+    "lhipjoint": "LeftUpLeg",
+    "lfemur": "LeftLeg",
+    "ltibia": "LeftFoot",
+    "rhipjoint": "RightUpLeg",
+    "rfemur": "RightLeg",
+    "rtibia": "RightFoot",
+    "lowerback": "Spine",
+    "upperback": "Spine1",
+    "lowerneck": "Neck1",
+    "head": "Head_end",
+    "lclavicle": "LeftArm",
+    "lhumerus": "LeftForeArm",
+    "lradius": "LeftHand",
+    "rclavicle": "RightArm",
+    "rhumerus": "RightForeArm",
+    "rradius": "RightHand",
+}
+"""Which point of the BVH conversion stands for which bone end of the original."""
+
+
+@pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
+@pytest.mark.parametrize("clip", ["02/02_01", "07/07_01", "35/35_01"])
+def test_the_bvh_mapping_puts_back_the_bones_that_the_conversion_lost(clip: str) -> None:
+    original = asf_amc.read(Path(os.environ["MOCAP_MIRROR"], "cmu", f"{clip}.amc"))
+
+    def end(bone: str) -> np.ndarray:
+        return original.positions_mm[:, original.names.index(bone)]
+
+    # The conversion as it is: all that hangs on the thorax stands too low by the thorax.
+    above = ("neck", "head", "clavicle", "humerus", "radius")
+    lost = end("thorax") - end("upperback")
+    positions = np.stack([end(bone) - lost * bone.endswith(above) for bone in CONVERSION], axis=1)
+    converted = MotionCapture(
+        names=tuple(CONVERSION.values()),
+        positions_mm=positions,
+        valid=np.ones(positions.shape[:2], bool),
+        frame_rate_hz=120.0,
+        units="in/0.45",
+        channels=(),
+        angles_deg=np.empty((len(positions), 0)),
+    )
+    expected, _ = map_joints(original, mapping("cmu_asf"))
+    restored, valid = map_joints(converted, mapping("cmu_bvh"))
+    assert valid.all()
+    errors = np.linalg.norm(restored - expected, axis=-1).mean(axis=0)
+    assert errors[:8].max() < 20
+    assert errors[8:].max() < 1e-9
+    assert np.linalg.norm(lost, axis=1).min() > 100  # what the mapping would miss without the repair

@@ -1,0 +1,321 @@
+"""The CSV reader and writer: wide and long tables, their dialects, damage, and the round trip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from pipeline.formats import csv
+from pipeline.refusal import Refusal
+from pipeline.skeleton import MILLIMETRES, MotionCapture
+
+FIXTURES = Path(__file__).parents[1] / "fixtures"
+
+WIDE = """\
+time,head_x,head_y,head_z,left hip_x,left hip_y,left hip_z
+0.00,1,2,3,4,5,6
+0.01,1.5,2,3,,,
+0.02,2,2,3,4,nan,6
+"""
+LONG = """\
+frame,time,joint,x,y,z
+7,0.00,head,1,2,3
+7,0.00,left hip,4,5,6
+8,0.01,head,1.5,2,3
+8,0.01,left hip,,,
+9,0.02,head,2,2,3
+9,0.02,left hip,4,nan,6
+"""
+EXPECTED = np.array(
+    [
+        [[1, 2, 3], [4, 5, 6]],
+        [[1.5, 2, 3], [np.nan] * 3],
+        [[2, 2, 3], [np.nan] * 3],
+    ]
+)
+
+
+def read(tmp_path: Path, text: str | bytes, **options: object) -> MotionCapture:
+    path = tmp_path / "made.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return csv.read(path, **options)  # type: ignore[arg-type]
+
+
+def assert_is_the_example(motion: MotionCapture) -> None:
+    np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
+    np.testing.assert_array_equal(motion.valid, [[True, True], [True, False], [True, False]])
+    assert motion.names == ("head", "left hip")
+    assert (motion.frame_rate_hz, motion.units, motion.channels) == (100.0, "mm", ())
+    assert motion.angles_deg.shape == (3, 0)
+
+
+@pytest.mark.parametrize(("name", "text"), [("csv_wide.csv", WIDE), ("csv_long.csv", LONG)])
+def test_the_fixtures(name: str, text: str) -> None:
+    assert (FIXTURES / name).read_text(encoding="utf-8") == text
+    motion = csv.read(FIXTURES / name)
+    assert_is_the_example(motion)
+    assert motion.notes == ()
+
+
+DIALECTS = {
+    "crlf": lambda text: text.replace("\n", "\r\n"),
+    "bom": lambda text: "\ufeff" + text,
+    "semicolons": lambda text: text.replace(",", ";"),
+    "decimal commas": lambda text: text.replace(",", ";").replace(".", ","),
+    "tabs": lambda text: text.replace(",", "\t"),
+    "capital columns": lambda text: (
+        text.replace("time", "Time").replace("frame", "FRAME").replace("_x", "_X").replace(",x,y", ",X,Y")
+    ),
+    "dots": lambda text: text.replace("_x", ".x").replace("_y", ".y").replace("_z", ".z"),
+    "blanks": lambda text: text.replace("_x", " x").replace("_y", " y").replace("_z", " z"),
+    "units in names": lambda text: text.replace("_x", "_x_mm").replace(",x,y,z", ",x_mm,y_mm,z_mm"),
+    "units in brackets": lambda text: text.replace("_x", "_x (mm)").replace(",x,", ",x [mm],"),
+    "seconds in the name": lambda text: text.replace("time", "time_s"),
+    "delimiters at the end": lambda text: text.replace("\n", ",\n"),
+    "blank lines": lambda text: "\n" + text.replace("\n", "\n\n"),
+    "quotes": lambda text: (
+        text.replace("left hip", '"left hip"').replace('"left hip"_', '"left hip_')
+        if "joint" in text
+        else text.replace("left hip_x", '"left hip_x"')
+    ),
+    "marker": lambda text: text.replace("joint", "Marker"),
+    "name": lambda text: text.replace("joint", "name"),
+}
+
+
+@pytest.mark.parametrize("text", [WIDE, LONG], ids=["wide", "long"])
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_dialects_of_the_same_table(tmp_path: Path, dialect: str, text: str) -> None:
+    assert_is_the_example(read(tmp_path, DIALECTS[dialect](text)))
+
+
+@pytest.mark.parametrize("unit", MILLIMETRES)
+def test_units_by_option_by_column_name_and_by_column(tmp_path: Path, unit: str) -> None:
+    column = LONG.replace("x,y,z", "x,y,z,unit").replace("\n", f",{unit}\n").replace(f"unit,{unit}", "unit")
+    named = WIDE.replace("_x", f"_x_{unit}").replace("_y", f"_y_{unit}").replace("_z", f"_z_{unit}")
+    for motion in (
+        read(tmp_path, WIDE, units=unit),
+        read(tmp_path, column, units="cm"),
+        read(tmp_path, named, units="cm"),
+    ):
+        np.testing.assert_allclose(motion.positions_mm, EXPECTED * MILLIMETRES[unit])
+        assert motion.units == unit
+
+
+def test_frames_alone_need_the_rate(tmp_path: Path) -> None:
+    text = WIDE.replace("time", "frame").replace("0.00", "3").replace("0.01", "4").replace("0.02", "5")
+    assert_is_the_example(read(tmp_path, text, frame_rate_hz=100.0))
+    with pytest.raises(Refusal, match="the frame rate is unknown"):
+        read(tmp_path, text)
+    with pytest.raises(Refusal, match="the frame rate is not positive"):
+        read(tmp_path, text, frame_rate_hz=0.0)
+
+
+def test_times_alone_order_the_frames_of_a_long_table(tmp_path: Path) -> None:
+    lines = [line.split(",", 1)[1] for line in LONG.splitlines()]
+    shuffled = [lines[0], lines[1], lines[2], lines[5], lines[4], lines[3], lines[6]]
+    motion = read(tmp_path, "\n".join(shuffled) + "\n")
+    assert_is_the_example(motion)
+
+
+def test_a_rate_that_is_given_must_agree_with_the_times(tmp_path: Path) -> None:
+    assert read(tmp_path, WIDE, frame_rate_hz=99.5).frame_rate_hz == 99.5
+    with pytest.raises(Refusal, match=r"contradict the frame rate .*expected 120 Hz, received 100 Hz"):
+        read(tmp_path, WIDE, frame_rate_hz=120.0)
+
+
+def test_rounded_times_give_the_rate_that_they_can_bear(tmp_path: Path) -> None:
+    def times(frames: int, rate: float) -> str:
+        return "time,a_x,a_y,a_z\n" + "".join(f"{k / rate:.3f},{k},0,0\n" for k in range(frames))
+
+    assert read(tmp_path, times(40, 120)).frame_rate_hz == 120.0
+    assert read(tmp_path, times(2000, 119.88)).frame_rate_hz == pytest.approx(119.88, rel=1e-4)
+    assert read(tmp_path, times(3, 100)).frame_rate_hz == 100.0
+    assert read(tmp_path, times(5, 120), frame_rate_hz=120.0).frame_rate_hz == 120.0
+    with pytest.raises(Refusal, match=r"too coarsely .*frame_rate_hz.*give or take 3"):
+        read(tmp_path, times(5, 120))
+    with pytest.raises(Refusal, match="line 22: the times are not uniform"):
+        read(tmp_path, times(40, 120).replace("0.167", "0.171"))
+
+
+def test_absent_rows_are_missing_samples_and_noted(tmp_path: Path) -> None:
+    text = "".join(line for line in LONG.splitlines(keepends=True) if line != "8,0.01,left hip,,,\n")
+    motion = read(tmp_path, text)
+    assert_is_the_example(motion)
+    assert motion.notes == ("1 of 6 samples have no row and are missing.",)
+    gap = "".join(line for line in WIDE.splitlines(keepends=True) if not line.startswith("0.01"))
+    assert read(tmp_path, gap.replace("0.02", "0.01")).positions_mm.shape == (2, 2, 3)
+    frames = gap.replace("time", "frame").replace("0.00", "0").replace("0.02", "2")
+    motion = read(tmp_path, frames, frame_rate_hz=120.0)
+    np.testing.assert_array_equal(motion.positions_mm[[0, 2]], EXPECTED[[0, 2]])
+    assert not motion.valid[1].any()
+
+
+def test_columns_that_are_not_read_and_line_ends_are_noted(tmp_path: Path) -> None:
+    text = WIDE.replace("\n", ",0.9\n").replace("hip_z,0.9", "hip_z,confidence").rstrip("\n")
+    motion = read(tmp_path, text)
+    assert_is_the_example(motion)
+    assert motion.notes[0].startswith("The last line has no line end")
+    assert motion.notes[1] == "Columns that are not read: confidence."
+    latin = read(tmp_path, WIDE.replace("left hip", "hüfte").encode("latin-1"))
+    assert latin.names[1] == "hüfte"
+    assert "Latin-1" in latin.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "there is no table"),
+        ("time,head_x,head_y,head_z\n", r"there is no table .*received 1 rows"),
+        ("time,speed\n0,1\n", "line 1: the header names no points"),
+        ("time,x,y,z\n0,1,2,3\n", "line 1: the header names no points"),
+        (WIDE.replace("time", "moment"), "line 1: there is no column of times or frame numbers"),
+        (WIDE.replace("hip_z", "hip_w"), "line 1: the point 'left hip' lacks an axis .*received x, y"),
+        (LONG.replace(",z", ",w"), "line 1: an axis is missing"),
+        (
+            WIDE.replace("hip_z", "hip_y"),
+            "line 1: two columns hold the same thing .*left hip_y and left hip_y",
+        ),
+        (LONG.replace("time", "frame"), "line 1: two columns hold the same thing"),
+        (WIDE.replace("head_x", "head_x_m").replace("hip_x", "hip_x_mm"), "the unit .*received m, mm"),
+        (WIDE.replace("1.5", "one"), "line 3: the cell of column 'head_x' is not a usable number .*'one'"),
+        (WIDE.replace("1.5", "1_5"), "line 3: the cell of column 'head_x' is not a usable number .*'1_5'"),
+        (WIDE.replace("1.5", "1e300"), "line 3: the cell of column 'head_x'"),
+        (WIDE.replace("1.5", "inf"), "line 3: the cell of column 'head_x'"),
+        (WIDE.replace("0.01", ""), "line 3: the cell of column 'time' is not a usable number"),
+        (WIDE.replace("0.01", "0.012"), "line [34]: the times are not uniform .*within 1 %"),
+        (
+            WIDE.replace("0.0", "1").replace("11", "20").replace("12", "30"),
+            "the times are not in seconds.*expected 1 Hz or more, received 0.1 Hz",
+        ),
+        (
+            WIDE.replace("4,nan,6", "4,nan"),
+            r"line 4: the row has another number of cells .*expected 7, received 6",
+        ),
+        (WIDE.replace("4,nan,6", "4,nan,6,7"), r"line 4: the row has .*expected 7, received 8"),
+        (WIDE.replace("0.01", "0.00"), "line 3: the point 'head' stands twice"),
+        (
+            LONG.replace("7,0.00,left hip", "7,0.00,head"),
+            r"line 3: the point 'head' stands twice in one frame \(two people",
+        ),
+        (LONG.replace("8,0.01,left", "7,0.01,left"), "the times are not uniform"),
+        (LONG.replace("9,0.02", "9.5,0.02"), "line 6: the frame number is not whole .*received 9.5"),
+        (LONG.replace("9,0.02,head", "9,0.02,"), "line 6: a point has no name"),
+        (
+            LONG.replace("time", "pause").replace("9,0.02,head", "99999999,0,head"),
+            "the frame rate is unknown",
+        ),
+        (WIDE.replace("0.01", '"0.01'), "the quoting is broken"),
+        (WIDE.replace("head", "he\0ad"), "a zero byte"),
+    ],
+)
+def test_damage_is_named_by_its_place(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(Refusal, match=message):
+        read(tmp_path, text)
+
+
+def test_memory_stays_in_proportion_to_the_table(tmp_path: Path) -> None:
+    far = "frame,joint,x,y,z\n1,head,1,2,3\n900000000,head,1,2,3\n"
+    with pytest.raises(Refusal, match="the table is nearly empty"):
+        read(tmp_path, far, frame_rate_hz=100.0)
+    rows = "".join(f"{k},name{k},1,2,3\n" for k in range(500))
+    with pytest.raises(Refusal, match=r"500 samples for 500 frames of 500 points"):
+        read(tmp_path, "frame,joint,x,y,z\n" + rows, frame_rate_hz=100.0)
+
+
+@pytest.mark.parametrize("unit", ["ell", ""])
+def test_a_unit_that_is_not_known_is_refused(tmp_path: Path, unit: str) -> None:
+    with pytest.raises(Refusal, match="the unit of length is unknown"):
+        read(tmp_path, WIDE, units=unit)
+
+
+@pytest.mark.parametrize("text", [WIDE, LONG], ids=["wide", "long"])
+def test_a_file_cut_anywhere_is_refused_or_says_so(tmp_path: Path, text: str) -> None:
+    data = text.encode()
+    for size in range(len(data)):
+        try:
+            motion = read(tmp_path, data[:size])
+        except Refusal:
+            continue
+        # A table does not state its length: cut between rows it is a shorter table; cut in a cell it says so.
+        if not data[:size].endswith(b"\n"):
+            assert any("no line end" in note for note in motion.notes), size
+        whole = motion.valid.shape[0]
+        np.testing.assert_array_equal(motion.positions_mm[: whole - 1], EXPECTED[: whole - 1])
+
+
+@pytest.mark.parametrize("text", [WIDE, LONG], ids=["wide", "long"])
+def test_damaged_copies_are_read_or_refused(tmp_path: Path, text: str) -> None:
+    original = np.frombuffer(text.encode(), dtype=np.uint8)
+    outcomes = {"read": 0, "refused": 0}
+    for seed in range(500):
+        rng = np.random.default_rng(seed)
+        data = original.copy()
+        at = rng.integers(0, data.size, size=int(rng.integers(1, 4)))
+        data[at] = rng.choice(np.frombuffer(b'\t \n\r,;."-e0_9Xn\xff', dtype=np.uint8), size=at.size)
+        try:
+            motion = read(tmp_path, data.tobytes())
+        except Refusal:
+            outcomes["refused"] += 1
+        else:
+            outcomes["read"] += 1
+            assert motion.positions_mm.shape == (*motion.valid.shape, 3)
+            assert motion.valid.shape[1] == len(motion.names)
+            np.testing.assert_array_equal(np.isfinite(motion.positions_mm).all(axis=-1), motion.valid)
+    assert min(outcomes.values()) > 15
+
+
+def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "absent.csv"):
+        with pytest.raises(Refusal, match="no such file"):
+            csv.read(path)
+
+
+NAMES = st.text(
+    st.characters(codec="utf-8", categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=12
+).filter(lambda name: name == name.strip() and name.isprintable())
+
+
+@given(
+    names=st.lists(NAMES, min_size=1, max_size=4, unique=True),
+    frames=st.integers(2, 6),
+    rate=st.floats(1, 1e4),
+    data=st.data(),
+)
+def test_what_is_written_is_read_back_to_the_bit(
+    tmp_path_factory: pytest.TempPathFactory, names: list[str], frames: int, rate: float, data: st.DataObject
+) -> None:
+    positions = data.draw(hnp.arrays(float, (frames, len(names), 3), elements=st.floats(-1e9, 1e9)))
+    positions[data.draw(hnp.arrays(bool, (frames, len(names))))] = np.nan
+    path = tmp_path_factory.getbasetemp() / "round_trip.csv"
+    csv.write(path, names, positions, rate)
+    motion = csv.read(path)
+    np.testing.assert_array_equal(motion.positions_mm, positions)
+    np.testing.assert_array_equal(motion.valid, np.isfinite(positions).all(axis=-1))
+    assert (motion.names, motion.units, motion.notes) == (tuple(names), "mm", ())
+    assert motion.frame_rate_hz == pytest.approx(rate, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("names", "positions", "rate"),
+    [
+        (["a"], np.zeros((2, 2, 3)), 100.0),
+        (["a"], np.zeros((0, 1, 3)), 100.0),
+        (["a", "a"], np.zeros((2, 2, 3)), 100.0),
+        ([""], np.zeros((2, 1, 3)), 100.0),
+        (["a\nb"], np.zeros((2, 1, 3)), 100.0),
+        (["a"], np.full((2, 1, 3), np.inf), 100.0),
+        (["a"], np.zeros((2, 1, 3)), np.nan),
+    ],
+)
+def test_what_the_table_cannot_hold_is_not_written(
+    tmp_path: Path, names: list[str], positions: np.ndarray, rate: float
+) -> None:
+    with pytest.raises(Refusal, match=r"out\.csv"):
+        csv.write(tmp_path / "out.csv", names, positions, rate)
+    assert not (tmp_path / "out.csv").exists()

@@ -1,0 +1,236 @@
+"""The TRC reader and writer: the contract, the dialects that are about, damage, and the round trip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from pipeline.formats import trc
+from pipeline.refusal import Refusal
+from pipeline.skeleton import MILLIMETRES, MotionCapture
+
+FIXTURE = Path(__file__).parents[1] / "fixtures" / "trc_two_markers.trc"
+
+HEADER = (
+    "PathFileType\t4\t(X/Y/Z)\tmade.trc\n"
+    "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n"
+    "{rate}\t{rate}\t{frames}\t{markers}\t{units}\t{rate}\t1\t{frames}\n"
+    "Frame#\tTime\tHead Top\t\t\tHip\t\t\t\n"
+    "\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n"
+    "\n"
+)
+ROWS = (
+    "1\t0.000\t1\t2\t3\t4\t5\t6\n",
+    "2\t0.008\t1.5\t2\t3\t\t\t\n",
+    "3\t0.017\t2\t2\t3\t4\tnan\t6\n",
+)
+
+
+def made(
+    rows: tuple[str, ...] = ROWS,
+    *,
+    rate: str = "120.00",
+    frames: str = "3",
+    markers: str = "2",
+    units: str = "mm",
+) -> str:
+    return HEADER.format(rate=rate, frames=frames, markers=markers, units=units) + "".join(rows)
+
+
+def read(tmp_path: Path, text: str | bytes) -> MotionCapture:
+    path = tmp_path / "made.trc"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return trc.read(path)
+
+
+EXPECTED = np.array(
+    [
+        [[1, 2, 3], [4, 5, 6]],
+        [[1.5, 2, 3], [np.nan] * 3],
+        [[2, 2, 3], [np.nan] * 3],
+    ]
+)
+
+
+def assert_is_the_example(motion: MotionCapture, names: tuple[str, ...] = ("Head Top", "Hip")) -> None:
+    np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
+    np.testing.assert_array_equal(motion.valid, [[True, True], [True, False], [True, False]])
+    assert motion.names == names
+    assert (motion.frame_rate_hz, motion.units, motion.channels) == (120.0, "mm", ())
+    assert motion.angles_deg.shape == (3, 0)
+
+
+def test_the_fixture(tmp_path: Path) -> None:
+    assert FIXTURE.read_text(encoding="utf-8") == made()
+    motion = trc.read(FIXTURE)
+    assert_is_the_example(motion)
+    assert motion.notes == ()
+
+
+@pytest.mark.parametrize(
+    "dialect",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace("\n", "\r"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("Z2\n\n", "Z2\n"),
+        lambda text: text.replace("6\n", "6\t\t\n"),
+        lambda text: text + "\n  \n",
+        lambda text: text.replace("Hip\t\t\t\n", "Hip\n"),
+        lambda text: text.replace("DataRate\t", "DataRate \t"),
+    ],
+    ids=[
+        "crlf",
+        "cr",
+        "bom",
+        "no blank line",
+        "tabs at the end",
+        "blank end",
+        "no tabs after names",
+        "blanks",
+    ],
+)
+def test_dialects_of_the_same_file(tmp_path: Path, dialect) -> None:  # type: ignore[no-untyped-def]
+    assert_is_the_example(read(tmp_path, dialect(made())))
+
+
+def test_spaces_instead_of_tabs(tmp_path: Path) -> None:
+    text = made().replace("Head Top", "Head").replace("\t\t\t\n", "\tnan\tnan\tnan\n", 2).replace("\t", "  ")
+    assert_is_the_example(read(tmp_path, text.replace("Hip  nan  nan  nan", "Hip")), ("Head", "Hip"))
+
+
+@pytest.mark.parametrize("unit", MILLIMETRES)
+def test_every_unit_becomes_millimetres(tmp_path: Path, unit: str) -> None:
+    motion = read(tmp_path, made(units=unit))
+    np.testing.assert_allclose(motion.positions_mm, EXPECTED * MILLIMETRES[unit])
+    assert motion.units == unit
+
+
+def test_doubled_names_and_a_missing_line_end_are_noted(tmp_path: Path) -> None:
+    motion = read(tmp_path, made().replace("Hip", "Head Top").rstrip("\n"))
+    assert "stand more than once" in motion.notes[0]
+    assert "no line end" in motion.notes[1]
+    latin = read(tmp_path, made().replace("Hip", "Hüfte").encode("latin-1"))
+    assert latin.names[1] == "Hüfte"
+    assert "Latin-1" in latin.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "line 1: this is not a TRC file .*an empty file"),
+        ("time,x\n" * 9, "line 1: this is not a TRC file"),
+        (made()[:90], "line 1: this is not a TRC file"),
+        (made(units="ell"), "Units in line 3: the unit of length is unknown .*'ell'"),
+        (made(rate="0"), "DataRate is unusable"),
+        (made(rate="fast"), "DataRate is unusable .*received fast"),
+        (made(rate="nan"), "DataRate is unusable"),
+        (made(rate="100"), r"the times contradict DataRate \(expected 100 Hz"),
+        (made(frames="4"), r"truncated.*expected 4 frames, received 3"),
+        (made(frames="2"), r"expected 2 frames, received 3"),
+        (made((), frames="0"), "NumFrames is unusable"),
+        (made(markers="3"), "line 4: the marker names .*expected Frame#, Time and 3 names, received 2"),
+        (made((*ROWS[:2], "3\t0.017\t2\t2\n")), r"line 9: .*expected 8, received 4"),
+        (made((*ROWS[:2], ROWS[2][:-1] + "\t7\n")), r"line 9: .*expected 8, received 9"),
+        (made((*ROWS[:2], ROWS[2].replace("6", "six"))), "line 9: the cell is not a number .*'six'"),
+        (made((*ROWS[:2], ROWS[2].replace("6", "1_0"))), "line 9: the cell is not a number .*'1_0'"),
+        (made((*ROWS[:2], ROWS[2].replace("6", "1e400"))), "line 9, cell 8: .*too large"),
+        (
+            made((ROWS[0], ROWS[2])).replace("\t3\t2\tmm", "\t2\t2\tmm"),
+            "line 8: the frame number or the time",
+        ),
+        (made((*ROWS[:2], ROWS[2].replace("0.017", "0.025"))), "line 9: the frame number or the time"),
+        (made((*ROWS[:2], ROWS[2].replace("0.017", ""))), "line 9: the frame number or the time"),
+        (made().replace("Hip", "Hi\0p"), "a zero byte"),
+    ],
+)
+def test_damage_is_named_by_its_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(Refusal, match=message):
+        read(tmp_path, text)
+
+
+def test_a_file_cut_anywhere_is_refused_or_says_so(tmp_path: Path) -> None:
+    data = made().encode()
+    for size in range(len(data)):
+        try:
+            motion = read(tmp_path, data[:size])
+        except Refusal:
+            continue
+        # Only a cut within the last number cannot be told from a short number; then a note says so.
+        assert size >= len(data) - 2
+        assert "no line end" in motion.notes[-1]
+
+
+def test_damaged_copies_are_read_or_refused(tmp_path: Path) -> None:
+    original = np.frombuffer(made().encode(), dtype=np.uint8)
+    outcomes = {"read": 0, "refused": 0}
+    for seed in range(500):
+        rng = np.random.default_rng(seed)
+        data = original.copy()
+        at = rng.integers(0, data.size, size=int(rng.integers(1, 4)))
+        data[at] = rng.choice(np.frombuffer(b"\t \n\r,.-e0_9Xn\xff", dtype=np.uint8), size=at.size)
+        try:
+            motion = read(tmp_path, data.tobytes())
+        except Refusal:
+            outcomes["refused"] += 1
+        else:
+            outcomes["read"] += 1
+            assert motion.positions_mm.shape == (*motion.valid.shape, 3) == (3, 2, 3)
+            np.testing.assert_array_equal(np.isfinite(motion.positions_mm).all(axis=-1), motion.valid)
+    assert min(outcomes.values()) > 50
+
+
+def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "absent.trc"):
+        with pytest.raises(Refusal, match="no such file"):
+            trc.read(path)
+
+
+NAMES = st.text(
+    st.characters(codec="utf-8", categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=12
+).filter(lambda name: name == name.strip() and name.isprintable())
+
+
+@given(
+    names=st.lists(NAMES, min_size=1, max_size=4),
+    frames=st.integers(1, 5),
+    rate=st.floats(1, 1e4),
+    data=st.data(),
+)
+def test_what_is_written_is_read_back_to_the_bit(
+    tmp_path_factory: pytest.TempPathFactory, names: list[str], frames: int, rate: float, data: st.DataObject
+) -> None:
+    coordinate = st.floats(-1e9, 1e9)
+    positions = data.draw(hnp.arrays(float, (frames, len(names), 3), elements=coordinate))
+    positions[data.draw(hnp.arrays(bool, (frames, len(names))))] = np.nan
+    path = tmp_path_factory.getbasetemp() / "round_trip.trc"
+    trc.write(path, names, positions, rate)
+    motion = trc.read(path)
+    np.testing.assert_array_equal(motion.positions_mm, positions)
+    np.testing.assert_array_equal(motion.valid, np.isfinite(positions).all(axis=-1))
+    assert (motion.names, motion.frame_rate_hz, motion.units) == (tuple(names), rate, "mm")
+
+
+@pytest.mark.parametrize(
+    ("names", "positions", "rate"),
+    [
+        (["a"], np.zeros((2, 2, 3)), 100.0),
+        (["a"], np.zeros((0, 1, 3)), 100.0),
+        ([""], np.zeros((2, 1, 3)), 100.0),
+        (["a\tb"], np.zeros((2, 1, 3)), 100.0),
+        ([" a"], np.zeros((2, 1, 3)), 100.0),
+        (["a"], np.full((2, 1, 3), np.inf), 100.0),
+        (["a"], np.zeros((2, 1, 3)), 0.0),
+    ],
+)
+def test_what_the_format_cannot_hold_is_not_written(
+    tmp_path: Path, names: list[str], positions: np.ndarray, rate: float
+) -> None:
+    with pytest.raises(Refusal, match=r"out\.trc"):
+        trc.write(tmp_path / "out.trc", names, positions, rate)
+    assert not (tmp_path / "out.trc").exists()

@@ -1,0 +1,332 @@
+"""The archive keeps finished full-scale results of a clean commit, and notices any later change."""
+
+import errno
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline import archive
+from pipeline.refusal import Refusal
+from pipeline.store import Store, digest
+
+COMMIT = "0123456789abcdef" * 2 + "01234567"
+FIGURES = ["zhang2007_fig5", "zhang2007_fig2"]
+Make = Callable[..., Path]
+
+
+@pytest.fixture
+def lock(tmp_path: Path) -> Path:
+    path = tmp_path / "requirements.lock"
+    path.write_text("numpy==2.4.6\n")
+    return path
+
+
+@pytest.fixture
+def make(tmp_path: Path, lock: Path) -> Make:
+    """Publish figures as a session would, any fact of the manifest changed as told."""
+
+    def make(data: str = "synthetic", scale: str = "full", **changes: Any) -> Path:
+        store = Store(tmp_path / "results")
+        folder = tmp_path / "results" / data / scale
+        for figure in FIGURES:
+            with store.publish(folder / figure) as publication:
+                for name in ("table.csv", "table_views.csv", "recording.rrd", "figure.svg", "config.yaml"):
+                    (publication.folder / name).write_text(f"{name} of {figure} on {data}")
+                made = {"commit": COMMIT, "dirty": False, "lock_sha256": digest(lock.read_bytes())}
+                made |= {name: value for name, value in changes.items() if name in made}
+                publication.manifest({"figure": figure, "scale": scale, "provenance": made})
+        (folder / "claims.csv").write_text("claim,verdict\n")
+        return folder
+
+    return make
+
+
+@pytest.fixture
+def keep(tmp_path: Path, lock: Path) -> Make:
+    def keep(source: Path, **changes: Any) -> Path:
+        facts = {
+            "date": "2026-11-21",
+            "commit": COMMIT,
+            "dirty": False,
+            "figures_expected": FIGURES,
+            "lock": lock,
+        }
+        return archive.keep(source, tmp_path / "archive", **{**facts, **changes})
+
+    return keep
+
+
+def snapshot(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_an_archive_holds_everything_and_verifies(tmp_path: Path, make: Make, keep: Make) -> None:
+    source = make()
+    (source / "zhang2007_fig5" / ".DS_Store").write_text("not ours")
+    kept = keep(source)
+    assert kept == tmp_path / "archive" / "2026-11-21-0123456789ab"
+    expected = {
+        "synthetic/" + name: content
+        for name, content in snapshot(source).items()
+        if not name.endswith(".DS_Store")
+    }
+    expected["synthetic/requirements.lock"] = b"numpy==2.4.6\n"
+    found = snapshot(kept)
+    sums = found.pop("SHA256SUMS").decode()
+    assert found == expected
+    assert sums.splitlines() == [
+        f"{hashlib.sha256(expected[name]).hexdigest()}  {name}" for name in sorted(expected)
+    ]
+    assert archive.verify(kept) == []
+    assert (tmp_path / "archive" / "index.csv").read_text() == (
+        "archive,date,commit,data,figures,files,bytes,checksums_sha256\n"
+        f"2026-11-21-0123456789ab,2026-11-21,{COMMIT},synthetic,zhang2007_fig2 zhang2007_fig5,"
+        f"{len(expected)},{sum(map(len, expected.values()))},{digest(sums.encode())}\n"
+    )
+
+
+@pytest.mark.skipif(shutil.which("sha256sum") is None, reason="needs sha256sum")
+def test_the_checksums_are_what_sha256sum_reads(make: Make, keep: Make) -> None:
+    kept = keep(make())
+    checked = subprocess.run(["sha256sum", "-c", "--quiet", "SHA256SUMS"], cwd=kept, timeout=60)
+    assert checked.returncode == 0
+
+
+def test_a_second_data_set_joins_and_the_first_stays(tmp_path: Path, make: Make, keep: Make) -> None:
+    kept = keep(make())
+    before = snapshot(kept)
+    assert keep(make("optical")) == kept
+    after = snapshot(kept)
+    assert {k: v for k, v in after.items() if k.startswith("synthetic/")} == {
+        k: v for k, v in before.items() if k != "SHA256SUMS"
+    }
+    assert archive.verify(kept) == []
+    keep(make("cmu"), date="2026-11-20")
+    rows = (tmp_path / "archive" / "index.csv").read_text().splitlines()[1:]
+    assert [(row.split(",")[0], row.split(",")[3]) for row in rows] == [
+        ("2026-11-20-0123456789ab", "cmu"),
+        ("2026-11-21-0123456789ab", "optical"),
+        ("2026-11-21-0123456789ab", "synthetic"),
+    ]
+
+
+def test_to_keep_the_same_again_changes_nothing(tmp_path: Path, make: Make, keep: Make) -> None:
+    source = make()
+    keep(source)
+    before = snapshot(tmp_path / "archive")
+    keep(source)
+    assert snapshot(tmp_path / "archive") == before
+
+
+@pytest.mark.parametrize(
+    ("spoil", "problem"),
+    [
+        (lambda a: (a / "synthetic/zhang2007_fig5/table.csv").write_text("x"), "table.csv: changed"),
+        (lambda a: (a / "synthetic/zhang2007_fig5/table.csv").unlink(), "table.csv: missing"),
+        (lambda a: (a / "synthetic/zhang2007_fig5/more.csv").write_text(""), "more.csv: added"),
+        (lambda a: (a / "synthetic/zhang2007_fig5/.hidden").write_text(""), ".hidden: added"),
+        (lambda a: (a / "synthetic/requirements.lock").write_text(""), "requirements.lock: changed"),
+        (lambda a: (a / "synthetic/claims.csv").rename(a / "claims.csv"), "synthetic/claims.csv: missing"),
+    ],
+)
+def test_verify_names_what_changed(
+    make: Make, keep: Make, spoil: Callable[[Path], Any], problem: str
+) -> None:
+    kept = keep(make())
+    spoil(kept)
+    problems = archive.verify(kept)
+    assert problems
+    assert problems[0].endswith(problem)
+    assert len(problems) == (2 if "claims" in problem else 1)
+
+
+def test_verify_notices_any_flipped_byte(make: Make, keep: Make) -> None:
+    kept = keep(make())
+    for path in [p for p in kept.rglob("*") if p.is_file() and p.name != "SHA256SUMS"]:
+        content = path.read_bytes()
+        path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+        assert archive.verify(kept) == [f"{path.relative_to(kept).as_posix()}: changed"]
+        path.write_bytes(content)
+    assert archive.verify(kept) == []
+
+
+def test_verify_notices_a_file_changed_together_with_its_checksum(make: Make, keep: Make) -> None:
+    kept = keep(make())
+    table = kept / "synthetic" / "zhang2007_fig5" / "table.csv"
+    before = digest(table.read_bytes())
+    table.write_text("better numbers")
+    sums = kept / "SHA256SUMS"
+    sums.write_text(sums.read_text().replace(before, digest(table.read_bytes())))
+    assert archive.verify(kept) == ["SHA256SUMS: not what index.csv recorded for synthetic"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"dirty": True}, "the tree differs from its commit"),
+        ({"dirty": "unknown"}, "the tree differs from its commit"),
+        ({"commit": "unknown"}, r"the archive needs a commit \(expected 40 .*, received unknown\)"),
+        ({"commit": "f" * 40}, r"synthetic/full/zhang2007_fig2: the result was made by another commit"),
+        ({"date": "today"}, "not a date"),
+        ({"figures_expected": []}, "no figure is expected"),
+        ({"figures_expected": [*FIGURES, "zhang2004_fig2"]}, "zhang2004_fig2: the figure has not been made"),
+        ({"lock": Path("no/such.lock")}, "such.lock: the lock file is missing"),
+    ],
+)
+def test_what_cannot_be_traced_is_refused(
+    tmp_path: Path, make: Make, keep: Make, changes: dict[str, Any], complaint: str
+) -> None:
+    source = make()
+    with pytest.raises(Refusal, match=complaint):
+        keep(source, **changes)
+    assert not (tmp_path / "archive").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        (
+            {"scale": "smoke"},
+            r"only full-scale results are archived \(expected scale full, received scale smoke",
+        ),
+        ({"commit": "f" * 40}, "made by another commit"),
+        ({"dirty": True}, "made by a tree that differs"),
+        ({"lock_sha256": "absent"}, "another lock file"),
+    ],
+)
+def test_results_made_otherwise_are_refused(
+    tmp_path: Path, make: Make, keep: Make, changes: dict[str, Any], complaint: str
+) -> None:
+    source = make(**changes)
+    with pytest.raises(Refusal, match=complaint):
+        keep(source)
+    assert not (tmp_path / "archive").exists()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "complaint"),
+    [
+        (lambda f: (f / "manifest.json").unlink(), "unfinished or damaged: manifest.json is missing"),
+        (lambda f: (f / "figure.svg").unlink(), "unfinished or damaged: figure.svg is missing"),
+        (lambda f: (f / "table.csv").write_text(""), "table.csv has 0 bytes, not"),
+        (lambda f: os.truncate(f / "recording.rrd", 3), "recording.rrd has 3 bytes, not"),
+        (
+            lambda f: (f / "table.csv").write_bytes((f / "table.csv").read_bytes()[::-1]),
+            "table.csv sha256 differs",
+        ),
+    ],
+)
+def test_unfinished_results_are_refused(
+    tmp_path: Path, make: Make, keep: Make, spoil: Callable[[Path], Any], complaint: str
+) -> None:
+    source = make()
+    spoil(source / "zhang2007_fig5")
+    with pytest.raises(Refusal, match=complaint):
+        keep(source)
+    assert not (tmp_path / "archive").exists()
+
+
+def test_an_archive_with_other_content_is_not_overwritten(tmp_path: Path, make: Make, keep: Make) -> None:
+    source = make()
+    keep(source)
+    before = snapshot(tmp_path / "archive")
+    (source / "claims.csv").write_text("claim,verdict\none,reproduced\n")
+    with pytest.raises(Refusal, match="already holds other results"):
+        keep(source)
+    assert snapshot(tmp_path / "archive") == before
+
+
+def test_a_lost_or_changed_archive_is_not_mended_in_silence(tmp_path: Path, make: Make, keep: Make) -> None:
+    source = make()
+    kept = keep(source)
+    (kept / "synthetic" / "claims.csv").unlink()
+    with pytest.raises(Refusal, match="already holds other results"):
+        keep(source)
+    shutil.rmtree(kept / "synthetic")
+    with pytest.raises(Refusal, match="has lost these results"):
+        keep(source)
+
+
+@pytest.mark.parametrize("operation", ["fsync", "replace", "mkdir"])
+def test_whatever_operation_fails_the_next_time_finishes(
+    tmp_path: Path, make: Make, keep: Make, monkeypatch: pytest.MonkeyPatch, operation: str
+) -> None:
+    source = make()
+    keep(source)
+    expected = snapshot(tmp_path / "archive")
+    shutil.rmtree(tmp_path / "archive")
+    real, calls, failing = getattr(os, operation), 0, 0
+
+    def call(*arguments: Any) -> Any:
+        nonlocal calls
+        if operation == "mkdir" and Path(arguments[0]).exists():
+            return real(*arguments)
+        calls += 1
+        if calls == failing:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return real(*arguments)
+
+    monkeypatch.setattr(os, operation, call)
+    keep(source)
+    total = calls
+    assert total >= 3
+    for n in range(1, total + 1):
+        failing = n
+        shutil.rmtree(tmp_path / "archive")
+        calls = 0
+        with pytest.raises(Refusal, match="cannot write results: No space left"):
+            keep(source)
+        calls = -1000
+        kept = keep(source)
+        assert snapshot(tmp_path / "archive") == expected
+        assert archive.verify(kept) == []
+
+
+def test_a_folder_that_is_no_archive_is_refused(tmp_path: Path) -> None:
+    for folder in (tmp_path, tmp_path / "nowhere"):
+        with pytest.raises(Refusal, match="this is no archive"):
+            archive.verify(folder)
+
+
+@pytest.mark.parametrize("line", ["junk", "0" * 64 + "  ../x", "0" * 64 + "  /etc/x", "0" * 63 + "  x"])
+def test_a_list_that_cannot_be_understood_is_refused(make: Make, keep: Make, line: str) -> None:
+    kept = keep(make())
+    with (kept / "SHA256SUMS").open("a") as stream:
+        stream.write(line + "\n")
+    with pytest.raises(Refusal, match="line 15: the list of checksums cannot be understood"):
+        archive.verify(kept)
+
+
+@pytest.mark.parametrize("content", ["", "archive,date\n", "archive,date,commit\na,b\n"])
+def test_an_index_that_cannot_be_understood_is_refused(
+    tmp_path: Path, make: Make, keep: Make, content: str
+) -> None:
+    kept = keep(make())
+    (tmp_path / "archive" / "index.csv").write_text(content)
+    before = snapshot(tmp_path / "archive")
+    for attempt in (lambda: archive.verify(kept), lambda: keep(make("optical"))):
+        with pytest.raises(Refusal, match="the index cannot be understood"):
+            attempt()
+    assert snapshot(tmp_path / "archive") == before
+
+
+def test_a_manifest_cannot_reach_outside_its_folder(tmp_path: Path, make: Make, keep: Make) -> None:
+    source = make()
+    figure = source / "zhang2007_fig5"
+    manifest = json.loads((figure / "manifest.json").read_bytes())
+    del manifest["seal"]
+    manifest["files"]["../claims.csv"] = {
+        "bytes": (source / "claims.csv").stat().st_size,
+        "sha256": digest((source / "claims.csv").read_bytes()),
+    }
+    compact = json.dumps(manifest, sort_keys=True, separators=(",", ":"))
+    (figure / "manifest.json").write_text(json.dumps({**manifest, "seal": digest(compact.encode())}))
+    with pytest.raises(Refusal, match="outside its folder"):
+        keep(source)

@@ -1,0 +1,578 @@
+"""Fetching: from a mirror or a server on this machine, resumed, checked, and never outside its folder."""
+
+import csv
+import errno
+import hashlib
+import os
+import socket
+import threading
+import urllib.request
+from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline import fetch as fetch_module
+from pipeline.fetch import NEEDED_COLUMNS, FetchReport, Progress, fetch, open_http, read_sources, resolve
+from pipeline.refusal import Refusal
+
+CONTENT = np.random.default_rng(0).bytes(200_000)
+OTHER = b"Joint;x;y;z\n" * 100
+
+
+class Server(ThreadingHTTPServer):
+    """Serves `files`, keeps the requests, and misbehaves where `manners` says so."""
+
+    daemon_threads = True
+
+    def __init__(self) -> None:
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.files: dict[str, bytes] = {}
+        self.manners: dict[str, str] = {}
+        self.requests: list[tuple[str, str | None]] = []
+
+    def address(self, path: str) -> str:
+        return f"http://127.0.0.1:{self.server_address[1]}/{path}"
+
+
+class Handler(BaseHTTPRequestHandler):
+    server: Server
+
+    def log_message(self, *_: Any) -> None:
+        """Stay quiet."""
+
+    def do_GET(self) -> None:
+        path, asked = self.path.lstrip("/"), self.headers.get("Range")
+        self.server.requests.append((path, asked))
+        manner = self.server.manners.get(path, "")
+        if manner == "hang up":
+            self.connection.shutdown(socket.SHUT_RDWR)
+            return
+        if manner == "ftp":
+            self.send_response(302)
+            self.send_header("Location", "ftp://127.0.0.1/x")
+            self.end_headers()
+            return
+        if path not in self.server.files:
+            self.send_error(404)
+            return
+        content = self.server.files[path]
+        start = int(asked.removeprefix("bytes=").removesuffix("-")) if asked else 0
+        if start >= len(content):
+            self.send_error(416)
+            return
+        if manner == "no ranges":
+            start = 0
+        told = start + 1 if manner == "other range" else start
+        body = content[start:]
+        self.send_response(206 if asked and manner != "no ranges" else 200)
+        self.send_header("Content-Range", f"bytes {told}-{len(content) - 1}/{len(content)}")
+        if manner != "no length":
+            self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        cut = {"cut once": 70_000, "cut always": 10_000, "cut to nothing": 0}.get(manner)
+        if manner == "cut once":
+            del self.server.manners[path]
+        self.wfile.write(body[:cut])
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    with Server() as running:
+        thread = threading.Thread(target=running.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+        thread.start()
+        try:
+            yield running
+        finally:
+            running.shutdown()
+            thread.join(timeout=10)
+
+
+@pytest.fixture(autouse=True)
+def _no_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("no_proxy", "*")
+
+
+def direct(request: urllib.request.Request, *, timeout: float) -> Any:
+    """The opener of the house, less patient."""
+    return open_http(request, timeout=min(timeout, 5))
+
+
+def no_network(*_: Any, **__: Any) -> Any:
+    pytest.fail("the network was asked")
+
+
+class Case:
+    """A table of one or more files, and folders to fetch into."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.raw, self.mirror = folder, folder / "raw", folder / "mirror"
+        self.rows: list[dict[str, str]] = []
+
+    def add(self, path: str, content: bytes, *, address: str = "", origin: str = "", **more: str) -> Path:
+        row = {
+            "path": path,
+            "source": path.split("/")[0],
+            "bytes": str(len(content)),
+            "sha256": hashlib.sha256(content).hexdigest(),
+            "address": address,
+            "origin": origin,
+        }
+        self.rows.append({**row, **more})
+        return self.raw / path
+
+    def mirrored(self, path: str, content: bytes) -> None:
+        (self.mirror / path).parent.mkdir(parents=True, exist_ok=True)
+        (self.mirror / path).write_bytes(content)
+
+    def table(self) -> Path:
+        path = self.folder / "sources.csv"
+        with path.open("w", newline="") as stream:
+            writer = csv.DictWriter(stream, self.rows[0])
+            writer.writeheader()
+            writer.writerows(self.rows)
+        return path
+
+    def fetch(self, opener: Callable[..., Any] = direct, **more: Any) -> FetchReport:
+        return fetch(self.table(), self.raw, opener=opener, **more)
+
+    def parts(self) -> list[str]:
+        return [p.name for p in self.raw.rglob("*.part")]
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Case:
+    return Case(tmp_path)
+
+
+def test_a_file_is_fetched_once_and_then_present(case: Case, server: Server) -> None:
+    server.files["a.c3d"] = CONTENT
+    target = case.add("zoo/a.c3d", CONTENT, address=server.address("a.c3d"))
+    assert case.fetch() == FetchReport(fetched=["zoo/a.c3d"])
+    assert target.read_bytes() == CONTENT
+    assert case.fetch(no_network) == FetchReport(present=["zoo/a.c3d"])
+    assert case.parts() == []
+    assert server.requests == [("a.c3d", None)]
+
+
+def test_a_file_that_was_changed_on_disk_is_fetched_again(case: Case, server: Server) -> None:
+    server.files["a"] = CONTENT
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    target.parent.mkdir(parents=True)
+    target.write_bytes(CONTENT[:-1] + bytes([CONTENT[-1] ^ 1]))  # same size, and were it of the same time
+    assert case.fetch().fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+
+
+def test_a_wrong_file_stays_until_a_right_one_is_there(case: Case, server: Server) -> None:
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    target.parent.mkdir(parents=True)
+    target.write_bytes(b"older")
+    assert len(case.fetch().failed) == 1
+    assert target.read_bytes() == b"older"
+
+
+def test_what_an_interrupted_run_left_is_continued(case: Case, server: Server) -> None:
+    server.files["a"] = CONTENT
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    received: list[int] = []
+
+    def interrupt(state: Progress) -> None:
+        received.append(state.bytes_done)
+        if state.bytes_done > 100_000:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        case.fetch(progress=interrupt)
+    assert case.parts() == ["a.part"]
+    assert not target.exists()
+    assert case.fetch().fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+    assert server.requests == [("a", None), ("a", f"bytes={received[-1]}-")]
+
+
+def test_a_whole_part_needs_no_network(case: Case) -> None:
+    target = case.add("zoo/a", CONTENT, address="http://127.0.0.1:9/a")
+    target.parent.mkdir(parents=True)
+    (target.parent / "a.part").write_bytes(CONTENT)
+    assert case.fetch(no_network).fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+
+
+@pytest.mark.parametrize(
+    ("part", "requests"),
+    [
+        (b"x" * 1000, ["bytes=1000-", None]),  # of another file: the sha256 tells, once more from the start
+        (b"x" * len(CONTENT), [None]),
+        (b"x" * (len(CONTENT) + 1), [None]),
+    ],
+)
+def test_a_part_of_something_else_is_not_trusted(
+    case: Case, server: Server, part: bytes, requests: list[str | None]
+) -> None:
+    server.files["a"] = CONTENT
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    target.parent.mkdir(parents=True)
+    (target.parent / "a.part").write_bytes(part)
+    assert case.fetch().fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+    assert [asked for _, asked in server.requests] == requests
+    assert case.parts() == []
+
+
+@pytest.mark.parametrize("manner", ["no ranges", "other range", "no length"])
+def test_a_server_that_cannot_resume_is_asked_for_the_whole(case: Case, server: Server, manner: str) -> None:
+    server.files["a"], server.manners["a"] = CONTENT, manner
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    target.parent.mkdir(parents=True)
+    (target.parent / "a.part").write_bytes(CONTENT[:50_000])
+    assert case.fetch().fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+
+
+def test_an_answer_cut_short_is_continued_at_once(case: Case, server: Server) -> None:
+    server.files["a"], server.manners["a"] = CONTENT, "cut once"
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    assert case.fetch().fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+    assert server.requests == [("a", None), ("a", "bytes=70000-")]
+
+
+def test_answers_always_cut_short_fail_and_keep_what_came(case: Case, server: Server) -> None:
+    server.files["a"], server.manners["a"] = CONTENT, "cut always"
+    case.add("zoo/a", CONTENT, address=server.address("a"))
+    ((path, why),) = case.fetch().failed
+    assert path == "zoo/a"
+    assert "cut short at 30000 of 200000 bytes" in why or "IncompleteRead" in why
+    assert (case.raw / "zoo" / "a.part").stat().st_size == 30_000
+    assert len(server.requests) == 3
+
+
+def test_a_wrong_file_is_removed_and_the_origin_asked(case: Case, server: Server) -> None:
+    server.files |= {"a": CONTENT[::-1], "origin/a": CONTENT}
+    case.add("zoo/a", CONTENT, address=server.address("a"), origin=server.address("origin/a"))
+    assert case.fetch().fetched == ["zoo/a"]
+    assert [path for path, _ in server.requests] == ["a", "origin/a"]
+
+
+def test_every_failure_is_listed_with_its_reasons(case: Case, server: Server) -> None:
+    server.files |= {
+        "wrong": CONTENT[::-1],
+        "longer": CONTENT + b"1",
+        "shorter": CONTENT[:-1],
+        "empty": b"",
+        "good": OTHER,
+    }
+    server.manners |= {"moved": "ftp", "nothing": "cut to nothing"}
+    server.files["nothing"] = CONTENT
+    for name in ("wrong", "longer", "shorter", "missing", "empty", "moved", "nothing"):
+        case.add(f"zoo/{name}", CONTENT, address=server.address(name))
+    case.add("zoo/local", CONTENT, address="file:///etc/hostname")
+    case.add("zoo/bare", CONTENT, address="somewhere", origin="http://[")
+    case.add("zoo/nowhere", CONTENT)
+    case.add("zoo/good", OTHER, address=server.address("good"))
+    report = case.fetch()
+    why = dict(report.failed)
+    assert report.fetched == ["zoo/good"]
+    assert report.without_address == ["zoo/nowhere"]
+    assert why["zoo/wrong"] == f"{server.address('wrong')}: sha256 differs"
+    assert why["zoo/longer"].endswith("longer than 200000 bytes")
+    assert (
+        why["zoo/shorter"].endswith("HTTP 416 Requested Range Not Satisfiable")
+        or "199999" in why["zoo/shorter"]
+    )
+    assert why["zoo/missing"].endswith("HTTP 404 Not Found")
+    assert "416" in why["zoo/empty"]
+    assert "ftp" in why["zoo/moved"]
+    assert "errno" not in why["zoo/moved"].lower()  # not even tried
+    assert "0 of 200000 bytes" in why["zoo/nothing"] or "IncompleteRead" in why["zoo/nothing"]
+    assert why["zoo/local"] == "file:///etc/hostname: not an http(s) address"
+    assert why["zoo/bare"] == "somewhere: not an http(s) address; http://[: not an address"
+    assert len(why) == 9
+    text = str(report)
+    assert text.splitlines()[0] == "1 fetched, 0 present, 9 failed"
+    assert "failed: zoo/missing: " in text
+    assert text.splitlines()[-1] == "no public address, only a mirror can have it: zoo/nowhere"
+    assert set(case.parts()) <= {"shorter.part", "nothing.part"}
+
+
+def test_a_redirection_to_a_file_is_not_followed(case: Case) -> None:
+    class Answer:
+        status = 200
+        headers: dict[str, str] = {}  # noqa: RUF012
+
+        def __enter__(self) -> "Answer":
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def geturl(self) -> str:
+            return "file:///etc/hostname"
+
+    case.add("zoo/a", CONTENT, address="http://127.0.0.1:9/a")
+    assert case.fetch(lambda *_, **__: Answer()).failed[0][1].endswith("redirected away from http(s)")
+
+
+def test_a_host_that_never_answers_is_left_alone(case: Case, server: Server) -> None:
+    asked = []
+
+    def opener(request: urllib.request.Request, *, timeout: float) -> Any:
+        asked.append(request.full_url)
+        if "silent" in request.full_url:
+            raise TimeoutError("timed out")
+        return direct(request, timeout=timeout)
+
+    for n in range(5):
+        server.files[str(n)] = OTHER
+        case.add(f"zoo/{n}", OTHER, address=f"http://silent.invalid/{n}", origin=server.address(str(n)))
+    assert len(case.fetch(opener).fetched) == 5
+    assert len([url for url in asked if "silent" in url]) == 2
+
+
+def test_a_refused_connection_is_a_reason(case: Case) -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    for n in range(3):
+        case.add(f"zoo/{n}", CONTENT, address=f"http://127.0.0.1:{port}/a")
+    reasons = [why for _, why in case.fetch().failed]
+    assert "refused" in reasons[0]
+    assert reasons[2].endswith("not asked, for this host gave no answer before")
+
+
+def test_a_server_that_hangs_up_is_a_reason(case: Case, server: Server) -> None:
+    server.manners["a"] = "hang up"
+    case.add("zoo/a", CONTENT, address=server.address("a"))
+    assert "no whole answer" in case.fetch().failed[0][1]
+
+
+def test_the_mirror_is_asked_first(case: Case) -> None:
+    case.mirrored("zoo/a", CONTENT)
+    target = case.add("zoo/a", CONTENT, address="http://127.0.0.1:9/a")
+    assert case.fetch(no_network, mirror=case.mirror).fetched == ["zoo/a"]
+    assert target.read_bytes() == CONTENT
+    assert (case.mirror / "zoo" / "a").read_bytes() == CONTENT
+    assert target.stat().st_ino != (case.mirror / "zoo" / "a").stat().st_ino
+    assert case.parts() == []
+
+
+def test_a_wrong_file_in_the_mirror_does_not_spoil_a_part(case: Case, server: Server) -> None:
+    server.files["a"] = CONTENT
+    case.mirrored("zoo/a", CONTENT[::-1])
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+    target.parent.mkdir(parents=True)
+    (target.parent / "a.part").write_bytes(CONTENT[:60_000])
+    assert case.fetch(mirror=case.mirror).fetched == ["zoo/a"]
+    assert server.requests == [("a", "bytes=60000-")]
+    case.add("zoo/b", CONTENT[::-1], address="")
+    case.mirrored("zoo/b", CONTENT)
+    assert case.fetch(mirror=case.mirror).failed == [("zoo/b", "mirror: sha256 differs")]
+
+
+def test_what_only_a_mirror_can_have(case: Case) -> None:
+    case.add("zoo/a", CONTENT)
+    case.mirror.mkdir()
+    for mirror in (None, case.mirror):
+        assert case.fetch(no_network, mirror=mirror).without_address == ["zoo/a"]
+    case.mirrored("zoo/a", CONTENT)
+    assert case.fetch(no_network, mirror=case.mirror).fetched == ["zoo/a"]
+
+
+def test_a_mirror_that_is_not_there_is_refused(case: Case) -> None:
+    case.add("zoo/a", CONTENT)
+    with pytest.raises(Refusal, match="the mirror is not a folder"):
+        case.fetch(no_network, mirror=case.mirror)
+
+
+@pytest.mark.parametrize(
+    ("only", "expected"),
+    [
+        (None, ["cmu/02/a", "cmu/16/b", "zoo/a"]),
+        (["zoo"], ["zoo/a"]),
+        (["cmu/16/*", "zoo/a"], ["cmu/16/b", "zoo/a"]),
+        ([], []),
+    ],
+)
+def test_only_what_is_wanted(case: Case, only: list[str] | None, expected: list[str]) -> None:
+    for path in ("cmu/02/a", "cmu/16/b", "zoo/a"):
+        case.add(path, OTHER)
+        case.mirrored(path, OTHER)
+    assert case.fetch(no_network, mirror=case.mirror, only=only).fetched == expected
+
+
+def test_a_wish_for_nothing_is_refused(case: Case) -> None:
+    case.add("zoo/a", OTHER)
+    with pytest.raises(
+        Refusal, match=r"nothing of that name \(expected a source \(zoo\) or a path, received hdm"
+    ):
+        case.fetch(no_network, only=["hdm05"])
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "../a",
+        "zoo/../../a",
+        "/etc/a",
+        "",
+        ".",
+        "zoo\\..\\a",
+        "C:/a",
+        "zoo//a",
+        "./zoo/a",
+        "zoo/a/",
+        "zoo/a.part",
+    ],
+)
+def test_a_path_cannot_leave_the_folder(case: Case, path: str) -> None:
+    case.add("zoo/first", OTHER)
+    case.add(path, OTHER, address="http://127.0.0.1:9/a")
+    with pytest.raises(Refusal, match="a path must stay inside the data folder"):
+        case.fetch(no_network)
+    assert not case.raw.exists()
+    with pytest.raises(Refusal, match="a path must stay inside the data folder"):
+        resolve(case.rows[1], raw=case.raw)
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"sha256": "abc"}, "the sha256 is not one"),
+        ({"sha256": ""}, "received none"),
+        ({"bytes": "many"}, "the size is not a number of bytes"),
+        ({"bytes": "0"}, "the size is not a number of bytes"),
+        ({"path": "zoo/first"}, "a path stands twice"),
+    ],
+)
+def test_a_table_that_says_nonsense_is_refused(case: Case, changes: dict[str, str], complaint: str) -> None:
+    case.add("zoo/first", OTHER)
+    case.add("zoo/a", OTHER)
+    case.rows[1] |= changes
+    with pytest.raises(Refusal, match=complaint):
+        case.fetch(no_network)
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"", "has no column 'path'"),
+        (b"path,source\n", "has no column 'bytes'"),
+        (b"path,source,bytes,sha256,address,origin\nzoo/a,zoo\n", "not as long as the header"),
+        (b"path,source,bytes,sha256,address,origin\na,b,c,d,e,f,g\n", "not as long as the header"),
+        (b"\xff\xfe", "cannot read the table of sources"),
+    ],
+)
+def test_a_broken_table_is_refused(tmp_path: Path, content: bytes, complaint: str) -> None:
+    (tmp_path / "sources.csv").write_bytes(content)
+    with pytest.raises(Refusal, match=complaint):
+        read_sources(tmp_path / "sources.csv")
+
+
+def test_a_missing_table_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match=r"cannot read the table of sources: .*No such file"):
+        fetch(tmp_path / "sources.csv", tmp_path / "raw")
+
+
+def test_a_full_disk_stops_the_run_in_one_sentence(
+    case: Case, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server.files["a"] = CONTENT
+    target = case.add("zoo/a", CONTENT, address=server.address("a"))
+
+    def full(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        with pytest.raises(Refusal, match="cannot write data: No space left on device"):
+            case.fetch()
+    assert not target.exists()
+    assert case.fetch(no_network).fetched == ["zoo/a"]  # the part was whole
+    (case.folder / "file").write_text("in the way")
+    case.raw = case.folder / "file"
+    with pytest.raises(Refusal, match="cannot write data: "):
+        case.fetch(no_network)
+
+
+def test_a_folder_in_the_place_of_a_file_is_a_reason(case: Case) -> None:
+    case.add("zoo/a", CONTENT).mkdir(parents=True)
+    assert case.fetch(no_network).failed == [("zoo/a", "a folder stands in its place")]
+
+
+def test_progress_counts_files_and_bytes(case: Case, server: Server) -> None:
+    server.files |= {"a": CONTENT, "b": OTHER}
+    case.add("zoo/a", CONTENT, address=server.address("a"))
+    case.add("zoo/b", OTHER, address=server.address("b"))
+    case.add("zoo/c", OTHER)
+    told: list[Progress] = []
+    case.fetch(progress=told.append)
+    assert [state.bytes_done for state in told] == sorted(state.bytes_done for state in told)
+    ended = [state for state in told if state.outcome != "receiving"]
+    total = len(CONTENT) + 2 * len(OTHER)
+    assert ended == [
+        Progress("zoo/a", "fetched", 1, 3, len(CONTENT), total),
+        Progress("zoo/b", "fetched", 2, 3, len(CONTENT) + len(OTHER), total),
+        Progress("zoo/c", "without address", 3, 3, total, total),
+    ]
+    assert {state.files_done for state in told if state.path == "zoo/a"} == {0, 1}
+
+
+def test_a_recording_is_found_here_then_in_the_mirror(case: Case) -> None:
+    target = case.add("zoo/a", CONTENT)
+    (row,) = case.rows
+    assert resolve(row, raw=case.raw, mirror=case.mirror) is None
+    case.mirrored("zoo/a", CONTENT)
+    assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
+    assert resolve(row, raw=case.raw) is None
+    target.parent.mkdir(parents=True)
+    target.write_bytes(CONTENT[:10])
+    assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
+    target.write_bytes(CONTENT)
+    assert resolve(row, raw=case.raw, mirror=case.mirror) == target
+
+
+def test_the_projects_own_table_is_sound() -> None:
+    sources = Path(__file__).parents[1] / "data" / "sources.csv"
+    rows = read_sources(sources)
+    assert [row["path"] for row in rows] == sorted(row["path"] for row in rows)
+    assert {row["source"] for row in rows} == {"cmu", "biomechzoo", "hdm05", "kinectgait"}
+    assert rows[0].keys() >= {
+        *NEEDED_COLUMNS,
+        "subject",
+        "trial",
+        "action",
+        "frame_rate_hz",
+        "skeleton",
+        "terms",
+    }
+    for row in rows:
+        assert row["terms"], row["path"]
+        for address in filter(None, (row["address"], row["origin"])):
+            assert address.startswith(("http://", "https://")), row["path"]
+    assert [row["path"] for row in rows if not row["address"]] == ["kinectgait/person-data.csv"]
+
+
+@pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
+def test_the_mirror_holds_every_recording(tmp_path: Path) -> None:
+    sources, mirror = Path(__file__).parents[1] / "data" / "sources.csv", Path(os.environ["MOCAP_MIRROR"])
+    report = fetch(sources, tmp_path, mirror=mirror, opener=no_network)
+    assert (report.failed, report.without_address) == ([], [])
+    assert len(report.fetched) == len(read_sources(sources))
+    assert len(fetch(sources, tmp_path, opener=no_network).present) == len(report.fetched)
+
+
+def test_requests_wait_only_so_long(case: Case) -> None:
+    waits: list[float] = []
+
+    def opener(request: urllib.request.Request, *, timeout: float) -> Any:
+        waits.append(timeout)
+        raise TimeoutError("timed out")
+
+    case.add("zoo/a", CONTENT, address="http://127.0.0.1:9/a")
+    assert case.fetch(opener).failed[0][1] == (
+        "http://127.0.0.1:9/a: no whole answer (TimeoutError('timed out'))"
+    )
+    assert waits == [fetch_module.TIMEOUT_S]
