@@ -1,0 +1,33 @@
+"""3D motion from 2D motion: four papers, figure by figure, on real motion capture.
+
+The map of the house, from the ground up; a module imports only from lower layers (a test holds it)::
+
+    0  refusal            bad input in one sentence
+       skeleton           joints, world frame, units, how source points become joints
+       papers*            the papers as data: equations with their homes, claims with their verdicts
+    1  core/              the mathematics: pure functions on arrays
+         fourier            frequency, phase, harmonics                      zhang2007 3.1-3.4
+         linear_model       mean, components, leave-one-out                  zhang2007 3.3
+         camera             how 3D becomes 2D                                zhang2007 3.5, 3.16, B.2, B.3
+         reconstruction     coefficients from one known view                 zhang2007 3.6-3.15, A.1-A.5
+         viewpoint          view angle and coefficients together             zhang2007 4.5, 4.6, B.1-B.3
+         errors, circular   how wrong it is                                  zhang2007 4.1-4.4
+         walking            steady walking, treadmill equivalent             zhang2007 section 2
+         synthetic …        the embedded population of walkers
+    2  formats/           one reader to a file format, all return the same value
+       store, archive     artefacts, publications, provenance; kept results
+       tables             the only pandas
+       recording*         the only rerun
+       pictures*          the only matplotlib
+       fetch, threads     the public recordings; work over threads
+    3  config             the options of every stage
+       figures/           what each kind of figure is made of
+       ledger             the papers' claims against published tables
+    4  stages/            ingest → dataset → model → sweep → report
+    5  run, commands      one figure, many figures; everything else on the command line
+       __main__           the only Hydra
+
+Conventions: millimetres, seconds, hertz, radians; degrees only in configuration, tables and recordings, with
+the unit in the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World: right-handed, z up,
+the walk along +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile.
+"""

@@ -45,7 +45,15 @@ from typing import Any
 CONF = Path(__file__).resolve().parent.parent / "conf"
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
 """Overrides that leave a preset what it is."""
-OWN_FILES = {"data.path", "data.pattern", "data.person", "data.units", "data.frame_rate_hz", "data.name", "skeleton"}
+OWN_FILES = {
+    "data.path",
+    "data.pattern",
+    "data.person",
+    "data.units",
+    "data.frame_rate_hz",
+    "data.name",
+    "skeleton",
+}
 """With data=folder, these too: they say which data set it is."""
 
 

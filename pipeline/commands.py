@@ -43,9 +43,13 @@ def fetch(arguments: Sequence[str], compose: Compose) -> int:
 
     options = [item for item in arguments if "=" in item]
     only = [item for item in arguments if "=" not in item]
-    data = compose(["experiment=zhang2007_fig2", *([] if _names(options, "data") else ["data=optical"]), *options]).data
+    data = compose(
+        ["experiment=zhang2007_fig2", *([] if _names(options, "data") else ["data=optical"]), *options]
+    ).data
     if not hasattr(data, "mirror"):
-        raise Refusal("this data set needs no fetching", received=f"data={data.name}", expected="data=optical or cmu")
+        raise Refusal(
+            "this data set needs no fetching", received=f"data={data.name}", expected="data=optical or cmu"
+        )
     out = console()
     with Progress(
         TextColumn("{task.description}"),
@@ -98,7 +102,9 @@ def claims(arguments: Sequence[str], compose: Compose) -> int:
         if verdict.verdict in ("differs", "direction only"):
             out.print(Text(f"{verdict.claim.name}: {verdict.why}"), soft_wrap=True)
     counts = {v.verdict: sum(w.verdict == v.verdict for w in verdicts) for v in verdicts}
-    out.print(f"{config.data.name}, {config.scale.name}: " + ", ".join(f"{n} {kind}" for kind, n in counts.items()))
+    out.print(
+        f"{config.data.name}, {config.scale.name}: " + ", ".join(f"{n} {kind}" for kind, n in counts.items())
+    )
     return 0
 
 
@@ -107,7 +113,9 @@ def equations(arguments: Sequence[str], compose: Compose) -> int:
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
     out = console()
     for paper in chosen:
-        out.print(Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True)
+        out.print(
+            Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
+        )
         for equation in paper.equations:
             home = _where(equation.home) if equation.home else "not built yet"
             out.print(Text(f"  ({equation.number}) {equation.words}"), soft_wrap=True)
@@ -142,14 +150,18 @@ def view(arguments: Sequence[str], compose: Compose) -> int:
         raise Refusal(
             "there is no such recording yet", where=str(path), expected=f"`make {arguments[0]}` first"
         )
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if sys.platform.startswith("linux") and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
         raise Refusal(
             "the viewer needs a screen",
             where=str(path),
             expected="a desktop session; or copy the file to one and open it with `rerun`, version 0.41",
         )
     # The library itself stays out of here: only `recording` and its check import it.
-    return subprocess.run([sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)], check=False).returncode
+    return subprocess.run(
+        [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)], check=False
+    ).returncode
 
 
 def keep(arguments: Sequence[str], compose: Compose) -> int:
@@ -171,7 +183,9 @@ def keep(arguments: Sequence[str], compose: Compose) -> int:
 def verify(arguments: Sequence[str], compose: Compose) -> int:
     """Re-hash an archive and name every file that changed, is missing or was added."""
     if not arguments:
-        raise Refusal("no archive is named", expected="verify results/archive/<date>-<commit>", received="nothing")
+        raise Refusal(
+            "no archive is named", expected="verify results/archive/<date>-<commit>", received="nothing"
+        )
     status = 0
     for name in arguments:
         complaints = archive.verify(Path(name))

@@ -31,7 +31,9 @@ class Grid:
     def values(self, name: str) -> np.ndarray:
         """The values, float64; `name` is the option's name, for the refusal of an empty grid."""
         if not (np.isfinite([self.start, self.stop, self.step]).all() and self.step > 0):
-            raise Refusal("the step is not positive", where=name, expected="step > 0", received=f"{self.step:g}")
+            raise Refusal(
+                "the step is not positive", where=name, expected="step > 0", received=f"{self.step:g}"
+            )
         if self.stop <= self.start:
             raise Refusal(
                 "the range has length zero",

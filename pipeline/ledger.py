@@ -18,9 +18,7 @@ def judge_figure(figure: str, made_tables: Mapping[str, Any], data_name: str) ->
         for table, (columns, _) in made_tables.items()
     }
     alone = [
-        claim
-        for claim in _claims([figure])
-        if all(name.split("/")[0] == figure for name in claim.tables)
+        claim for claim in _claims([figure]) if all(name.split("/")[0] == figure for name in claim.tables)
     ]
     return papers.judge(alone, by_name, data_name)
 

@@ -27,9 +27,7 @@ class Refusal(ValueError):
 
     def __init__(self, what: str, *, where: str = "", expected: str = "", received: str = "") -> None:
         details = ", ".join(
-            f"{label} {value}"
-            for label, value in (("expected", expected), ("received", received))
-            if value
+            f"{label} {value}" for label, value in (("expected", expected), ("received", received)) if value
         )
         sentence = f"{where}: {what}" if where else what
         super().__init__(f"{sentence} ({details})" if details else sentence)

@@ -103,7 +103,9 @@ def _remarks(made: Made) -> list[str]:  # type: ignore[name-defined]  # noqa: F8
             f" (e.g. {refused[0]['clip']}: {refused[0]['reason']})"
         )
     if made.sweep.notes.get("not_converged"):
-        remarks.append(f"{made.config.figure}: {made.sweep.notes['not_converged']} view angles did not converge")
+        remarks.append(
+            f"{made.config.figure}: {made.sweep.notes['not_converged']} view angles did not converge"
+        )
     return remarks
 
 

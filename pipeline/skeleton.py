@@ -220,12 +220,14 @@ def map_joints(
         ]
         if not rules:
             raise Refusal(f"no rule for the joint {joint!r}", where=mapping.name)
-        for rule, is_fallback in rules:
-            indices = [_find(motion.names, point) for point in rule]
-            if all(i is not None for i in indices):
+        for rule, fallback in rules:
+            is_fallback = fallback
+            found = [_find(motion.names, point) for point in rule]
+            indices = [i for i in found if i is not None]
+            if len(indices) == len(found):
                 break
         else:
-            missing = [p for p, i in zip(rule, indices, strict=True) if i is None]
+            missing = [p for p, i in zip(rule, found, strict=True) if i is None]
             raise Refusal(
                 f"the joint {joint!r} needs the point {missing[0]!r}, which the file does not have",
                 where=mapping.name,
@@ -243,8 +245,8 @@ def map_joints(
         positions[:, j] = np.einsum("tpk,p->tk", source, weights) @ rotation.T
         if is_fallback and joint in mapping.lowered:
             lowering = mapping.lowered[joint]
-            pair = [_find(motion.names, point) for point in lowering.between]
-            if len(pair) != 2 or None in pair:
+            pair = [i for point in lowering.between if (i := _find(motion.names, point)) is not None]
+            if len(pair) != 2:
                 raise Refusal(
                     f"the lowering of {joint!r} needs two points of the file",
                     where=mapping.name,
@@ -253,4 +255,4 @@ def map_joints(
             ends = motion.positions_mm[:, pair]
             distance = np.nanmean(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1))
             positions[:, j, 2] -= lowering.by * distance
-    return positions, np.isfinite(positions).all(axis=-1)
+    return positions, np.all(np.isfinite(positions), axis=-1)

@@ -130,7 +130,7 @@ def bridge_gaps(
             filled[frames, joint] = spline(frames)
             known[frames, joint] = True
             count += len(frames)
-    return filled, known.all(axis=1), count
+    return filled, np.all(known, axis=1), count
 
 
 def facing(positions: np.ndarray) -> np.ndarray:

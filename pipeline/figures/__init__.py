@@ -25,6 +25,9 @@ METHOD_NAMES = {"least_squares": "approach I (least squares)", "map": "approach 
 METHOD_STYLES = {"least_squares": "solid", "map": "dashed"}
 METHOD_COLOURS = {"least_squares": "orange", "map": "blue"}
 
+ANKLE_HEIGHT_MM = 80.0
+"""Of the joint above the sole, about; only for showing walkers on the ground."""
+
 ABSCISSA_OF_VIEWS = "Viewpoint (degree)"
 
 
@@ -53,15 +56,16 @@ class Made:
         """Data set, walkers and components in one line."""
         walks, people = self.dataset.notes["walks"], self.dataset.notes["walkers"]
         count = f"{people} walkers" if walks == people else f"{walks} walks of {people} walkers"
-        sources = ", ".join(sorted(set(map(str, self.dataset.arrays["source"]))))
+        sources = ", ".join(sorted(set(map(str, self.dataset.arrays["source"])) - {self.config.data.name}))
         asked, kept = self.model.notes["components_asked"], self.model.notes["components"]
         fewer = f" (of {asked} asked for)" if kept < asked else ""
-        return f"{self.config.data.name} ({sources}), {count}, {kept} eigenwalkers{fewer}"
+        name = self.config.data.name + (f" ({sources})" if sources else "")
+        return f"{name} data, {count}, {kept} eigenwalkers{fewer}"
 
     @property
     def caption(self) -> str:
         """The picture's caption."""
-        return f"{self.config.title}. {self.summary}."
+        return f"{self.config.title}. {self.summary[0].upper()}{self.summary[1:]}."
 
     @property
     def about(self) -> str:
@@ -83,7 +87,8 @@ class Made:
                 f"| components asked for | {components} |",
                 f"| seed | {self.config.seed} |",
                 "",
-                "World: right-handed, metres, z up, the walk along +y, +x to the walker's right.",
+                "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are "
+                "lifted from the tables' origin, the mean pelvis, to stand on the ground.",
                 "View angle 0 is the frontal view, -90 the left profile, +90 the right profile.",
                 "",
             ]
@@ -93,6 +98,11 @@ class Made:
 def walker_words(name: str) -> str:
     """A walker's name as the path of an entity can hold it."""
     return "".join(ch if ch.isalnum() else "_" for ch in name)
+
+
+def lift(motion: np.ndarray) -> np.ndarray:
+    """(3,) mm to add to (T, 15, 3) and to its reconstructions, so that the lower ankle stands on the ground."""
+    return np.array([0.0, 0.0, ANKLE_HEIGHT_MM - motion[..., 2].min()])
 
 
 def sd(values: np.ndarray, axis: int) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline import pictures, recording
 from pipeline.config import PosturesReport
 from pipeline.core import camera, errors, fourier
-from pipeline.figures import METHOD_COLOURS, METHOD_NAMES, Made, Tables, walker_words
+from pipeline.figures import METHOD_COLOURS, METHOD_NAMES, Made, Tables, lift, walker_words
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
 
@@ -28,7 +28,9 @@ def _report(made: Made) -> PosturesReport:
             received=str(report.walker),
         )
     if report.instants < 1:
-        raise Refusal("no instants", where="report.instants", expected="1 or more", received=str(report.instants))
+        raise Refusal(
+            "no instants", where="report.instants", expected="1 or more", received=str(report.instants)
+        )
     return report
 
 
@@ -125,18 +127,17 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
         about=made.about
         + "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
         "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
-        "Grey: original. " + ", ".join(f"{METHOD_COLOURS[m]}: {METHOD_NAMES[m]}" for m in made.methods) + ".\n",
+        "Grey: original. "
+        + ", ".join(f"{METHOD_COLOURS[m]}: {METHOD_NAMES[m]}" for m in made.methods)
+        + ".\n",
         edition=f"{made.config.data.name} {made.config.scale.name}",
     ) as rec:
         for r, name in enumerate(made.walkers):
             word = walker_words(name)
             truth = data["coefficients"][r]
-            rec.skeleton(
-                f"world/original/{word}",
-                fourier.synthesise(truth, 1.0 / seconds, times),
-                WALKER15.bones,
-                index=index,
-            )
+            original = fourier.synthesise(truth, 1.0 / seconds, times)
+            ground = lift(original)
+            rec.skeleton(f"world/original/{word}", original + ground, WALKER15.bones, index=index)
             for v, view in enumerate(views):
                 rec.image_points(
                     f"image/observed/view_{view:.0f}/{word}",
@@ -147,7 +148,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                 for m, method in enumerate(made.methods):
                     rec.skeleton(
                         f"world/reconstructed/{method}/view_{view:.0f}/{word}",
-                        fourier.synthesise(reconstructed(made, m, r, v), 1.0 / seconds, times),
+                        fourier.synthesise(reconstructed(made, m, r, v), 1.0 / seconds, times) + ground,
                         WALKER15.bones,
                         index=index,
                         colour=METHOD_COLOURS[method],
@@ -155,16 +156,14 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
         spaces = [
             recording.Space3D(
                 name=f"{view:g}°: original and reconstructions",
-                contents=tuple(
-                    ["world/original", *(f"world/reconstructed/{m}/view_{view:.0f}" for m in made.methods)]
+                contents=(
+                    "world/original",
+                    *(f"world/reconstructed/{m}/view_{view:.0f}" for m in made.methods),
                 ),
-                shown=tuple(
-                    [
-                        f"world/original/{chosen}",
-                        *(f"world/reconstructed/{m}/view_{view:.0f}/{chosen}" for m in made.methods),
-                    ]
+                shown=(
+                    f"world/original/{chosen}",
+                    *(f"world/reconstructed/{m}/view_{view:.0f}/{chosen}" for m in made.methods),
                 ),
-                target_mm=(0.0, 0.0, -50.0),
             )
             for view in views
         ]

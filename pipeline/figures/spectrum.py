@@ -9,7 +9,7 @@ import numpy as np
 from pipeline import pictures, recording
 from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
-from pipeline.figures import Made, Tables
+from pipeline.figures import Made, Tables, lift
 from pipeline.skeleton import WALKER15
 
 EIGENWALKERS_SHOWN = 3
@@ -75,21 +75,25 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     ) as rec:
         index = {"time": times}
         average = fourier.synthesise(unflatten(model["mean"]), frequency, times)
-        rec.skeleton("world/average", average, WALKER15.bones, index=index, colour="grey")
+        ground = lift(average)
+        rec.skeleton("world/average", average + ground, WALKER15.bones, index=index, colour="grey")
         for n in range(min(EIGENWALKERS_SHOWN, len(model["components"]))):
             reach = 2.0 * np.sqrt(model["eigenvalues"][n])
             for sign, word, colour in ((-1, "minus", "orange"), (1, "plus", "blue")):
                 walker = unflatten(model["mean"] + sign * reach * model["components"][n])
                 rec.skeleton(
                     f"world/eigenwalker_{n + 1}/{word}_2_sd",
-                    fourier.synthesise(walker, frequency, times),
+                    fourier.synthesise(walker, frequency, times) + ground,
                     WALKER15.bones,
                     index=index,
                     colour=colour,
                 )
         rec.bars("spectrum/variance_percent", 100 * columns["variance_fraction"], columns["component"])
         rec.bars(
-            "cumulative/variance_percent", 100 * columns["cumulative_fraction"], columns["component"], colour="green"
+            "cumulative/variance_percent",
+            100 * columns["cumulative_fraction"],
+            columns["component"],
+            colour="green",
         )
         rec.blueprint(
             recording.Split(
@@ -98,7 +102,6 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                     recording.Space3D(
                         name="average walker and eigenwalker 1 at ±2 sd",
                         shown=("world/average", "world/eigenwalker_1"),
-                        target_mm=(0.0, 0.0, 0.0),
                     ),
                     recording.Split(
                         "rows",

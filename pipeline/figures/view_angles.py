@@ -67,7 +67,11 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 series=[
                     pictures.Series(x=views, y=mean, label="mean", colour="black"),
                     pictures.Series(
-                        x=views, y=mean - spread, style="dashed", colour="black", label="±1 standard deviation"
+                        x=views,
+                        y=mean - spread,
+                        style="dashed",
+                        colour="black",
+                        label="±1 standard deviation",
                     ),
                     pictures.Series(x=views, y=mean + spread, style="dashed", colour="black"),
                 ],
@@ -104,11 +108,20 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             here = columns["method"] == method
             views = np.rint(columns["view_angle_deg"][here]).astype(int)
             mean, spread = columns["estimated_mean_deg"][here], columns["estimated_sd_deg"][here]
-            style = {"label": METHOD_NAMES[method], "colour": METHOD_COLOURS[method]}
-            rec.curve(f"curves/estimated_deg/{method}", views, mean, sd=spread, **style)
-            rec.curve(f"curves/error_deg/{method}", views, mean - views, sd=spread, **style)
-            median = columns["absolute_angle_error_median_deg"][here]
-            rec.curve(f"curves/absolute_error_median_deg/{method}", views, median, **style)
+            curves = {
+                "estimated_deg": (mean, spread),
+                "error_deg": (mean - views, spread),
+                "absolute_error_median_deg": (columns["absolute_angle_error_median_deg"][here], None),
+            }
+            for name, (values, band) in curves.items():
+                rec.curve(
+                    f"curves/{name}/{method}",
+                    views,
+                    values,
+                    sd=band,
+                    label=METHOD_NAMES[method],
+                    colour=METHOD_COLOURS[method],
+                )
         rec.blueprint(
             recording.Split(
                 "columns",

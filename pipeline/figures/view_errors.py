@@ -17,13 +17,13 @@ from pipeline.figures import (
     METHOD_STYLES,
     Made,
     Tables,
+    lift,
     sd,
 )
 from pipeline.skeleton import WALKER15
 
-_INSTANT = 0.05
-"""Fraction of the cycle at which the recording shows the walker: just after the left foot is farthest behind…
-the ankles are about to part, so that depth matters."""
+_INSTANT = 0.25
+"""Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
 
 
 def tables(made: Made) -> Tables:
@@ -99,11 +99,18 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 xlabel=ABSCISSA_OF_VIEWS,
                 ylabel=label,
                 xlim=(float(views[0]), float(views[-1])),
-                ylim=None,
+                ylim=(0.0, 1.04 * max(_top(line) for line in series)),
                 xticks=_ticks(views),
             )
         )
     pictures.curves(stem, panels, caption=f"{made.caption} Bands: ±1 standard deviation over walkers.")
+
+
+def _top(line: pictures.Series) -> float:
+    """Where the curve, and the band as far as twice the curve's own height, ends."""
+    high = np.asarray(line.y, dtype=float)
+    band = high + np.asarray(line.spread, dtype=float)
+    return float(min(band.max(), 2.0 * high.max()))
 
 
 def _ticks(views: np.ndarray) -> list[float]:
@@ -128,6 +135,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     index = {"view_angle_deg": views}
     instant = np.array([_INSTANT])
     posture = fourier.synthesise(truth, 1.0, instant)[0]
+    ground = lift(posture)
     with recording.Recording(
         folder / "recording.rrd",
         name=made.config.figure,
@@ -148,7 +156,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                     label=METHOD_NAMES[method],
                     colour=METHOD_COLOURS[method],
                 )
-            noise = getattr(made.config.sweep, "noise_variance_mm2") if method == "map" else None
+            noise = float(made.sweep.notes["noise_variance_mm2"]) if method == "map" else None
             found = from_known_views(
                 fold, model["samples"][walker], np.radians(sweep["view_angle_deg"]), noise_variance=noise
             )
@@ -162,7 +170,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             )
             rec.skeleton(
                 f"world/reconstructed/{method}",
-                again,
+                again + ground,
                 WALKER15.bones,
                 index=index,
                 colour=METHOD_COLOURS[method],
@@ -176,7 +184,10 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             colour="green",
         )
         rec.skeleton(
-            "world/original", np.repeat(posture[None], len(views), axis=0), WALKER15.bones, index=index
+            "world/original",
+            np.repeat(posture[None] + ground, len(views), axis=0),
+            WALKER15.bones,
+            index=index,
         )
         seen = np.stack([camera.project(posture, a) for a in np.radians(sweep["view_angle_deg"])])
         rec.image_points("image/observed", seen, WALKER15.bones, index=index)
@@ -198,9 +209,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                     recording.Split(
                         "rows",
                         [
-                            recording.Space3D(
-                                name="original and reconstructed", target_mm=(0.0, 0.0, -50.0)
-                            ),
+                            recording.Space3D(name="original and reconstructed"),
                             recording.Split(
                                 "columns", [recording.Image2D(name="observed"), recording.Notes()]
                             ),

@@ -75,9 +75,7 @@ def run(options: Data, skeleton: SourceMapping, seed: int, workers: int, store: 
             raise TypeError(f"no ingest for {type(options).__name__}")
     made_of: dict[str, Any] = {
         "steady": steady,
-        "clips": [
-            {**dataclasses.asdict(c), "path": c.path.name, "mapping": c.mapping} for c in clips
-        ],
+        "clips": [{**dataclasses.asdict(c), "path": c.path.name, "mapping": c.mapping} for c in clips],
     }
     return store.artefact("ingest", made_of, [], lambda: _read_all(clips, steady, workers))
 
@@ -101,7 +99,9 @@ def _synthetic(options: SyntheticData, seed: int, workers: int) -> tuple[dict[st
         name = f"synthetic_{r + 1:03d}"
         row = dict.fromkeys(REPORT_COLUMNS, "") | {"clip": name, "person": name, "source": "synthetic"}
         positions = population.positions_mm[r]
-        return _steady_walk(row, positions, np.isfinite(positions).all(axis=-1), options.frame_rate_hz, steady)
+        return _steady_walk(
+            row, positions, np.isfinite(positions).all(axis=-1), options.frame_rate_hz, steady
+        )
 
     return _packed(spread(one, range(count), workers), steady, inputs={})
 
@@ -168,7 +168,9 @@ def _folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
     try:
         pattern = re.compile(options.person)
     except re.error as error:
-        raise Refusal(f"not a regular expression: {error}", where="data.person", received=options.person) from None
+        raise Refusal(
+            f"not a regular expression: {error}", where="data.person", received=options.person
+        ) from None
     clips = []
     for path in readable:
         found = pattern.search(path.stem)

@@ -41,7 +41,9 @@ def _eigenwalkers(
     people = dataset.arrays["person"]
     if len(np.unique(people)) < 3:
         raise Refusal(
-            "leave-one-out needs at least three walkers", expected="3 or more", received=str(len(np.unique(people)))
+            "leave-one-out needs at least three walkers",
+            expected="3 or more",
+            received=str(len(np.unique(people))),
         )
     scale_last = options.omega_scale_mm if frequency else 1.0
     common: dict[str, Any] = {"divisor": options.divisor, "scale_last": scale_last}

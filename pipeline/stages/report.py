@@ -11,12 +11,12 @@ import numpy as np
 
 from pipeline import papers, tables
 from pipeline.config import (
-    ViewErrorsReport,
     NoiseVarianceReport,
     PosturesReport,
     Report,
     SpectrumReport,
     ViewAnglesReport,
+    ViewErrorsReport,
 )
 from pipeline.figures import Made
 from pipeline.ledger import judge_figure, write_claims
@@ -46,8 +46,8 @@ def figure_module(report: Report) -> ModuleType:
 def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
     """Verdicts on the claims that this figure backs, after publishing `folder` whole.
 
-    Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``, ``recording*.rrd``,
-    ``arrays.npz`` (per walker and joint) and, last, ``manifest.json``.
+    Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``,
+    ``recording*.rrd``, ``arrays.npz`` (per walker and joint) and, last, ``manifest.json``.
     """
     config = made.config
     module = figure_module(config.report)
@@ -62,7 +62,8 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
         verdicts = judge_figure(config.figure, made_tables, config.data.name)
         write_claims(publication.folder / "claims.csv", verdicts)
         with (publication.folder / "arrays.npz").open("wb") as file:
-            np.savez(file, **dict(made.sweep.arrays), walker=np.array(made.walkers))
+            arrays: dict[str, Any] = {**made.sweep.arrays, "walker": np.array(made.walkers)}
+            np.savez(file, allow_pickle=False, **arrays)
         tabulated = time.perf_counter()
         if config.report.picture:
             module.picture(made, made_tables, publication.folder / "figure")
@@ -77,7 +78,7 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
                 "data": config.data.name,
                 "scale": config.scale.name,
                 "seed": config.seed,
-                "configuration": canonical(config),
+                "configuration": _without_paths(canonical(config)),
                 "stages": stages,
                 "inputs": made.ingest.notes["inputs"],
                 "tabulate_seconds": round(tabulated - started, 3),
@@ -86,6 +87,15 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
             }
         )
     return verdicts
+
+
+def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
+    """The configuration as it may be published: folders of this machine reduced to their last name."""
+    data = dict(configuration["data"])
+    for option in ("mirror", "raw", "path"):
+        if data.get(option):
+            data[option] = Path(data[option]).name
+    return {**configuration, "data": data, "results": Path(configuration["results"]).name}
 
 
 def _column(values: list[Any]) -> np.ndarray:

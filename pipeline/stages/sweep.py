@@ -87,7 +87,9 @@ def _known(
         residual = data["residual_covariance"][r] if of_motion else np.zeros((15, 3, 3))
         power = errors.along_missing(residual, view)
         average = data["coefficients"][r, 0]
-        covariance = data["temporal_covariance"][r] - (0.0 if of_motion else data["residual_covariance"][r])
+        covariance: np.ndarray = data["temporal_covariance"][r]
+        if not of_motion:
+            covariance = np.subtract(covariance, data["residual_covariance"][r])
         variance = errors.missing_variance(covariance, average, view, kind=options.missing_variance)
         shown_power = errors.along_missing(residual, shown)
         absolute, demonstrated, missing = [], [], []
