@@ -14,7 +14,8 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 
-from pipeline import store
+from pipeline import provenance
+from pipeline import sealed_folders as folders
 from pipeline.refusal import Refusal
 
 CHECKSUMS = "SHA256SUMS"
@@ -31,11 +32,11 @@ def keep(
     commit: str,
     dirty: bool | str,
     figures_expected: Sequence[str],
-    lock: Path = store.LOCK,
+    lock: Path = provenance.LOCK,
 ) -> Path:
     """The archive, ``<archive_root>/<date>-<first 12 digits of the commit>``, with these results in it.
 
-    Each figure's manifest must state its ``scale`` and, under ``provenance``, what `store.provenance` says.
+    Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` says.
     The files that it lists are kept, ``claims.csv`` beside the figures if there is one, and the lock file.
     Keeping the same results again changes nothing, and finishes what a killed run had begun.
 
@@ -114,7 +115,7 @@ def verify(archive: Path) -> list[str]:
             problems.append(f"{name}: missing")
             continue
         try:
-            if store.file_digest(path) != expected:
+            if folders.file_digest(path) != expected:
                 problems.append(f"{name}: changed")
         except OSError as error:
             problems.append(f"{name}: cannot be read ({error.strerror})")
@@ -123,7 +124,7 @@ def verify(archive: Path) -> list[str]:
     for row in _read_index(archive.parent / INDEX):
         if row["archive"] == archive.name:
             part = {k: v for k, v in sums.items() if k.startswith(f"{row['data']}/")}
-            if store.digest(_sums_text(part)) != row["checksums_sha256"]:
+            if folders.digest(_sums_text(part)) != row["checksums_sha256"]:
                 problems.append(f"{CHECKSUMS}: not what {INDEX} recorded for {row['data']}")
     return problems
 
@@ -133,9 +134,9 @@ def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
         raise Refusal("the figure has not been made", where=where)
-    if complaints := store.complaints_about(folder):
+    if complaints := folders.complaints_about(folder):
         raise Refusal(f"the result is unfinished or damaged: {complaints[0]}", where=where)
-    manifest = json.loads((folder / store.MANIFEST).read_bytes())
+    manifest = json.loads((folder / folders.MANIFEST).read_bytes())
     made = manifest.get("provenance", {})
     stated = (
         ("scale", "full", manifest.get("scale"), "only full-scale results are archived"),
@@ -143,7 +144,7 @@ def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
         ("dirty", False, made.get("dirty"), "the result was made by a tree that differs from its commit"),
         (
             "lock_sha256",
-            store.file_digest(lock),
+            folders.file_digest(lock),
             made.get("lock_sha256"),
             "another lock file made the result",
         ),
@@ -157,23 +158,25 @@ def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
 
 def _listed(folder: Path) -> list[str]:
     """The files of a figure that its manifest lists, and the manifest."""
-    names = sorted(json.loads((folder / store.MANIFEST).read_bytes())["files"])
+    names = sorted(json.loads((folder / folders.MANIFEST).read_bytes())["files"])
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
             raise Refusal("the manifest lists a file outside its folder", where=str(folder), received=name)
-    return [*names, store.MANIFEST]
+    return [*names, folders.MANIFEST]
 
 
 def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -> Path:
     """Copy, list and index; each of the three is one rename, so a killed run leaves a state to go on from."""
-    wanted = {f"{data}/{name}": store.file_digest(path) for name, path in sorted(files.items())}
+    wanted = {f"{data}/{name}": folders.file_digest(path) for name, path in sorted(files.items())}
     target = archive / data
     indexed = _read_index(archive.parent / INDEX)
     sums = _read_sums(archive) if (archive / CHECKSUMS).is_file() else {}
     listed = {k: v for k, v in sums.items() if k.startswith(f"{data}/")}
     if target.exists():
         present = {
-            p.relative_to(archive).as_posix(): store.file_digest(p) for p in target.rglob("*") if p.is_file()
+            p.relative_to(archive).as_posix(): folders.file_digest(p)
+            for p in target.rglob("*")
+            if p.is_file()
         }
         if present != wanted or listed not in ({}, wanted):
             raise Refusal(
@@ -185,14 +188,14 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
         raise Refusal("the archive has lost these results", where=f"{archive.name}/{data}")
     else:
         archive.mkdir(parents=True, exist_ok=True)
-        store.remove_stale(archive)
-        with store.temporary_folder(archive) as temporary:
+        folders.remove_stale(archive)
+        with folders.temporary_folder(archive) as temporary:
             for name, path in files.items():
                 copy = temporary / name
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(path, copy)
-                store.sync(copy)
-                if store.file_digest(copy) != wanted[f"{data}/{name}"]:
+                folders.sync(copy)
+                if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
                     raise Refusal("the file changed while it was being archived", where=name)
             temporary.replace(target)
     _replace(archive / CHECKSUMS, _sums_text({**sums, **wanted}))
@@ -204,7 +207,7 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
         "figures": " ".join(sorted(set(facts["figures"]))),
         "files": str(len(files)),
         "bytes": str(sum(path.stat().st_size for path in files.values())),
-        "checksums_sha256": store.digest(_sums_text(wanted)),
+        "checksums_sha256": folders.digest(_sums_text(wanted)),
     }
     rows = [r for r in indexed if (r["archive"], r["data"]) != (archive.name, data)]
     text = io.StringIO(newline="")
@@ -217,10 +220,10 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
 
 def _replace(path: Path, content: bytes) -> None:
     """Write a file in one rename."""
-    with store.temporary_folder(path.parent) as temporary:
-        store.write_bytes(temporary / path.name, content)
+    with folders.temporary_folder(path.parent) as temporary:
+        folders.write_bytes(temporary / path.name, content)
         (temporary / path.name).replace(path)
-    store.sync(path.parent)
+    folders.sync(path.parent)
 
 
 def _sums_text(sums: dict[str, str]) -> bytes:

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 from rich.text import Text
 
-from pipeline import archive, papers, store
+from pipeline import archive, papers, provenance
 from pipeline.ledger import judge_folder, write_claims
 from pipeline.refusal import Refusal
 from pipeline.run import claims_table
@@ -32,7 +32,7 @@ def console() -> Console:
 
 def built_figures() -> list[str]:
     """Presets of the papers that exist, in the papers' order."""
-    presets = {path.stem for path in (store.PROJECT / "conf" / "experiment").glob("*.yaml")}
+    presets = {path.stem for path in (provenance.PROJECT / "conf" / "experiment").glob("*.yaml")}
     return [name for paper in papers.PAPERS.values() for name in paper.figures if name in presets]
 
 
@@ -167,7 +167,7 @@ def view(arguments: Sequence[str], compose: Compose) -> int:
 def keep(arguments: Sequence[str], compose: Compose) -> int:
     """Keep full-scale results of this commit under results/archive."""
     config, folder = _results_folder(arguments, compose)
-    made_with = store.provenance()
+    made_with = provenance.provenance()
     kept = archive.keep(
         folder,
         Path(config.results) / "archive",

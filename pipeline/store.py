@@ -14,52 +14,44 @@ from __future__ import annotations
 import copy
 import dataclasses
 import errno
-import functools
-import hashlib
-import importlib.metadata
 import io
 import itertools
 import json
 import os
-import platform
 import re
-import secrets
-import shutil
-import subprocess
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from enum import Enum
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from pipeline.provenance import code_hash, versions
 from pipeline.refusal import Refusal
+from pipeline.sealed_folders import (
+    CANNOT_WRITE,
+    FULL,
+    MANIFEST,
+    canonical,
+    compact,
+    complaints_about,
+    digest,
+    remove_stale,
+    swap_in,
+    sync,
+    temporary_folder,
+    write_bytes,
+    write_manifest,
+    writing,
+)
 
-PACKAGE = Path(__file__).resolve().parent
-PROJECT = PACKAGE.parent
-LOCK = PROJECT / "requirements.lock"
-MANIFEST = "manifest.json"
 ARRAYS = "arrays.npz"
-TYPE = "<type>"
-"""Key that keeps the class of an option in its canonical form: classes with equal fields are not equal."""
-
-_ONLY_DRAW_OR_DESCRIBE = re.compile(r"(pictures|recording|papers)(_\w+)?\.py")
 _KEYED_LIBRARIES = ("numpy", "scipy")
-_PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
-_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
-_CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG, errno.EACCES, errno.EPERM}
-_FULL = {errno.ENOTEMPTY, errno.EEXIST}
-"""What a rename onto a folder with files in it answers."""
-_ONE_DAY_S = 86400.0
 _KINDS = "biufcUSV"
 """Kinds of array that need no pickle."""
-_HERE = hashlib.sha256(platform.node().encode()).hexdigest()[:6]
-"""Tells this machine's temporary folders from another's on a shared disk, without writing its name."""
-_live_temporaries: set[str] = set()
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -134,7 +126,7 @@ class Store:
         self.results = Path(results)
         self.cache = self.results / "cache"
         self._memory: dict[str, Artefact] = {}
-        self._made_by = {"code": code_hash(), "libraries": _versions(_KEYED_LIBRARIES)}
+        self._made_by = {"code": code_hash(), "libraries": versions(_KEYED_LIBRARIES)}
         remove_stale(self.cache)
 
     def artefact(
@@ -171,7 +163,7 @@ class Store:
             "inputs": [item.name if isinstance(item, Artefact) else str(item) for item in inputs],
             **self._made_by,
         }
-        key = digest(_compact(made_from))[:16]
+        key = digest(compact(made_from))[:16]
         name = f"{stage}-{key}"
         if known := self._memory.get(name):
             return dataclasses.replace(known, notes=copy.deepcopy(known.notes), computed=False, why="")
@@ -184,7 +176,7 @@ class Store:
             self._set_aside(folder)
             found = None
         if found is None:
-            with _writing(folder):
+            with writing(folder):
                 self.cache.mkdir(parents=True, exist_ok=True)
                 if not os.access(self.cache, os.W_OK | os.X_OK):  # learnt before the work, not after it
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -193,7 +185,7 @@ class Store:
             made_arrays, made_notes = compute()
             seconds = time.perf_counter() - started
             arrays = _fixed(made_arrays, stage)
-            notes = json.loads(_compact(canonical(made_notes, "notes")))
+            notes = json.loads(compact(canonical(made_notes, "notes")))
             facts = {**made_from, "key": key, "notes": notes, "seconds": round(seconds, 6)}
             found = Artefact(stage, key, arrays, notes, True, facts["seconds"], why)
             if winner := self._place(folder, arrays, facts):
@@ -213,14 +205,14 @@ class Store:
         Refusal
             If the results cannot be written.
         """
-        with _writing(folder):
+        with writing(folder):
             folder.parent.mkdir(parents=True, exist_ok=True)
         remove_stale(folder.parent)
-        with _writing(folder, only=_CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
+        with writing(folder, only=CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
             publication = Publication(temporary)
             yield publication
             publication._seal()
-            _swap_in(temporary, folder)
+            swap_in(temporary, folder)
 
     def _why(self, made_from: dict[str, Any]) -> str:
         """What differs from the most alike artefact of the same stage."""
@@ -242,7 +234,7 @@ class Store:
     ) -> Artefact | None:
         """Write an artefact; None, or the other process's if that was faster."""
         packed = _packed(arrays)
-        with _writing(folder):
+        with writing(folder):
             while True:
                 with temporary_folder(self.cache) as temporary:
                     write_bytes(temporary / ARRAYS, packed)
@@ -250,7 +242,7 @@ class Store:
                     try:
                         temporary.replace(folder)
                     except OSError as error:
-                        if error.errno not in _FULL:
+                        if error.errno not in FULL:
                             raise
                     else:
                         sync(self.cache)
@@ -263,7 +255,7 @@ class Store:
 
     def _set_aside(self, folder: Path) -> None:
         """Move a damaged artefact out of the way, so that a person can look at it."""
-        with _writing(folder):
+        with writing(folder):
             (self.cache / "damaged").mkdir(exist_ok=True)
             for n in itertools.count(1):
                 try:
@@ -271,7 +263,7 @@ class Store:
                 except FileNotFoundError:
                     return  # another process was faster
                 except OSError as error:
-                    if error.errno not in _FULL:
+                    if error.errno not in FULL:
                         raise
                 else:
                     return
@@ -343,48 +335,6 @@ def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
     return buffer.getvalue()
 
 
-def canonical(value: Any, where: str = "options") -> Any:
-    """The value as JSON can hold it, in one way only; a dataclass keeps the name of its class.
-
-    Raises
-    ------
-    Refusal
-        If a part is not a finite number, text, enum, list, mapping or dataclass of such.
-
-    Examples
-    --------
-    >>> canonical({"b": (1, np.float64(0.5)), "a": None})
-    {'a': None, 'b': [1, 0.5]}
-    """
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, Enum):
-        return {TYPE: type(value).__name__, "name": value.name}
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        parts = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
-        return {TYPE: type(value).__name__, **canonical(parts, where)}
-    if isinstance(value, Mapping):
-        if strange := [k for k in value if not isinstance(k, str)]:
-            raise Refusal("a key cannot be kept", where=where, expected="text", received=repr(strange[0]))
-        return {key: canonical(value[key], f"{where}.{key}") for key in sorted(value)}
-    if isinstance(value, list | tuple):
-        return [canonical(item, f"{where}[{i}]") for i, item in enumerate(value)]
-    if isinstance(value, float) and not np.isfinite(value):
-        raise Refusal("the number is not finite", where=where, received=repr(value))
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    raise Refusal(
-        "the value cannot be kept",
-        where=where,
-        expected="a number, text, enum, list, mapping or dataclass",
-        received=type(value).__name__,
-    )
-
-
-def _compact(value: Any) -> bytes:
-    return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
-
-
 def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """Sentences on what changed between two artefacts of one stage."""
     told = []
@@ -408,231 +358,6 @@ def _leaves(value: Any, path: str) -> dict[str, str]:
     if isinstance(value, dict):
         return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
     return {path: json.dumps(value)}
-
-
-def digest(content: bytes) -> str:
-    """The sha256 of some bytes, in hexadecimal."""
-    return hashlib.sha256(content).hexdigest()
-
-
-def file_digest(path: Path) -> str:
-    """The sha256 of a file, in hexadecimal."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file and wait until the disk has it."""
-    with path.open("wb") as stream:
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
-
-
-def sync(folder: Path) -> None:
-    """Wait until the disk has a folder's (or file's) entry, where the system knows how to."""
-    if os.name == "posix":
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-
-
-def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Write ``manifest.json``: the facts, every file's size and sha256, and a seal on the manifest itself."""
-    files = {}
-    for path in sorted(p for p in folder.rglob("*") if p.is_file() and p != folder / MANIFEST):
-        sync(path)
-        relative = path.relative_to(folder).as_posix()
-        files[relative] = {"bytes": path.stat().st_size, "sha256": file_digest(path)}
-    manifest = {**canonical(facts, "manifest"), "files": files}
-    manifest["seal"] = digest(_compact(manifest))
-    write_bytes(folder / MANIFEST, json.dumps(manifest, sort_keys=True, indent=1).encode() + b"\n")
-    sync(folder)
-
-
-def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
-    """What is wrong with a folder that `write_manifest` sealed; empty if nothing is.
-
-    Parameters
-    ----------
-    folder : Path
-    hashes : bool
-        Also read every file and compare its sha256; without it, sizes only.
-    """
-    try:
-        manifest = json.loads((folder / MANIFEST).read_bytes())
-        seal = manifest.pop("seal")
-        if digest(_compact(manifest)) != seal:
-            return [f"{MANIFEST} was changed"]
-        files = manifest["files"].items()
-    except FileNotFoundError:
-        return [f"{MANIFEST} is missing"]
-    except (ValueError, KeyError, AttributeError, TypeError):
-        return [f"{MANIFEST} cannot be understood"]
-    complaints = []
-    for name, fact in files:
-        path = folder / name
-        if not path.is_file():
-            complaints.append(f"{name} is missing")
-        elif path.stat().st_size != fact["bytes"]:
-            complaints.append(f"{name} has {path.stat().st_size} bytes, not {fact['bytes']}")
-        elif hashes and file_digest(path) != fact["sha256"]:
-            complaints.append(f"{name} sha256 differs")
-    return complaints
-
-
-def is_complete(folder: Path) -> bool:
-    """Whether a folder has its manifest, and every file of it at the right size."""
-    return not complaints_about(folder, hashes=False)
-
-
-@contextmanager
-def temporary_folder(parent: Path) -> Iterator[Path]:
-    """A new folder inside `parent`, gone afterwards unless it was renamed."""
-    path = parent / f".tmp-{_tag()}"
-    _live_temporaries.add(path.name)
-    try:
-        path.mkdir()
-        yield path
-    finally:
-        shutil.rmtree(path, ignore_errors=True)
-        _live_temporaries.discard(path.name)
-
-
-def _swap_in(temporary: Path, folder: Path) -> None:
-    """Put a finished temporary folder in the place of `folder`.
-
-    A full folder cannot be renamed over another: the older one steps aside for an instant, under a name from
-    which `remove_stale` brings it back should the run be killed just there.
-    """
-    aside = folder.with_name(f".old-{_tag()}-{folder.name}")
-    _live_temporaries.add(aside.name)
-    try:
-        while True:
-            with suppress(FileNotFoundError):
-                folder.replace(aside)
-            try:
-                temporary.replace(folder)
-                break
-            except OSError as error:
-                if error.errno not in _FULL:
-                    raise
-                shutil.rmtree(aside, ignore_errors=True)  # another process published just now: its turn to go
-        sync(folder.parent)
-    except BaseException:
-        if not folder.exists() and aside.exists():
-            aside.replace(folder)
-        raise
-    finally:
-        if folder.exists():
-            shutil.rmtree(aside, ignore_errors=True)
-        _live_temporaries.discard(aside.name)
-
-
-def _tag() -> str:
-    return f"{os.getpid()}-{_HERE}{secrets.token_hex(4)}"
-
-
-def remove_stale(parent: Path) -> None:
-    """Clear what killed runs left: remove their half-made folders, bring back what they had put aside."""
-    with suppress(OSError):
-        for path in list(parent.iterdir()):
-            left = re.fullmatch(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?", path.name)
-            if not left or path.name in _live_temporaries:
-                continue
-            kind, pid, machine, name = left.groups()
-            # Another machine's processes cannot be asked for: its folders go once they are a day old.
-            if _is_alive(int(pid)) if machine == _HERE else time.time() - path.stat().st_mtime < _ONE_DAY_S:
-                continue
-            if kind == "old" and name and not (parent / name).exists():
-                path.replace(parent / name)
-            else:
-                shutil.rmtree(path, ignore_errors=True)
-
-
-def _is_alive(pid: int) -> bool:
-    """Whether another process has this number; our own leftovers are in `_live_temporaries`."""
-    if pid == os.getpid():
-        return False
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
-
-
-@contextmanager
-def _writing(target: Path, *, only: set[int] | None = None) -> Iterator[None]:
-    """Turn a failing disk into a sentence; `only` limits it to errors that cannot be anything else."""
-    try:
-        yield
-    except OSError as error:
-        if only is not None and error.errno not in only:
-            raise
-        raise Refusal(f"cannot write results: {error.strerror or error} ({target})") from error
-
-
-@functools.cache
-def code_hash() -> str:
-    """The sha256 of the package's sources, except those that only draw or describe."""
-    sources = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*.py")):
-        relative = path.relative_to(PACKAGE).as_posix()
-        if not _ONLY_DRAW_OR_DESCRIBE.fullmatch(relative):
-            sources.update(f"{relative}\0{file_digest(path)}\n".encode())
-    return sources.hexdigest()
-
-
-@functools.cache
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"
-
-
-def _versions(packages: Sequence[str]) -> dict[str, str]:
-    return {package: _version(package) for package in packages}
-
-
-def _git(*arguments: str) -> str | None:
-    """What git says of the project, None without git or outside the project's own repository."""
-    try:
-        answer = subprocess.run(
-            ["git", "-C", str(PROJECT), *arguments],
-            capture_output=True,
-            text=True,
-            timeout=20,
-            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return answer.stdout.strip() if answer.returncode == 0 else None
-
-
-def provenance() -> dict[str, Any]:
-    """With what a result was made: versions, commit, machine type, threads and lock file.
-
-    Holds no path and no name of a person or machine.  ``commit`` and ``dirty`` are ``"unknown"`` without git.
-    """
-    top = _git("rev-parse", "--show-toplevel")
-    ours = top is not None and Path(top).resolve() == PROJECT
-    commit = _git("rev-parse", "--verify", "HEAD") if ours else None
-    changes = _git("status", "--porcelain") if ours else None
-    return {
-        "python": platform.python_version(),
-        "packages": _versions(_PACKAGES),
-        "commit": commit or "unknown",
-        "dirty": "unknown" if changes is None else bool(changes),
-        "machine": platform.machine(),
-        "system": platform.system(),
-        "threads": {name: os.environ.get(name, "not set") for name in _THREAD_VARIABLES},
-        "lock_sha256": file_digest(LOCK) if LOCK.is_file() else "absent",
-    }
 
 
 def derive_generator(seed: int, stage_name: str) -> np.random.Generator:

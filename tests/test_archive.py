@@ -14,7 +14,8 @@ import pytest
 
 from pipeline import archive
 from pipeline.refusal import Refusal
-from pipeline.store import Store, digest
+from pipeline.sealed_folders import digest
+from pipeline.store import Store
 
 COMMIT = "0123456789abcdef" * 2 + "01234567"
 FIGURES = ["zhang2007_fig5", "zhang2007_fig2"]

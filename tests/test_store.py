@@ -19,9 +19,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline import provenance as provenance_module
+from pipeline import sealed_folders
 from pipeline import store as store_module
 from pipeline.refusal import Refusal
-from pipeline.store import Artefact, Store, canonical, complaints_about, derive_generator, is_complete
+from pipeline.sealed_folders import canonical, complaints_about, is_complete
+from pipeline.store import Artefact, Store, derive_generator
 
 
 class Method(Enum):
@@ -189,15 +192,15 @@ def test_other_code_is_another_key(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_another_numerical_library_is_another_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Store(tmp_path).artefact("model", {}, [], Work())
-    monkeypatch.setattr(store_module, "_versions", lambda packages: {"numpy": np.__version__, "scipy": "0"})
+    monkeypatch.setattr(store_module, "versions", lambda packages: {"numpy": np.__version__, "scipy": "0"})
     assert Store(tmp_path).artefact("model", {}, [], Work()).why.startswith("libraries.scipy changed ")
 
 
 def test_the_hash_of_the_code_covers_what_computes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store_module, "PACKAGE", tmp_path)
+    monkeypatch.setattr(provenance_module, "PACKAGE", tmp_path)
 
     def now() -> str:
-        return store_module.code_hash.__wrapped__()
+        return provenance_module.code_hash.__wrapped__()
 
     (tmp_path / "core").mkdir()
     (tmp_path / "core" / "camera.py").write_text("a = 1")
@@ -225,7 +228,7 @@ def test_the_key_does_not_depend_on_the_process_or_on_order(tmp_path: Path) -> N
     keys = {
         subprocess.run(
             [sys.executable, "-c", script, str(tmp_path / seed)],
-            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(store_module.PROJECT)},
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(provenance_module.PROJECT)},
             capture_output=True,
             text=True,
             check=True,
@@ -363,7 +366,7 @@ def test_nothing_is_ever_unpickled(tmp_path: Path) -> None:
     facts = json.loads((folder / "manifest.json").read_bytes())
     for added in ("files", "seal"):
         del facts[added]
-    store_module.write_manifest(folder, facts)  # the seal is right, and still
+    sealed_folders.write_manifest(folder, facts)  # the seal is right, and still
     again = Store(tmp_path).artefact("model", {}, [], Work())
     assert again.why.startswith("artefact damaged: cannot be understood: ValueError('Object arrays")
     same(again, reference)
@@ -533,7 +536,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
     def start(results: Path, name: str, n: int) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", script, str(results), name, str(n)],
-            env={**os.environ, "PYTHONPATH": str(store_module.PROJECT)},
+            env={**os.environ, "PYTHONPATH": str(provenance_module.PROJECT)},
             capture_output=True,
             text=True,
             timeout=60,
@@ -607,7 +610,7 @@ def test_two_processes_that_compute_the_same_agree_on_one(tmp_path: Path) -> Non
     processes = [
         subprocess.Popen(
             [sys.executable, "-c", script, str(tmp_path), *names],
-            env={**os.environ, "PYTHONPATH": str(store_module.PROJECT)},
+            env={**os.environ, "PYTHONPATH": str(provenance_module.PROJECT)},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -676,7 +679,7 @@ def dead_pid() -> int:
 
 
 def test_only_what_dead_processes_left_is_removed(tmp_path: Path, dead_pid: int) -> None:
-    here, elsewhere = store_module._HERE, "000000" if store_module._HERE != "000000" else "111111"
+    here, elsewhere = sealed_folders._HERE, "000000" if sealed_folders._HERE != "000000" else "111111"
     cache = tmp_path / "cache"
     names = {
         f".tmp-{dead_pid}-{here}00000001": False,
@@ -696,8 +699,8 @@ def test_only_what_dead_processes_left_is_removed(tmp_path: Path, dead_pid: int)
 
 
 def test_a_temporary_folder_in_use_is_not_stale(tmp_path: Path) -> None:
-    with store_module.temporary_folder(tmp_path) as temporary:
-        store_module.remove_stale(tmp_path)
+    with sealed_folders.temporary_folder(tmp_path) as temporary:
+        sealed_folders.remove_stale(tmp_path)
         assert temporary.is_dir()
     assert not temporary.exists()
 
@@ -720,7 +723,7 @@ def test_a_publication_takes_the_place_of_the_older(tmp_path: Path) -> None:
         assert manifest["files"].keys() == {"table.csv", f"more/arrays{edition}.npz"}
         assert manifest["files"]["table.csv"] == {
             "bytes": 1,
-            "sha256": store_module.digest(f"{edition}".encode()),
+            "sha256": sealed_folders.digest(f"{edition}".encode()),
         }
         assert {p.name for p in figure.iterdir()} == {"table.csv", "more", "manifest.json"}
         assert complaints_about(figure) == []
@@ -784,8 +787,8 @@ def test_complaints_name_every_file(tmp_path: Path) -> None:
 def test_provenance_names_versions_and_no_person(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     lock = tmp_path / "requirements.lock"
     lock.write_text("numpy==2\n")
-    monkeypatch.setattr(store_module, "LOCK", lock)
-    facts = store_module.provenance()
+    monkeypatch.setattr(provenance_module, "LOCK", lock)
+    facts = provenance_module.provenance()
     assert facts["python"] == platform.python_version()
     assert facts["packages"]["numpy"] == np.__version__
     assert facts["packages"].keys() >= {
@@ -796,7 +799,7 @@ def test_provenance_names_versions_and_no_person(tmp_path: Path, monkeypatch: py
         "rerun-sdk",
         "matplotlib",
     }
-    assert facts["lock_sha256"] == store_module.file_digest(lock)
+    assert facts["lock_sha256"] == sealed_folders.file_digest(lock)
     assert facts["commit"] == "unknown" or len(facts["commit"]) == 40
     assert facts["dirty"] in (True, False, "unknown")
     text = json.dumps(facts)
@@ -804,12 +807,12 @@ def test_provenance_names_versions_and_no_person(tmp_path: Path, monkeypatch: py
     if len(platform.node()) > 3:
         assert platform.node() not in text
     lock.unlink()
-    assert store_module.provenance()["lock_sha256"] == "absent"
+    assert provenance_module.provenance()["lock_sha256"] == "absent"
 
 
 def test_provenance_without_git_is_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
-    facts = store_module.provenance()
+    facts = provenance_module.provenance()
     assert (facts["commit"], facts["dirty"]) == ("unknown", "unknown")
 
 
@@ -829,13 +832,13 @@ def test_provenance_reads_the_projects_own_repository_only(
     (tmp_path / "a").write_text("1")
     git("add", "a")
     git("commit", "--quiet", "--no-verify", "-m", "m")
-    monkeypatch.setattr(store_module, "PROJECT", tmp_path.resolve())
-    facts = store_module.provenance()
+    monkeypatch.setattr(provenance_module, "PROJECT", tmp_path.resolve())
+    facts = provenance_module.provenance()
     assert (facts["commit"], facts["dirty"]) == (git("rev-parse", "HEAD"), False)
     (tmp_path / "a").write_text("2")
-    assert store_module.provenance()["dirty"] is True
-    monkeypatch.setattr(store_module, "PROJECT", tmp_path.resolve() / "inner")
-    assert store_module.provenance()["commit"] == "unknown"
+    assert provenance_module.provenance()["dirty"] is True
+    monkeypatch.setattr(provenance_module, "PROJECT", tmp_path.resolve() / "inner")
+    assert provenance_module.provenance()["commit"] == "unknown"
 
 
 def test_generators_depend_on_seed_and_stage_alone() -> None:

@@ -7,6 +7,10 @@ Symbols
 ``w_hat``  2D Fourier representation (5, 15, 2): horizontal, vertical; flat (150,) in the printed order
 
 Image horizontal = cos(alpha) x + sin(alpha) y, image vertical = z, missing = -sin(alpha) x + cos(alpha) y.
+
+An orthographic image of the back is the mirror image of one of the front.  With +x to the walker's right the
+printed horizontal [zhang2007 B.2] puts that right on the right of the image at alpha = 0, as seen from behind
+(or in a mirror from the front); at +pi/2 the walk runs to the right of the image and the right side faces us.
 """
 
 from __future__ import annotations
@@ -43,9 +47,7 @@ def project(motion: np.ndarray, view_angle_rad: float) -> np.ndarray:
     return np.stack([horizontal(motion, view_angle_rad), vertical(motion)], axis=-1)
 
 
-def combine(
-    observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | np.ndarray
-) -> np.ndarray:
+def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
     """3D (…, 3) from the observed 2D (…, 2) and the reconstructed missing dimension (…) [zhang2007 3.16] [zhang2004 10].
 
     The inverse of `project` with `missing_dimension`; the observed coordinates are kept as they are.

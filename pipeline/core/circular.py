@@ -25,7 +25,7 @@ def _resultant(angles_deg: np.ndarray, axis: int) -> np.ndarray:
 
 def mean_deg(angles_deg: np.ndarray, axis: int) -> np.ndarray:
     """Circular mean, in (-180, 180]."""
-    return np.degrees(np.angle(_resultant(angles_deg, axis)))
+    return 180.0 - np.mod(180.0 - np.degrees(np.angle(_resultant(angles_deg, axis))), 360.0)
 
 
 def sd_deg(angles_deg: np.ndarray, axis: int) -> np.ndarray:

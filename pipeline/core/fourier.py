@@ -99,36 +99,63 @@ def fundamental_frequency(
     signal : (T,), optional
         The series whose spectrum gives the first guess; by default left ankle y - right ankle y.
 
+    Raises
+    ------
+    Refusal
+        If the clip cannot hold a cycle, or has too few frames in a second for its fastest harmonic.
+
     Notes
     -----
     The first guess is the strongest frequency of `signal` between 0.4 and 1.6 Hz that completes a cycle in
     the clip; the regression over all joints then moves it by at most 15 %, so that neither the half nor the
-    double of the true frequency can be reached by a small gain in fit.
+    double of the true frequency can be reached by a small gain in fit.  In a clip of many cycles the fit has
+    side lobes every 1/(H T) Hz, so the best of a grid of six points to a lobe is taken before it is refined.
     """
     frames = len(positions)
     times = np.arange(frames) / frame_rate_hz
     if signal is None:
         signal = positions[:, _LEFT_ANKLE, 1] - positions[:, _RIGHT_ANKLE, 1]
-    lowest = max(SEARCH_HZ[0], 1.0 / (times[-1] + 1.0 / frame_rate_hz))
+    duration = frames / frame_rate_hz
+    lowest = max(SEARCH_HZ[0], 1.0 / duration)
     if lowest >= SEARCH_HZ[1]:
         raise Refusal(
             "the clip is too short for a walking cycle",
             expected=f"more than {1 / SEARCH_HZ[1]:.2f} s",
-            received=f"{times[-1]:.2f} s",
+            received=f"{duration:.2f} s",
         )
     # Six candidates to the clip's resolution cannot step over the peak.
-    count = int(np.ceil((SEARCH_HZ[1] - lowest) * times[-1] * 6)) + 8
+    count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
     guess = float(candidates[int(np.argmax(single_frequency_power(candidates, times, signal)))])
+    _check_rate(frame_rate_hz, guess, harmonics)
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)
+
+    def unexplained(frequency_hz: float) -> float:
+        return -float(_explained(frequency_hz, times, values, harmonics)[1:].sum())
+
+    # The guess is good to the clip's resolution, 1/T, of which twice is looked at: in long clips less than 15 %.
+    reach = min(0.15 * guess, 2.0 / duration)
+    bounds = max(guess - reach, 0.85 * lowest), guess + reach
+    grid = np.linspace(*bounds, int(np.ceil((bounds[1] - bounds[0]) * duration * harmonics * 6)) + 3)
+    best = int(np.argmin([unexplained(frequency) for frequency in grid]))
     found = minimize_scalar(
-        lambda f: -_explained(f, times, values, harmonics)[1:].sum(),
-        bounds=(max(0.85 * guess, lowest * 0.85), 1.15 * guess),
+        unexplained,
+        bounds=(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]),
         method="bounded",
         options={"xatol": 1e-8},
     )
     return float(found.x)
+
+
+def _check_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:
+    """Nothing; a Refusal unless the fastest harmonic has more than two frames to its period."""
+    if not frame_rate_hz > 2 * harmonics * frequency_hz:
+        raise Refusal(
+            "the frame rate is too low for the harmonics",
+            expected=f"more than {2 * harmonics * frequency_hz:.3g} Hz",
+            received=f"{frame_rate_hz:g} Hz",
+        )
 
 
 def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray:
@@ -182,13 +209,16 @@ def represent(
     Raises
     ------
     Refusal
-        If positions are not finite, the rate is not positive, or the clip is shorter than the regression.
+        If positions are not finite, the rate or a given frequency is not positive, or the clip is shorter
+        than the regression.
     """
     positions = np.asarray(positions, dtype=float)
     if positions.ndim != 3:
         raise Refusal("positions have the wrong shape", expected="(T, J, 3)", received=str(positions.shape))
-    if not frame_rate_hz > 0:
+    if not 0 < frame_rate_hz < np.inf:
         raise Refusal("the frame rate is not positive", expected="hertz > 0", received=f"{frame_rate_hz:g}")
+    if frequency_hz is not None and not 0 < frequency_hz < np.inf:
+        raise Refusal("the frequency is not positive", expected="hertz > 0", received=f"{frequency_hz:g}")
     if harmonics < 1:
         raise Refusal("no harmonics", expected="1 or more", received=str(harmonics))
     if len(positions) <= 1 + 2 * harmonics:
@@ -203,9 +233,8 @@ def represent(
     times = np.arange(len(positions)) / frame_rate_hz
     if frequency_hz is None:
         difference = positions[:, phase_joints[0], 1] - positions[:, phase_joints[1], 1]
-        frequency_hz = fundamental_frequency(
-            positions, frame_rate_hz, harmonics=harmonics, signal=difference
-        )
+        frequency_hz = fundamental_frequency(positions, frame_rate_hz, harmonics=harmonics, signal=difference)
+    _check_rate(frame_rate_hz, frequency_hz, harmonics)
     matrix = design(frequency_hz, times, harmonics)
     basis, triangle = np.linalg.qr(matrix)
     values = positions.reshape(len(positions), -1)

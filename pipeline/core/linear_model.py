@@ -81,13 +81,19 @@ def fit(
     divisor : {"R-1", "R"}
         Of the covariance; the paper is silent.
     scale_last : float or None
-        Multiplies the last number of each sample (the frequency of zhang2004).  None makes its variance
+        Positive; multiplies the last number of each sample (the frequency of zhang2004).  None makes its variance
         equal to the mean variance of the others, from these samples alone.
 
     Raises
     ------
     Refusal
-        Fewer than two samples, values that are not finite, or fewer than one component.
+        Fewer than two samples, values that are not finite, fewer than one component, an unknown divisor, or a
+        scale that is not positive.
+
+    Notes
+    -----
+    Where samples repeat each other, the last eigenvalues are zero (to rounding) and their components arbitrary
+    directions at right angles to the rest.
     """
     samples = np.asarray(samples, dtype=float)
     if samples.ndim != 2 or len(samples) < 2:
@@ -99,10 +105,17 @@ def fit(
     if divisor not in ("R-1", "R"):
         raise Refusal("the divisor is unknown", expected="R-1 or R", received=divisor)
     if not np.isfinite(samples).all():
-        raise Refusal(f"walker {int(np.argwhere(~np.isfinite(samples))[0][0])} has values that are not finite")
+        raise Refusal(
+            f"walker {int(np.argwhere(~np.isfinite(samples))[0][0])} has values that are not finite"
+        )
+    if scale_last is not None and not 0 < scale_last < np.inf:
+        raise Refusal(
+            "the scale of the last number is not positive", expected="scale > 0", received=f"{scale_last:g}"
+        )
     if scale_last is None:
         spread = samples.var(axis=0)
-        scale_last = float(np.sqrt(spread[:-1].mean() / spread[-1])) if spread[-1] > 0 else 1.0
+        varies = spread[-1] > 0 and spread[:-1].any()
+        scale_last = float(np.sqrt(spread[:-1].mean() / spread[-1])) if varies else 1.0
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
     mean = samples.mean(axis=0)
@@ -137,7 +150,8 @@ def leave_one_out(
     samples : (R, D)
     n_components : int
     groups : (R,), optional
-        Walks with the same value belong to the same person and leave together.
+        Walks with the same value belong to the same person and leave together; by default every walk is of
+        another person.
     mirrors : (R, D), optional
         Each walker's mirror image: joins the training set, and leaves with its walker.
     divisor, scale_last
@@ -146,19 +160,26 @@ def leave_one_out(
     Raises
     ------
     Refusal
-        If a fold would have fewer than two walkers left to learn from.
+        If a fold would have fewer than two people left to learn from, or `groups` or `mirrors` do not match
+        the samples.
     """
     samples = np.asarray(samples, dtype=float)
     labels = np.arange(len(samples)) if groups is None else np.asarray(groups)
+    if labels.shape != samples.shape[:1] or (mirrors is not None and np.shape(mirrors) != samples.shape):
+        raise Refusal(
+            "groups or mirrors do not match the walkers",
+            expected=f"groups {samples.shape[:1]}, mirrors {samples.shape}",
+            received=f"groups {labels.shape}" + ("" if mirrors is None else f", mirrors {np.shape(mirrors)}"),
+        )
+    if len(np.unique(labels)) < 3:
+        raise Refusal(
+            "leave-one-out needs at least three people",
+            expected="3 or more",
+            received=str(len(np.unique(labels))),
+        )
     for r in range(len(samples)):
         others = labels != labels[r]
         training = samples[others]
         if mirrors is not None:
             training = np.concatenate([training, np.asarray(mirrors, dtype=float)[others]])
-        if len(training) < 2:
-            raise Refusal(
-                "leave-one-out needs at least three people",
-                expected="3 or more",
-                received=str(len(np.unique(labels))),
-            )
         yield fit(training, n_components, divisor=divisor, scale_last=scale_last), r

@@ -1,6 +1,7 @@
-"""Who walks: published means and spreads of bodies and of gait, each with its source, and a person drawn.
+"""Published means and spreads of gait: speed, rhythm and joint angles, each with its source.
 
-Every number that `pipeline.core.synthetic` uses stands here.  Three grades of support, marked at each:
+With the bodies of `pipeline.core.anthropometry`, every number that `pipeline.core.synthetic` uses.  Three
+grades of support, marked at each:
 
 - *published*: a mean or standard deviation that the source prints;
 - *read*: a landmark of a curve that the source plots, or an order of size in its text: right to a degree or
@@ -17,10 +18,6 @@ of stature H unless said otherwise.  Forward, upward and flexed are positive.
 
 Sources
 -------
-Age and body
-    zhang2007 section 2 (ages); Gordon et al. 1989 (US Army survey: stature, biacromial breadth); Kuczmarski
-    et al. 2002 (growth charts); Drillis & Contini 1966, as in Winter 2009 figure 4.1 (segment lengths);
-    Bell et al. 1990 and Seidel et al. 1995 (hip joint centres); Knutson 2005 (leg length inequality).
 Speed and rhythm
     Alexander 1984 (speed by the root of leg length); Dal et al. 2010 (comfortable belt speed is below
     overground speed); Öberg et al. 1993 (spread of speed and cadence); Grieve & Gear 1966 (frequency by speed
@@ -39,7 +36,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -93,53 +89,6 @@ class NormativeCurve:
         cardinal = np.eye(len(self.phases))
         return CubicSpline(knots, np.vstack([cardinal, cardinal[:1]]), bc_type="periodic")
 
-
-# --- age and body -----------------------------------------------------------------------------------------
-
-AGE_RANGE_YEARS = (13.0, 59.0)
-AGE_BETA = (1.7, 4.3)
-"""Ages 13–59 with mean 26 ✓ [zhang2007 section 2]: beta on the range, mean 13 + 46 · 1.7/6.
-Shape assumed."""
-
-STATURE_MM = {True: (1755.8, 66.8), False: (1629.4, 63.6)}
-"""Mean and SD by sex (male: True).  Published: Gordon et al. 1989 (men ✓)."""
-
-GROWTH_AGE_YEARS = (13.0, 14.0, 15.0, 16.0, 17.0, 18.0)
-GROWTH = {
-    True: (0.886, 0.930, 0.964, 0.985, 0.995, 1.0),
-    False: (0.964, 0.984, 0.993, 0.997, 1.0, 1.0),
-}
-"""Median stature over adult median.  Read: Kuczmarski et al. 2002 (growth charts)."""
-
-SEGMENTS = {"thigh": 0.245, "shank": 0.246, "ankle_height": 0.039, "upper_arm": 0.186, "forearm": 0.146}
-"""Published: Drillis & Contini 1966."""
-
-TRUNK, NECK_AND_HEAD, SHOULDER_DROP = 0.295, 0.105, 0.015
-"""Hip axis to the virtual sternum (midway between C7 and the notch, 0.825 H), sternum to the centre of the
-head (0.93 H), and how far the shoulder centres lie below the sternum.  Read: Drillis & Contini 1966 heights
-(hip 0.530, shoulder 0.818, chin 0.870)."""
-
-LEG_SHARE_CV, TRUNK_SHARE_CV, ARM_SHARE_CV, SEGMENT_CV, HEAD_CV = 0.025, 0.02, 0.025, 0.012, 0.05
-"""Spread of proportions at equal stature: the whole leg (trunk moves against it), the arm, and one segment
-against its neighbour.  Assumed from Gordon et al. 1989 (crotch height, sleeve: residual SD 2–3 %)."""
-
-BIACROMIAL_MM = {True: (397.0, 18.0), False: (362.6, 17.4)}
-BIACROMIAL_TO_SHOULDER_CENTRES = 0.90
-"""Breadth: published, Gordon et al. 1989.  The joint centres lie some 18 mm inside each acromion: assumed."""
-
-HIP_CENTRES_MM = {True: (172.0, 9.0), False: (172.0, 9.0)}
-"""Distance of hip joint centres, alike in men and women, so wider for stature in women.  Read: Bell et al.
-1990; Seidel et al. 1995."""
-
-BREADTH_STATURE_CORRELATION = 0.4
-"""Of breadths with stature.  Read: Gordon et al. 1989 (0.3–0.5)."""
-
-LEG_INEQUALITY_SD_MM = 5.0
-"""Right less left.  Published order: Knutson 2005 (mean magnitude 5.2 mm)."""
-
-FOOT_HEEL, FOOT_BALL = 0.026, 0.073
-"""Floor point of the heel behind, and of the ball ahead of, the ankle.  Read: Winter 1991; Drillis & Contini
-1966 (foot length 0.152)."""
 
 # --- speed and rhythm -------------------------------------------------------------------------------------
 
@@ -333,158 +282,8 @@ CURVES = {
     "elbow": ELBOW,
 }
 
-# --- a person ---------------------------------------------------------------------------------------------
 
-GRAVITY_MM_S2 = 9806.65
-SIDE = np.array([[-1.0], [1.0]])
-"""Sign of x on the left and on the right, a column."""
-
-
-@dataclass(frozen=True)
-class Manner:
-    """One person's own curve: landmark values (2, n) in radians, and how much earlier it comes, in cycles."""
-
-    values: np.ndarray
-    shift: float
-
-
-@dataclass(frozen=True)
-class Person:
-    """One walker: lengths in mm, angles in radians; left and right as columns (2, 1).
-
-    `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
-    """
-
-    male: bool
-    age_years: float
-    stature: float
-    thigh: np.ndarray
-    shank: np.ndarray
-    trunk: float
-    head: float
-    shoulder_drop: float
-    half_hips: float
-    half_shoulders: float
-    upper_arm: float
-    forearm: float
-    speed: float
-    frequency: float
-    start_phase: float
-    step_asymmetry: float
-    ankle_lines: np.ndarray
-    sway: float
-    foot_gains: np.ndarray
-    knee_out: np.ndarray
-    arm_out: np.ndarray
-    forearm_in: np.ndarray
-    manner: dict[str, Manner]
-
-    @property
-    def leg_length(self) -> float:
-        """Hip to floor, mean of the sides, mm."""
-        return float(np.mean(self.thigh + self.shank)) + SEGMENTS["ankle_height"] * self.stature
-
-    def basis(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """What each landmark value weighs at these phases: (P,) cycles → (P, n)."""
-        return np.asarray(CURVES[name].basis((phase + self.manner[name].shift) % 1.0))
-
-    def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
-        """Each side's angle at its own phase, its excursion times `gain`: (2, T) cycles → (2, T) radians."""
-        values, shift = self.manner[name].values, self.manner[name].shift
-        centre = values.mean(axis=1, keepdims=True)
-        # The person's own two splines: the basis's polynomials weighted by the landmark values.
-        spline = CURVES[name].basis
-        own = spline.c @ (values - centre).T
-        place = phase + (shift - spline.x[0])
-        within = place - np.floor(place) + spline.x[0]
-        piece = np.searchsorted(spline.x[1:-1], within, side="right")
-        past = within - spline.x[piece]
-        c3, c2, c1, c0 = own.reshape(4, -1).take(2 * piece + [[0], [1]], axis=1)
-        return centre + gain * (((c3 * past + c2) * past + c1) * past + c0)
-
-
-def draw_person(rng: np.random.Generator, male: bool) -> Person:
-    """A person's body, pace and manner; the number of draws is the same for everyone."""
-
-    def positive(mean: float, cv: float, size: int | None = None) -> Any:
-        return mean * np.exp(cv * rng.standard_normal(size))
-
-    low, high = AGE_RANGE_YEARS
-    age = low + (high - low) * rng.beta(*AGE_BETA)
-    growth = float(np.interp(age, GROWTH_AGE_YEARS, GROWTH[male]))
-    build = rng.standard_normal()
-    mean, sd = STATURE_MM[male]
-    stature = growth * (mean + sd * build)
-
-    # Longer legs mean a shorter trunk at the same stature; the sides differ by a few millimetres.
-    leg = rng.standard_normal()
-    knee_height = SEGMENT_CV * rng.standard_normal()
-    unequal = np.sqrt(0.125) * LEG_INEQUALITY_SD_MM * rng.standard_normal(2)
-    share = stature * np.exp(LEG_SHARE_CV * leg)
-    thigh = share * SEGMENTS["thigh"] * np.exp(-knee_height) + unequal[0] * SIDE
-    shank = share * SEGMENTS["shank"] * np.exp(knee_height) + unequal[1] * SIDE
-    trunk = stature * TRUNK * np.exp(TRUNK_SHARE_CV * (0.4 * rng.standard_normal() - 0.9 * leg))
-    arm = stature * positive(1.0, ARM_SHARE_CV)
-    elbow = SEGMENT_CV * rng.standard_normal()
-
-    def breadth(table: dict[bool, tuple[float, float]]) -> float:
-        mean, sd = table[male]
-        c = BREADTH_STATURE_CORRELATION
-        return growth * (mean + sd * (c * build + np.sqrt(1 - c**2) * rng.standard_normal()))
-
-    hips, shoulders = breadth(HIP_CENTRES_MM), breadth(BIACROMIAL_MM)
-
-    pace = rng.normal(*DIMENSIONLESS_SPEED)
-    leg_length = np.mean(thigh + shank) + SEGMENTS["ankle_height"] * stature
-    speed = float(pace * np.sqrt(GRAVITY_MM_S2 * leg_length))
-    cadence = STRIDES_PER_MINUTE * (speed / stature) ** SPEED_EXPONENT
-    frequency = float(cadence / 60.0 * positive(1.0, FREQUENCY_CV))
-
-    gains = {
-        "pelvic_obliquity": PELVIC_OBLIQUITY_BY_SEX[male],
-        "trunk_sway": TRUNK_SWAY_BY_SEX[male],
-        "upper_arm": pace / ARM_SPEED_REFERENCE,
-        "elbow": pace / ARM_SPEED_REFERENCE,
-    }
-    manner: dict[str, Manner] = {}
-    for name, curve in CURVES.items():
-        spread, mean_deg = curve.spread, np.array(curve.mean_deg)
-        middle = mean_deg.mean()
-        gain = gains.get(name, 1.0) * positive(1.0, spread.gain)
-        own = middle + gain * (mean_deg - middle)
-        posture = spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
-        own = own + spread.shape_deg * rng.standard_normal(own.size)
-        apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
-        manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())
-
-    width = max(STEP_WIDTH_LEAST_MM, rng.normal(STEP_WIDTH_MM, STEP_WIDTH_SD_MM))
-
-    def pair(mean: float, sd: float) -> np.ndarray:
-        # The sides of one person correlate: 0.8² = 0.64.
-        return np.radians(mean + sd * (0.8 * rng.standard_normal() + 0.6 * rng.standard_normal((2, 1))))
-
-    return Person(
-        male=male,
-        age_years=float(age),
-        stature=float(stature),
-        thigh=thigh,
-        shank=shank,
-        trunk=float(trunk),
-        head=float(stature * NECK_AND_HEAD * positive(1.0, HEAD_CV)),
-        shoulder_drop=float(stature * SHOULDER_DROP * positive(1.0, 0.3)),
-        half_hips=hips / 2.0,
-        half_shoulders=shoulders * BIACROMIAL_TO_SHOULDER_CENTRES / 2.0,
-        upper_arm=float(arm * SEGMENTS["upper_arm"] * np.exp(-elbow)),
-        forearm=float(arm * SEGMENTS["forearm"] * np.exp(elbow)),
-        speed=speed,
-        frequency=frequency,
-        start_phase=float(rng.uniform()),
-        step_asymmetry=float(STEP_TIME_ASYMMETRY_SD * rng.standard_normal()),
-        ankle_lines=SIDE * width / 2.0,
-        sway=float(positive(SWAY_MM[0], SWAY_MM[1] / SWAY_MM[0])),
-        foot_gains=positive(1.0, FOOT_GAIN_CV, 2),
-        knee_out=pair(*KNEE_TURNED_OUT_DEG),
-        arm_out=pair(*ARM_ABDUCTION_DEG[male]),
-        forearm_in=pair(*FOREARM_TURNED_IN_DEG),
-        manner=manner,
-    )
+def stopped(angle: np.ndarray, stop_deg: float) -> np.ndarray:
+    """Flexion that ends smoothly at a joint's stop, radians."""
+    stop, soft = np.radians(stop_deg), np.radians(STOP_SOFTNESS_DEG)
+    return stop + soft * np.logaddexp(0.0, (angle - stop) / soft)

@@ -20,7 +20,9 @@ from pipeline.config import (
 )
 from pipeline.figures import Made
 from pipeline.ledger import judge_figure, write_claims
-from pipeline.store import Store, canonical, provenance
+from pipeline.provenance import provenance
+from pipeline.sealed_folders import canonical
+from pipeline.store import Store
 
 
 def figure_module(report: Report) -> ModuleType:

@@ -10,8 +10,9 @@ import pytest
 from scipy.ndimage import minimum_filter1d
 from scipy.optimize import minimize_scalar
 
-from pipeline.core import normative_gait
-from pipeline.core.normative_gait import CURVES, draw_person
+from pipeline.core import anthropometry, normative_gait
+from pipeline.core.normative_gait import CURVES
+from pipeline.core.person import draw_person
 from pipeline.core.synthetic import WalkingPopulation, walking_population
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
@@ -136,7 +137,7 @@ def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> N
     """
     ankle = joint(clean, f"{side}_ankle")
     velocity = np.diff(ankle[..., 1], axis=1) * clean.frame_rate_hz
-    height = normative_gait.SEGMENTS["ankle_height"] * clean.stature_mm[:, None]
+    height = anthropometry.SEGMENTS["ankle_height"] * clean.stature_mm[:, None]
     backward = velocity < -0.5 * clean.speed_mm_s[:, None]
     low = (np.abs(ankle[:, 1:, 2] - height) < 4.0) & backward
     # The foot is flat in the middle of such a stretch; at its ends it still or already rolls.
@@ -151,7 +152,7 @@ def test_a_flat_foot_rides_on_the_belt(clean: WalkingPopulation, side: str) -> N
 def test_no_ankle_sinks_into_the_floor(clean: WalkingPopulation) -> None:
     for side in ("left", "right"):
         lowest = joint(clean, f"{side}_ankle")[..., 2].min(axis=1)
-        assert np.all(lowest > normative_gait.SEGMENTS["ankle_height"] * clean.stature_mm - 15)
+        assert np.all(lowest > anthropometry.SEGMENTS["ankle_height"] * clean.stature_mm - 15)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
