@@ -117,19 +117,78 @@ def compose(overrides: Sequence[str]) -> Any:
 
 def _typed(composed: Any) -> Any:
     from omegaconf import OmegaConf
-    from omegaconf.errors import MissingMandatoryValue
 
     from pipeline.refusal import Refusal
 
+    missing = OmegaConf.missing_keys(composed)
+    if "figure" in missing:
+        raise Refusal("no figure is chosen", expected="experiment=" + "|".join(presets()), received="none")
+    if missing:
+        raise Refusal("a value is missing", where=", ".join(sorted(missing)))
     OmegaConf.resolve(composed)
-    try:
-        return OmegaConf.to_object(composed)
-    except MissingMandatoryValue as error:
-        if OmegaConf.is_missing(composed, "figure"):
+    config = OmegaConf.to_object(composed)
+    _refuse_additions(config, "")
+    return config
+
+
+def _refuse_additions(options: Any, path: str) -> None:
+    """Refuse keys that ``+key=value`` added: no stage would ever read them."""
+    from dataclasses import fields, is_dataclass
+
+    from pipeline.refusal import Refusal
+
+    if not is_dataclass(options):
+        return
+    known = [field.name for field in fields(options)]
+    for name, value in vars(options).items():
+        if name not in known:
             raise Refusal(
-                "no figure is chosen", expected="experiment=" + "|".join(presets()), received="none"
-            ) from None
-        raise Refusal(str(error).splitlines()[0]) from None
+                "there is no such option", where=path + name, expected="one of " + ", ".join(known)
+            )
+        _refuse_additions(value, f"{path}{name}.")
+
+
+def sentence(error: Exception) -> str:
+    """What a person should read of an error in place of a traceback; empty for one that is ours to mend."""
+    from pipeline.refusal import Refusal
+
+    if isinstance(error, Refusal):
+        return str(error)
+    if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
+        return str(_of_composition(error))
+    if isinstance(error, OSError) and error.strerror and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return ""
+
+
+def _of_composition(error: Exception) -> Exception:
+    """A Refusal that says what Hydra or OmegaConf found wrong with an override, naming the full key."""
+    from dataclasses import fields, is_dataclass
+
+    from hydra.errors import MissingConfigException, OverrideParseException
+    from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+
+    from pipeline.refusal import Refusal
+
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        group, _, name = error.missing_cfg_file.rpartition("/")
+        options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
+        if group == "hydra/launcher":
+            options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
+        return Refusal("there is no such option", where=group, expected=options, received=name)
+    if isinstance(error, OverrideParseException):
+        return Refusal(
+            "this is not an override", expected="option=value", received=repr(error.override or error.message)
+        )
+    cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
+    if isinstance(cause, OmegaConfBaseException) and cause.full_key:
+        if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
+            known = "one of " + ", ".join(field.name for field in fields(cause.object_type))
+            return Refusal("there is no such option", where=cause.full_key, expected=known)
+        return Refusal(str(cause).splitlines()[0], where=cause.full_key)
+    first = str(error).splitlines()[0]
+    several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
+    return Refusal(first, expected=several)
 
 
 def destination(config: Any, overrides: Sequence[str], moment: str) -> Path:
@@ -164,14 +223,13 @@ def figures(arguments: Sequence[str]) -> int:
     for name in chosen or presets():
         config = compose([*common, f"experiment={name}"])
         jobs.append((config, destination(config, common, moment)))
-    return make_figures(jobs, console=_console())
+    return 1 if make_figures(jobs, console=_console()) else 0
 
 
-def hydra_main() -> int:
+def hydra_main(arguments: Sequence[str]) -> int:
     """One figure, or a multirun of variants, through Hydra's own command line."""
     import hydra
     from hydra.core.hydra_config import HydraConfig
-    from hydra.errors import HydraException
     from hydra.types import RunMode
 
     from pipeline.refusal import Refusal
@@ -186,20 +244,20 @@ def hydra_main() -> int:
 
         settings = HydraConfig.get()
         multirun = settings.mode == RunMode.MULTIRUN
-        try:
-            config = _typed(composed)
-            folder = (
-                Path(settings.runtime.output_dir) / config.figure
-                if multirun
-                else destination(config, settings.overrides.task, _moment())
-            )
-            status = make_figures([(config, folder)], console=_console())
-        except Refusal as refusal:
-            status = 1
-            print(refusal, file=sys.stderr)
-        if status and multirun:
-            raise HydraException("this variant was refused; the sentence above says why")
+        config = _typed(composed)
+        folder = (
+            Path(settings.runtime.output_dir) / config.figure
+            if multirun
+            else destination(config, settings.overrides.task, _moment())
+        )
+        refused = make_figures([(config, folder)], console=_console())
+        if refused and multirun:
+            # The other variants are made all the same; the launcher hands this one's error to `main`.
+            raise Refusal(refused[0], where=settings.job.override_dirname)
+        status = 1 if refused else 0
 
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to `main`, which puts them into a sentence
+    sys.argv[1:] = arguments
     one()
     return status
 
@@ -218,20 +276,25 @@ def main(arguments: Sequence[str]) -> int:
 
         if arguments[0] in commands.VERBS:
             return commands.VERBS[arguments[0]](arguments[1:], compose)
-        if "=" not in arguments[0] and not arguments[0].startswith("-"):
+        if arguments[0].find("=") < 1 and not arguments[0].startswith("-"):
             raise Refusal(
                 "the command is unknown",
                 expected="an override (option=value) or one of " + ", ".join(["figures", *commands.VERBS]),
                 received=arguments[0],
             )
-        return hydra_main()
-    except Refusal as refusal:
-        print(refusal, file=sys.stderr)
-        return 1
+        return hydra_main(arguments)
     except KeyboardInterrupt:
         print("interrupted: what was finished is kept, the same command goes on from there", file=sys.stderr)
         return 130
+    except Exception as error:
+        words = sentence(error)
+        if not words:
+            raise
+        print(words, file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":
+    for _stream in (sys.stdout, sys.stderr):
+        _stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # σ² and ° on a terminal without them
     sys.exit(main(sys.argv[1:]))

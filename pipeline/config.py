@@ -13,10 +13,13 @@ import numpy as np
 from pipeline.refusal import Refusal
 from pipeline.skeleton import SourceMapping
 
+MOST_VALUES = 100_000
+"""A finer grid is a slip of the pen: it would fill the memory."""
+
 
 @dataclass(kw_only=True)
 class Grid:
-    """Equally spaced values, both ends included.
+    """Equally spaced values, both ends included: the stop wherever whole steps reach it.
 
     Examples
     --------
@@ -30,7 +33,9 @@ class Grid:
 
     def values(self, name: str) -> np.ndarray:
         """The values, float64; `name` is the option's name, for the refusal of an empty grid."""
-        if not (np.isfinite([self.start, self.stop, self.step]).all() and self.step > 0):
+        if not np.isfinite([self.start, self.stop, self.step]).all():
+            raise Refusal("the range is not finite", where=name, received=str(self))
+        if self.step <= 0:
             raise Refusal(
                 "the step is not positive", where=name, expected="step > 0", received=f"{self.step:g}"
             )
@@ -42,6 +47,13 @@ class Grid:
                 received=f"{self.start:g}..{self.stop:g}",
             )
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
+        if count > MOST_VALUES:
+            raise Refusal(
+                "the range has too many values",
+                where=name,
+                expected=f"{MOST_VALUES} or fewer",
+                received=str(count),
+            )
         return self.start + self.step * np.arange(count)
 
 
@@ -165,6 +177,7 @@ class KnownViewSweep(Sweep):
     sigma2_mm2: Grid
     methods: list[str] = field(default_factory=lambda: ["least_squares", "map"])
     noise_variance_mm2: float = 70.0
+    phase_source: str = "motion3d"  # motion3d, observed2d: frequency and phase from the view alone
     truth: str = "motion"  # motion, fourier
     missing_variance: str = "temporal"  # temporal, overall
     demonstration_views_deg: list[float] = field(default_factory=lambda: [0.0, 30.0, 90.0])
@@ -177,6 +190,7 @@ class UnknownViewSweep(Sweep):
     view_angle_deg: Grid
     methods: list[str] = field(default_factory=lambda: ["least_squares", "map"])
     noise_variance_mm2: float = 70.0
+    phase_source: str = "motion3d"  # motion3d, observed2d: frequency and phase from the view alone
     solver: str = "global"  # global, published
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
     start_deg: float = 0.0  # of the published solver

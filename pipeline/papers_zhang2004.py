@@ -267,6 +267,7 @@ CLAIMS = (
         explanation={
             "optical": "with 33 people or so, 28 components leave almost nothing over",
             "cmu": "with so few people, 28 components leave almost nothing over",
+            "synthetic": "a kinematic population is more compact than people are: it has fewer ways to differ",
         },
     ),
     _claim(

@@ -65,7 +65,10 @@ def make_figure(
         now = time.perf_counter()
         seconds[stage], last = now - last, now
 
-    workers = max(config.workers, 1)
+    if config.workers < 1:
+        raise Refusal("nobody to do the work", where="workers", expected="1 or more", received=str(config.workers))
+    report.check(config.report, config.sweep)
+    workers = config.workers
     at("ingest")
     walks = ingest.run(config.data, config.skeleton, config.seed, workers, store)
     done("ingest")
@@ -77,7 +80,7 @@ def make_figure(
     learnt = model.run(config.model, samples, frequency, workers, store)
     done("model")
     at("sweep")
-    swept = sweep.run(config.sweep, samples, learnt, workers, store)
+    swept = sweep.run(config.sweep, walks, samples, learnt, workers, store)
     done("sweep")
     at("report")
     made = Made(config, walks, samples, learnt, swept)
@@ -109,8 +112,16 @@ def _remarks(made: Made) -> list[str]:  # type: ignore[name-defined]  # noqa: F8
     return remarks
 
 
-def make_figures(jobs: Sequence[tuple[Config, Path]], *, console: Console) -> int:
-    """Exit status after making every figure; one that is refused does not stop the others."""
+def make_figures(jobs: Sequence[tuple[Config, Path]], *, console: Console) -> list[str]:
+    """Why figures were refused, a sentence each, empty if none was; one that is does not stop the others.
+
+    Parameters
+    ----------
+    jobs : sequence of (Config, Path)
+        Each figure's configuration and folder.
+    console : Console
+        For progress and summary; the refusals are printed to standard error.
+    """
     outcomes: list[Outcome] = []
     refusals: dict[str, list[str]] = {}
     stores: dict[str, Store] = {}
@@ -139,9 +150,10 @@ def make_figures(jobs: Sequence[tuple[Config, Path]], *, console: Console) -> in
                 refusals.setdefault(str(refusal), []).append(config.figure)
     if outcomes:
         summarise(outcomes, _ledger(outcomes, {c.figure: c for c, _ in jobs}), console)
+    complaints = Console(stderr=True, highlight=False)
     for sentence, figures in refusals.items():
-        console.print(Text(f"refused ({', '.join(figures)}): {sentence}", style="red"), soft_wrap=True)
-    return 1 if refusals else 0
+        complaints.print(Text(f"refused ({', '.join(figures)}): {sentence}", style="red"), soft_wrap=True)
+    return list(refusals)
 
 
 def _ledger(outcomes: Sequence[Outcome], configs: dict[str, Config]) -> list[Verdict]:

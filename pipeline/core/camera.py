@@ -48,7 +48,7 @@ def project(motion: np.ndarray, view_angle_rad: float) -> np.ndarray:
 
 
 def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
-    """3D (…, 3) from the observed 2D (…, 2) and the reconstructed missing dimension (…) [zhang2007 3.16] [zhang2004 10].
+    """3D (…, 3) from the observed 2D (…, 2) and the missing dimension (…) [zhang2007 3.16] [zhang2004 10].
 
     The inverse of `project` with `missing_dimension`; the observed coordinates are kept as they are.
     """

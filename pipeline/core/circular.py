@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 
-def difference_deg(estimated: np.ndarray, true: np.ndarray) -> np.ndarray:
+def difference_deg(estimated: np.ndarray | float, true: np.ndarray | float) -> np.ndarray:
     """Signed difference in [-180, 180).
 
     Examples

@@ -35,7 +35,7 @@ def absolute_error(delta: np.ndarray, residual_power: np.ndarray | float = 0.0) 
 
 
 def absolute_error_over_time(original: np.ndarray, reconstructed: np.ndarray) -> np.ndarray:
-    """E_abs per joint (J,) in mm², as printed: a mean over the frames of (T, J) series [zhang2007 4.1] [zhang2004 11]."""
+    """E_abs per joint (J,) in mm², as printed: a mean over frames (T, J) [zhang2007 4.1] [zhang2004 11]."""
     return np.mean(np.square(np.asarray(original) - np.asarray(reconstructed)), axis=0)
 
 

@@ -5,8 +5,9 @@ Legend: arrays are (space, side, frame) until the last line of `walk`; sides are
 
 from __future__ import annotations
 
+from itertools import accumulate
+
 import numpy as np
-from scipy.signal import lfilter
 
 from pipeline.core import normative_gait as norm
 from pipeline.core.footfall import rolling_foot, weight_shares
@@ -35,7 +36,8 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
     height = (weights * (ankle_height + length * np.cos(lean) - hips[2])).sum(axis=0)
     between = (weights[:, 1:] + weights[:, :-1]) / 2.0
     steps = (between * np.diff(shift - hips[1] - reach, axis=1)).sum(axis=0) - person.speed / frame_rate_hz
-    surge = lfilter([1.0], [1.0, 1.0 / (frame_rate_hz * norm.BELT_RETURN_S) - 1.0], np.append(0.0, steps))
+    kept = 1.0 - 1.0 / (frame_rate_hz * norm.BELT_RETURN_S)
+    surge = np.array(list(accumulate(steps.tolist(), lambda drift, step: kept * drift + step, initial=0.0)))
     pelvis = np.stack([sway + strides.lane, surge, height])
 
     hips = pelvis[:, None] + hips

@@ -20,6 +20,9 @@ import numpy as np
 
 from pipeline.refusal import Refusal
 
+_NO_VARIATION = 1e-12
+"""Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
+
 
 @dataclass(frozen=True)
 class LinearModel:
@@ -81,8 +84,8 @@ def fit(
     divisor : {"R-1", "R"}
         Of the covariance; the paper is silent.
     scale_last : float or None
-        Positive; multiplies the last number of each sample (the frequency of zhang2004).  None makes its variance
-        equal to the mean variance of the others, from these samples alone.
+        Positive; multiplies the last number of each sample (the frequency of zhang2004).  None makes its
+        variance equal to the mean variance of the others, from these samples alone.
 
     Raises
     ------
@@ -114,7 +117,7 @@ def fit(
         )
     if scale_last is None:
         spread = samples.var(axis=0)
-        varies = spread[-1] > 0 and spread[:-1].any()
+        varies = np.ptp(samples[:, -1]) > 0 and spread[:-1].any()
         scale_last = float(np.sqrt(spread[:-1].mean() / spread[-1])) if varies else 1.0
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
@@ -183,3 +186,55 @@ def leave_one_out(
         if mirrors is not None:
             training = np.concatenate([training, np.asarray(mirrors, dtype=float)[others]])
         yield fit(training, n_components, divisor=divisor, scale_last=scale_last), r
+
+
+@dataclass(frozen=True)
+class WhitenedModel:
+    """A linear model in whitened form, split by axis; the working form of sweeps.
+
+    Attributes
+    ----------
+    spread : (N,)
+        k is z times this: sqrt(lambda), or one where the form is without a prior.
+    mean_x, mean_y : (P,)
+        Average walker, P = 75.
+    mean_z : (P or P + 1,)
+        With the frequency appended where the model has one: it is observed from every view, as z is.
+    bx, by, bz : (P, N), (P, N), (P or P + 1, N)
+        Eigenwalkers times `spread`.
+    """
+
+    spread: np.ndarray
+    mean_x: np.ndarray
+    mean_y: np.ndarray
+    mean_z: np.ndarray
+    bx: np.ndarray
+    by: np.ndarray
+    bz: np.ndarray
+
+    def gram(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
+        """B_hat^T B_hat (A, N, N), B_hat the projection of the eigenwalkers, for A angles from four products."""
+        xy = self.bx.T @ self.by
+        parts = np.stack([self.bx.T @ self.bx, xy + xy.T, self.by.T @ self.by, self.bz.T @ self.bz])
+        weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
+        return np.tensordot(weights, parts, axes=1)
+
+
+def whiten(model: LinearModel, *, prior: bool = True) -> WhitenedModel:
+    """The whitened, axis-wise form of a model of 225 numbers, or of 226 with the frequency last.
+
+    Without a `prior` the eigenwalkers keep their length, as approach I has them, but for those along which the
+    training walkers do not vary (zero eigenvalues, to rounding): their directions are arbitrary.
+    """
+    size = model.mean.shape[0]
+    points = 3 * (size // 3)
+    spread = np.sqrt(model.eigenvalues)
+    if not prior:
+        spread = (spread > _NO_VARIATION * spread.max()).astype(float)
+    scaled = spread[:, None] * model.components
+    mx, my, mz = (model.mean[:points][axis::3] for axis in range(3))
+    bx, by, bz = (scaled[:, :points][:, axis::3].T for axis in range(3))
+    if size > points:
+        mz = np.append(mz, model.mean[points:])
+        bz = np.concatenate([bz, scaled[:, points:].T])
+    return WhitenedModel(spread, mx, my, mz, *(np.ascontiguousarray(b) for b in (bx, by, bz)))

@@ -12,7 +12,8 @@ Symbols
 Why computed differently from how it is printed: the normal equations [zhang2007 3.9] square the condition
 number, so the two printed estimators are solved as (stacked) least squares.  For sweeps, four products per fold
 give A at every angle, A(alpha) = cos² Gxx + sin cos (Gxy + Gxy^T) + sin² Gyy + Gzz, and because whitening
-turns [zhang2007 3.15] into (A + sigma2 I) z = h, one eigendecomposition serves every sigma2.
+turns [zhang2007 3.15] into (A + sigma2 I) z = h, one eigendecomposition serves every sigma2.  Least squares
+knows no prior, so there B = E.
 """
 
 from __future__ import annotations
@@ -22,8 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import errors
-from pipeline.core.linear_model import LinearModel
+from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.refusal import Refusal
+
+_UNSEEN = 1e-13
+"""Eigenvalue of A, relative to the largest, at which a view does not show its direction."""
 
 
 def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
@@ -50,7 +54,7 @@ def least_squares(E: np.ndarray, d: np.ndarray) -> np.ndarray:
 def maximum_a_posteriori(
     E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, *, noise_variance: float
 ) -> np.ndarray:
-    """Coefficients (N,) of maximum posterior probability: approach II [zhang2007 3.14] [zhang2007 3.15] [zhang2007 A.5].
+    """Coefficients (N,) of maximum posterior probability: approach II [zhang2007 3.14, 3.15, A.5].
 
     Parameters
     ----------
@@ -76,7 +80,9 @@ def maximum_a_posteriori(
     eigenvalues = np.asarray(eigenvalues, dtype=float)
     if eigenvalues.shape != (E.shape[1],):
         raise Refusal(
-            "eigenvalues and eigenwalkers disagree", expected=f"({E.shape[1]},)", received=str(eigenvalues.shape)
+            "eigenvalues and eigenwalkers disagree",
+            expected=f"({E.shape[1]},)",
+            received=str(eigenvalues.shape),
         )
     check_noise_variance(noise_variance)
     if (eigenvalues < 0).any():
@@ -108,53 +114,23 @@ def _checked(E: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return E, d
 
 
-@dataclass(frozen=True)
-class WhitenedModel:
-    """A linear model in whitened form, split by axis; the working form of sweeps.
-
-    Attributes
-    ----------
-    mean_x, mean_y : (P,)
-        Average walker, P = 75.
-    mean_z : (P or P + 1,)
-        With the frequency appended where the model has one: it is observed from every view, as z is.
-    bx, by, bz : (P, N), (P, N), (P or P + 1, N)
-        Eigenwalkers times sqrt(lambda).
-    """
-
-    mean_x: np.ndarray
-    mean_y: np.ndarray
-    mean_z: np.ndarray
-    bx: np.ndarray
-    by: np.ndarray
-    bz: np.ndarray
-
-    def gram(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
-        """A(alpha) for A angles: (A, N, N), from four products."""
-        xy = self.bx.T @ self.by
-        parts = np.stack([self.bx.T @ self.bx, xy + xy.T, self.by.T @ self.by, self.bz.T @ self.bz])
-        weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
-        return np.tensordot(weights, parts, axes=1)
-
-
-def whiten(model: LinearModel) -> WhitenedModel:
-    """The whitened, axis-wise form of a model of 225 numbers, or of 226 with the frequency last."""
-    size = model.mean.shape[0]
-    points = 3 * (size // 3)
-    scaled = np.sqrt(model.eigenvalues)[:, None] * model.components
-    mx, my, mz = (model.mean[:points][axis::3] for axis in range(3))
-    bx, by, bz = (scaled[:, :points][:, axis::3].T for axis in range(3))
-    if size > points:
-        mz = np.append(mz, model.mean[points:])
-        bz = np.concatenate([bz, scaled[:, points:].T])
-    return WhitenedModel(mx, my, mz, *(np.ascontiguousarray(b) for b in (bx, by, bz)))
-
-
-def split(sample: np.ndarray, last_scale: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x, y and (z, scaled frequency) of one sample (225,) or (226,)."""
-    points = 3 * (sample.shape[0] // 3)
+def _less_average(
+    model: LinearModel, white: WhitenedModel, sample: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x, y and (z, scaled frequency) of one sample (225,) or (226,), less the average walker's."""
+    sample = np.asarray(sample, dtype=float)
+    if sample.shape != model.mean.shape:
+        raise Refusal(
+            "the walker has another size than the model",
+            expected=str(model.mean.shape),
+            received=str(sample.shape),
+        )
+    if not np.isfinite(sample).all():
+        raise Refusal("a value of the walker is not finite")
+    points = 3 * len(white.mean_x)
     x, y, z = (sample[:points][axis::3] for axis in range(3))
-    return x, y, np.append(z, last_scale * sample[points:])
+    up = np.append(z, model.last_scale * sample[points:])
+    return x - white.mean_x, y - white.mean_y, up - white.mean_z
 
 
 @dataclass(frozen=True)
@@ -184,7 +160,7 @@ def from_known_views(
     noise_variance: float | None,
     joints: int = 15,
 ) -> KnownViews:
-    """One walker's missing dimension from each of A known views [zhang2007 3.5] [zhang2007 3.6] [zhang2004 5] [zhang2004 6].
+    """One walker's missing dimension from each of A known views [zhang2007 3.5, 3.6] [zhang2004 5, 6].
 
     Parameters
     ----------
@@ -195,22 +171,28 @@ def from_known_views(
     view_angles_rad : (A,)
     noise_variance : float or None
         None for least squares (approach I), sigma² in mm² for MAP (approach II).
+
+    Raises
+    ------
+    Refusal
+        If the walker does not fit the model or is not finite, or the noise variance is not positive.
     """
     if noise_variance is not None:
         check_noise_variance(noise_variance)
-    white = whiten(model)
-    x, y, z = split(np.asarray(sample, dtype=float), model.last_scale)
-    dx, dy, dz = x - white.mean_x, y - white.mean_y, z - white.mean_z
+    white = whiten(model, prior=noise_variance is not None)
+    dx, dy, dz = _less_average(model, white, sample)
     c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
     gram = white.gram(c, s)
     h = _right_hand_side(white, dx, dy, dz, c, s)
     coordinates = _solve(gram, h, noise_variance)
-    mean = -s[:, None] * white.mean_x + c[:, None] * white.mean_y
-    varying = -s[:, None] * (coordinates @ white.bx.T) + c[:, None] * (coordinates @ white.by.T)
-    missing = (mean + varying).reshape(len(c), -1, joints)
-    truth = (-s[:, None] * x + c[:, None] * y).reshape(missing.shape)
+    c, s = c[:, None], s[:, None]
+    mean = -s * white.mean_x + c * white.mean_y
+    varying = -s * (coordinates @ white.bx.T) + c * (coordinates @ white.by.T)
+    shape = (len(c), -1, joints)
     return KnownViews(
-        coefficients=coordinates * np.sqrt(model.eigenvalues), missing=missing, delta=truth - missing
+        coefficients=coordinates * white.spread,
+        missing=(mean + varying).reshape(shape),
+        delta=(-s * dx + c * dy - varying).reshape(shape),
     )
 
 
@@ -218,17 +200,15 @@ def _right_hand_side(
     white: WhitenedModel, dx: np.ndarray, dy: np.ndarray, dz: np.ndarray, c: np.ndarray, s: np.ndarray
 ) -> np.ndarray:
     """h(alpha) = B_hat^T d, (A, N)."""
-    parts = np.stack(
-        [white.bx.T @ dx, white.bx.T @ dy + white.by.T @ dx, white.by.T @ dy, white.bz.T @ dz]
-    )
+    parts = np.stack([white.bx.T @ dx, white.bx.T @ dy + white.by.T @ dx, white.by.T @ dy, white.bz.T @ dz])
     return np.stack([c**2, s * c, s**2, np.ones_like(c)], axis=-1) @ parts
 
 
 def _solve(gram: np.ndarray, h: np.ndarray, noise_variance: float | None) -> np.ndarray:
     """z of (A + sigma² I) z = h, batched (A, N); without a noise variance the least squares solution.
 
-    Where A is singular to working precision (an eigenwalker that the view does not show, a zero eigenvalue)
-    the solution of least norm is taken, as the pseudo-inverse does.
+    Where A is singular to working precision (an eigenwalker that the view does not show) the solution of least
+    norm is taken, as the pseudo-inverse does.
     """
     size = gram.shape[-1]
     if noise_variance is not None:
@@ -250,8 +230,8 @@ def _well_conditioned(gram: np.ndarray) -> bool:
 
 def _pseudo(values: np.ndarray, projected: np.ndarray) -> np.ndarray:
     """`projected` over `values` where those are above rounding, else zero."""
-    floor = values.max(axis=-1, keepdims=True) * values.shape[-1] * np.finfo(float).eps
-    kept = values > floor
+    # The products that make A cancel where a view shows nothing, to some hundred roundings at worst.
+    kept = values > _UNSEEN * values.max(axis=-1, keepdims=True)
     return np.where(kept, projected, 0.0) / np.where(kept, values, 1.0)
 
 
@@ -263,7 +243,12 @@ def error_path(
     *,
     joints: int = 15,
 ) -> np.ndarray:
-    """E_a of one walker for every view and every sigma², (A, S) mm² [zhang2007 3.15] [zhang2007 4.2].
+    """E_a of one walker for every view and every sigma², (A, S) mm² [zhang2007 3.15, 4.2].
+
+    Raises
+    ------
+    Refusal
+        If the walker does not fit the model or is not finite, or a noise variance is not positive.
 
     Notes
     -----
@@ -275,8 +260,7 @@ def error_path(
     for value in noise_variances:
         check_noise_variance(value)
     white = whiten(model)
-    x, y, z = split(np.asarray(sample, dtype=float), model.last_scale)
-    dx, dy, dz = x - white.mean_x, y - white.mean_y, z - white.mean_z
+    dx, dy, dz = _less_average(model, white, sample)
     c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
     values, vectors = np.linalg.eigh(white.gram(c, s))
     projected = np.einsum("anm,an->am", vectors, _right_hand_side(white, dx, dy, dz, c, s))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.signal import lfilter
 
 from pipeline.core import normative_gait as norm
 from pipeline.core.person import Person
@@ -40,11 +40,11 @@ def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_ra
     memory = np.full(10, norm.STRIDE_MEMORY)
     memory[9] = norm.BELT_WANDER_MEMORY
     memory[7:9] = 0.0
-    steady = np.empty_like(fresh)
-    for column, m in enumerate(memory):
-        new = np.sqrt(1.0 - m**2)
-        start = fresh[:1, column] * (1.0 - new)  # the first stride is as spread as all others
-        steady[:, column], _ = lfilter([new], [1.0, -m], fresh[:, column], zi=start)
+    new = np.sqrt(1.0 - memory**2)
+    steady = new * fresh
+    steady[0] += fresh[0] * (1.0 - new)  # the first stride is as spread as all others
+    for before, stride in pairwise(steady):
+        stride += memory * before
     knots = np.arange(rows)
 
     def at(place: np.ndarray, column: int) -> np.ndarray:

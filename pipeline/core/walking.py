@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import polynomial
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
@@ -30,12 +31,13 @@ _RIGHT = [WALKER15.index(f"right_{joint}") for joint in ("hip", "knee", "ankle")
 LEG_LENGTH_MM = (350.0, 1300.0)
 """Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
 
+_UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.8}
+
 STANDING_MM = 60.0
 """Root mean square of the fore-aft distance of the ankles, below which nobody is walking."""
 
 TREADMILL_MM_S = 250.0
 """A pelvis slower than this, over legs that walk, is on a treadmill."""
-
 
 _TIGHTNESS = (0.4, 0.6, 0.8, 1.0)
 """Fractions of the speed band that are tried, the steadiest first."""
@@ -51,8 +53,7 @@ class Stretch:
     Attributes
     ----------
     start, stop : int
-    locomotion : str
-        ``overground`` or ``treadmill``.
+    locomotion : {"overground", "treadmill"}
     speed_mm_s : float
         Median speed of the pelvis within the stretch (0 on a treadmill).
     turn_rad : float
@@ -70,13 +71,14 @@ class Stretch:
 
 
 def leg_length(positions: np.ndarray) -> float:
-    """Hip to knee to ankle in mm, mean over frames and sides; (T, 15, 3) in."""
-    total = 0.0
-    for hip, knee, ankle in (_LEFT, _RIGHT):
-        thigh = np.linalg.norm(positions[:, hip] - positions[:, knee], axis=-1)
-        shank = np.linalg.norm(positions[:, knee] - positions[:, ankle], axis=-1)
-        total += float(np.nanmean(thigh + shank))
-    return total / 2.0
+    """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
+    lengths = np.stack(
+        [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1) for side in (_LEFT, _RIGHT)]
+    )
+    seen = np.isfinite(lengths)
+    if not seen.any(axis=1).all():
+        return float("nan")
+    return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
 
 
 def stature(positions: np.ndarray) -> float:
@@ -92,15 +94,14 @@ def check_units(positions: np.ndarray) -> None:
         raise Refusal("the legs were never seen whole")
     if LEG_LENGTH_MM[0] <= length <= LEG_LENGTH_MM[1]:
         return
-    for unit, factor in (("metres", 1000.0), ("centimetres", 10.0), ("inches", 25.4), ("feet", 304.8)):
-        if LEG_LENGTH_MM[0] <= length * factor <= LEG_LENGTH_MM[1]:
-            raise Refusal(
-                f"the unit of length is wrong: it looks like {unit}",
-                expected="legs of 350 to 1300 mm",
-                received=f"{length:.3g} mm",
-            )
+    # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's 850 mm.
+    ratio = {unit: abs(np.log(length * mm / 850.0)) for unit, mm in _UNITS_MM.items()} if length > 0 else {}
+    guess = min(ratio, key=ratio.__getitem__, default="")
+    human = guess and LEG_LENGTH_MM[0] <= length * _UNITS_MM[guess] <= LEG_LENGTH_MM[1]
     raise Refusal(
-        "the unit of length is wrong", expected="legs of 350 to 1300 mm", received=f"{length:.3g} mm"
+        "the unit of length is wrong" + (f": it looks like {guess}" if human else ""),
+        expected="legs of 350 to 1300 mm",
+        received=f"{length:.3g} mm",
     )
 
 
@@ -114,14 +115,13 @@ def bridge_gaps(
     """
     filled = np.array(positions, dtype=float)
     known = np.array(valid, dtype=bool)
-    longest = int(np.floor(gap_s * frame_rate_hz))
+    longest = int(np.floor(gap_s * frame_rate_hz + 1e-9))  # 0.29 s at 100 Hz is 29 frames
     count = 0
     for joint in range(filled.shape[1]):
         seen = np.flatnonzero(known[:, joint])
         if len(seen) == len(filled) or len(seen) < 4:
             continue
-        gaps = np.flatnonzero(np.diff(seen) > 1)
-        short = [g for g in gaps if seen[g + 1] - seen[g] - 1 <= longest]
+        short = [g for g in np.flatnonzero(np.diff(seen) > 1) if seen[g + 1] - seen[g] - 1 <= longest]
         if not short:
             continue
         spline = CubicSpline(seen, filled[seen, joint])
@@ -146,12 +146,6 @@ def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
     candidates = np.arange(SEARCH_HZ[0], SEARCH_HZ[1], 0.01)
     power = single_frequency_power(candidates, np.arange(len(signal)) / frame_rate_hz, signal)
     return max(round(frame_rate_hz / float(candidates[np.argmax(power)])), 5)
-
-
-def _smooth(path: np.ndarray, window: int) -> np.ndarray:
-    """Path (T, 2) averaged over about one cycle around each frame; at the ends, a straight line through it."""
-    window = min(window | 1, len(path) - (1 - len(path) % 2))
-    return savgol_filter(path, window, 1, axis=0, mode="interp")
 
 
 def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray:
@@ -193,23 +187,21 @@ def steady_stretch(
     Parameters
     ----------
     positions : (T, 15, 3) mm
-    whole : (T,) bool
-        Frames in which every joint is known.
+    whole : (T,) bool, frames in which every joint is known
     locomotion : {"auto", "overground", "treadmill"}
-    speed_band : float
-        Relative to the median speed.
-    turn_rad_s : float
-    cycles : float
-        Least number of strides.
+    speed_band, turn_rad_s, cycles : float
+        Widest band relative to the median speed, fastest turn, least number of strides.
 
     Raises
     ------
     Refusal
-        With the reason why the clip has no such stretch.
+        With the reason why the clip has no such stretch, or if the kind of locomotion is unknown.
     """
+    if locomotion not in ("auto", "overground", "treadmill"):
+        raise Refusal("unknown locomotion", expected="auto, overground or treadmill", received=locomotion)
     first, last = _longest_run(whole)
     frames = last - first
-    if frames < frame_rate_hz * cycles / SEARCH_HZ[1]:
+    if frames < max(frame_rate_hz * cycles / SEARCH_HZ[1], 5):
         raise Refusal(
             "no steady walking: too few frames in which every joint is seen",
             expected=f"{cycles:g} strides",
@@ -221,19 +213,14 @@ def steady_stretch(
     stride = _stride(signal, frame_rate_hz)
     velocity = _velocity(block[:, _PELVIS, :2], stride, frame_rate_hz)
     speed = np.linalg.norm(velocity, axis=-1)
-    fast = float(np.percentile(speed, 90))
-    if locomotion == "auto":
-        locomotion = "treadmill" if fast < TREADMILL_MM_S else "overground"
-    if np.std(signal) < STANDING_MM:
-        raise Refusal(
-            "no steady walking: the feet hardly pass each other",
-            expected=f"ankles apart by {STANDING_MM:g} mm rms",
-            received=f"{np.std(signal):.0f} mm",
-        )
-    if locomotion == "treadmill":
-        start, stop, typical, turn = 0, frames, 0.0, 0.0
-    else:
-        typical = float(np.median(speed[speed > 0.5 * fast]))
+    fast, peak = float(np.percentile(speed, 90)), float(speed.max())
+    if locomotion == "auto":  # the peak tells a treadmill from somebody who stands most of the time
+        slow = fast < TREADMILL_MM_S and peak < 2.0 * TREADMILL_MM_S
+        locomotion = "treadmill" if slow else "overground"
+    start, stop, typical, turn = 0, frames, 0.0, 0.0
+    if locomotion == "overground":
+        moving = speed >= 0.5 * max(fast, min(peak, TREADMILL_MM_S))
+        typical = float(np.median(speed[moving]))
         heading = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
         turning = np.abs(np.gradient(heading) * frame_rate_hz)
         for tightness in _TIGHTNESS:
@@ -245,8 +232,8 @@ def steady_stretch(
             stride = _stride(signal[start:stop], frame_rate_hz)
             typical = float(np.median(speed[start:stop]))
             turn = float(heading[stop - 1] - heading[start])
-            along = (facing(block)[start:stop] * velocity[start:stop]).sum(axis=-1) / speed[start:stop]
-            if np.median(along) < 0.5:
+            along = (facing(block) * velocity).sum(axis=-1)
+            if np.median((along - 0.5 * speed)[start:stop]) < 0:
                 raise Refusal("no steady walking: the walk is not forwards")
     found = (stop - start) / stride
     if found < cycles:
@@ -254,6 +241,13 @@ def steady_stretch(
             "no steady walking: the steady stretch is too short",
             expected=f"{cycles:g} strides",
             received=f"{found:.2f}",
+        )
+    apart = float(np.std(signal[start:stop]))
+    if apart < STANDING_MM:
+        raise Refusal(
+            "no steady walking: the feet hardly pass each other",
+            expected=f"ankles apart by {STANDING_MM:g} mm rms",
+            received=f"{apart:.0f} mm",
         )
     return Stretch(first + start, first + stop, locomotion, typical, turn, found)
 
@@ -269,38 +263,30 @@ def treadmill_equivalent(
     locomotion : {"overground", "treadmill"}
         Overground, each frame turns by the local heading of the path; on a treadmill, all by the mean facing.
     path : {"cubic", "moving_average"}
-        The smooth horizontal path of the pelvis that is subtracted: a cubic in time, or a regression over
-        about one cycle.
-
-    Notes
-    -----
-    A straight trend is not enough: on clips that veer it leaves a tenth to a half of the variance unexplained.
+        The smooth horizontal path of the pelvis that is subtracted: a cubic in time, or the mean over about
+        one cycle around each frame.  A straight trend is not enough: on clips that veer it leaves a tenth to
+        a half of the variance unexplained.
     """
     if path not in ("cubic", "moving_average"):
         raise Refusal("the path is unknown", expected="cubic or moving_average", received=path)
     pelvis = positions[:, _PELVIS, :2]
     if path == "cubic":
         time = np.linspace(-1.0, 1.0, len(positions))
-        basis = np.polynomial.polynomial.polyvander(time, 3)
-        weights = np.linalg.lstsq(basis, pelvis, rcond=None)[0]
-        smooth = basis @ weights
-        slope = np.column_stack([np.zeros_like(time), np.ones_like(time), 2 * time, 3 * time**2])
-        velocity = slope @ weights
+        weights = polynomial.polyfit(time, pelvis, 3)
+        smooth = polynomial.polyval(time, weights).T
+        velocity = polynomial.polyval(time, polynomial.polyder(weights)).T
     else:
         fore_aft = positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]
         stride = _stride((fore_aft * facing(positions)).sum(axis=-1), frame_rate_hz)
-        smooth = _smooth(pelvis, stride)
+        window = min(stride | 1, len(pelvis) - (1 - len(pelvis) % 2))
+        smooth = savgol_filter(pelvis, window, 1, axis=0, mode="interp")  # at the ends, a straight line
         velocity = _velocity(pelvis, stride, frame_rate_hz)
     if locomotion == "treadmill":
         velocity = np.broadcast_to(facing(positions).mean(axis=0), velocity.shape)
     turn = np.pi / 2 - np.arctan2(velocity[:, 1], velocity[:, 0])
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    moved = np.array(positions, dtype=float)
-    across = positions[..., 0] - smooth[:, :1]
-    along = positions[..., 1] - smooth[:, 1:]
-    moved[..., 0] = c * across - s * along
-    moved[..., 1] = s * across + c * along
-    return moved
+    across, along = np.moveaxis(positions[..., :2] - smooth[:, None], -1, 0)
+    return np.stack([c * across - s * along, s * across + c * along, positions[..., 2]], axis=-1)
 
 
 def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:

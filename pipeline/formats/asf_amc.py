@@ -1,86 +1,29 @@
-"""Acclaim skeletons (ASF) and motions (AMC): joint angles in, positions of bone ends out.
+"""Acclaim motions (AMC): joint angles in, positions of bone ends out, by the skeleton beside them.
 
-Conventions
------------
-- A point is the *distal* end of a bone and carries the bone's name; ``root`` is the root itself.
-- A bone turns about its parent's end by ``C L C⁻¹``: C from the ``axis`` line, L from the motion.  Both apply
-  their rotations in the order in which they are listed, about fixed axes (``XYZ``: first x, so Rz·Ry·Rx).
-- ``:units length 0.45`` means lengths in inches / 0.45, so one unit is 25.4 / 0.45 = 56.444 mm.  The root's
-  translation is in the same unit.
-- Names of bones are the same whatever their case, as the format says.
+The conventions are those of `pipeline.formats.asf`; the root's translation is in the skeleton's unit of length.
 """
 
 from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.asf import (
+    SHIFTS,
+    TURNS,
+    AsfSkeleton,
+    forward_kinematics,
+    read_skeleton,
+)
+from pipeline.formats.asf_sections import text_without_comments
+from pipeline.formats.text import LARGEST, is_number, parse_numbers
 from pipeline.refusal import Refusal
-from pipeline.skeleton import MILLIMETRES, MotionCapture
-
-_LARGEST = 1e9
-"""No length or angle of a recording is larger; a damaged file's may be, and would overflow later."""
+from pipeline.skeleton import MotionCapture
 
 _FRAME_NUMBER = re.compile(r"^[ \t]*(\d{1,9})[ \t]*$", re.MULTILINE)
-_COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a broken number, not a comment
-_KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
-_TURNS = ("rx", "ry", "rz")
-_SHIFTS = ("tx", "ty", "tz")
-
-
-@dataclass(frozen=True)
-class AsfSkeleton:
-    """Bones of an ASF file, in millimetres.
-
-    Attributes
-    ----------
-    names : tuple of str
-        P points: ``root``, then the bones in the file's order.
-    parents : tuple of int
-        Index of each point's parent; -1 for the root.
-    order : tuple of int
-        The points again, parents before children.
-    offsets_mm : (P, 3) float64
-        From the proximal to the distal end of each bone in the base pose; zero for the root.
-    axes : (P, 3, 3) float64
-        C of each bone: the frame in which its angles are counted.
-    freedoms : tuple of tuple of str
-        What the motion gives for each point, in its order: ``tx ty tz`` (root only), ``rx ry rz``.
-    position_mm : (3,) float64
-        Added to every position of the root.
-    units : str
-        ``"in/0.45"`` for ``length 0.45``, or what the caller gave.
-    millimetres : float
-        In one unit of length.
-    radians : float
-        In one unit of angle, as the skeleton declares it.
-    """
-
-    names: tuple[str, ...]
-    parents: tuple[int, ...]
-    order: tuple[int, ...]
-    offsets_mm: np.ndarray
-    axes: np.ndarray
-    freedoms: tuple[tuple[str, ...], ...]
-    position_mm: np.ndarray
-    units: str
-    millimetres: float
-    radians: float
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of the C angles, point by point, e.g. ``"lfemur.rx"``."""
-        return tuple(
-            f"{name}.{freedom}"
-            for name, freedoms in zip(self.names, self.freedoms, strict=True)
-            for freedom in freedoms
-            if freedom in _TURNS
-        )
 
 
 def read(
@@ -123,7 +66,7 @@ def read(
             "the frame rate is not positive", where=path.name, expected="hertz", received=str(frame_rate_hz)
         )
     skeleton = read_skeleton(skeleton_path or _skeleton_beside(path), units=units)
-    text = _text(path)
+    text = text_without_comments(path)
     first = _FRAME_NUMBER.search(text)
     if first is None:
         raise Refusal("no frame found", where=path.name, expected="an AMC motion with numbered frames")
@@ -144,7 +87,7 @@ def read(
     at = {channel: c for c, channel in enumerate(written)}
     angles = values[:, [at[channel] for channel in skeleton.channels]] * radians
     root_mm = np.zeros((len(values), 3))
-    for axis, shift in enumerate(_SHIFTS):
+    for axis, shift in enumerate(SHIFTS):
         if f"root.{shift}" in at:
             root_mm[:, axis] = values[:, at[f"root.{shift}"]] * skeleton.millimetres
     positions = forward_kinematics(skeleton, angles, root_mm)
@@ -153,7 +96,7 @@ def read(
         gaps = int((~valid).any(axis=1).sum())
         notes.append(f"{gaps} of {len(values)} frames have NaN; the points that depend on them are invalid.")
     positions[~valid] = np.nan
-    turns = [c for c, channel in enumerate(written) if channel[-2:] in _TURNS]
+    turns = [c for c, channel in enumerate(written) if channel[-2:] in TURNS]
     return MotionCapture(
         names=skeleton.names,
         positions_mm=positions,
@@ -164,248 +107,6 @@ def read(
         angles_deg=values[:, turns] * (1.0 if radians == np.pi / 180 else np.degrees(radians)),
         notes=tuple(notes),
     )
-
-
-def forward_kinematics(
-    skeleton: AsfSkeleton, angles_rad: np.ndarray, root_position_mm: np.ndarray
-) -> np.ndarray:
-    """Positions of the root and of the distal ends of the bones.
-
-    Parameters
-    ----------
-    skeleton : AsfSkeleton
-    angles_rad : (T, C) float64
-        In the order of `skeleton.channels`.
-    root_position_mm : (T, 3) float64
-
-    Returns
-    -------
-    (T, P, 3) float64
-        Millimetres, in the order of `skeleton.names`.
-    """
-    frames = len(angles_rad)
-    cosines, sines = np.cos(angles_rad), np.sin(angles_rad)
-    widths = [sum(freedom in _TURNS for freedom in freedoms) for freedoms in skeleton.freedoms]
-    first = np.concatenate([[0], np.cumsum(widths)])
-    positions = np.empty((frames, len(skeleton.names), 3))
-    rotations = np.empty((len(skeleton.names), frames, 3, 3))
-    for p in skeleton.order:
-        local = np.repeat(skeleton.axes[p].T[None], frames, axis=0)
-        turns = [freedom for freedom in skeleton.freedoms[p] if freedom in _TURNS]
-        for c, turn in enumerate(turns, start=first[p]):
-            # A rotation from the left about x mixes rows y and z, and so on in a cycle.
-            i, j = ((1, 2), (2, 0), (0, 1))[_TURNS.index(turn)]
-            cosine, sine = cosines[:, c, None], sines[:, c, None]
-            row_i, row_j = local[:, i].copy(), local[:, j].copy()
-            local[:, i] = cosine * row_i - sine * row_j
-            local[:, j] = sine * row_i + cosine * row_j
-        parent = skeleton.parents[p]
-        if parent < 0:
-            rotations[p] = skeleton.axes[p] @ local
-            positions[:, p] = root_position_mm + skeleton.position_mm
-        else:
-            rotations[p] = (rotations[parent] @ skeleton.axes[p]) @ local if turns else rotations[parent]
-            positions[:, p] = positions[:, parent] + rotations[p] @ skeleton.offsets_mm[p]
-    return positions
-
-
-def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
-    """Bones of an ASF file, in millimetres.
-
-    Parameters
-    ----------
-    path : str or Path
-    units : str, optional
-        Unit of length to use in place of the file's own, e.g. ``"cm"`` or ``"in/0.45"``.
-
-    Raises
-    ------
-    Refusal
-        If the file is missing, incomplete or contradicts itself, has a bone that changes its length or its
-        place, or turns the root before the motion does (a preset that programs read differently).
-    """
-    path = Path(path)
-    where = path.name
-    sections = _sections(_text(path), where)
-    units, millimetres = _unit_of_length(sections.units.get("length"), units, where)
-    angle = " ".join(sections.units.get("angle", [])).lower()
-    if angle not in ("deg", "rad"):
-        raise Refusal("the unit of angle is unknown", where=where, expected="deg or rad", received=angle)
-    radians = np.pi / 180 if angle == "deg" else 1.0
-
-    root = sections.root
-    orientation = _floats(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
-    if np.any(orientation):
-        raise Refusal("the root has a preset orientation", where=f"{where}, :root", expected="0 0 0")
-    position = _floats(root.get("position", ["0"] * 3), 3, f"{where}, :root, position")
-    names = ["root"]
-    offsets, axes = [np.zeros(3)], [np.eye(3)]
-    freedoms = [_freedoms(root.get("order", []), f"{where}, :root, order", root=True)]
-    for bone in sections.bones:
-        name = " ".join(bone.get("name", []))
-        if not name or " " in name or name.lower() in (n.lower() for n in names):
-            raise Refusal(
-                "a bone has no name of its own",
-                where=f"{where}, bone {len(names)} of :bonedata",
-                expected="one word that no other bone has",
-                received=name or "nothing",
-            )
-        place = f"{where}, bone {name}"
-        direction = _floats(bone.get("direction", []), 3, f"{place}, direction")
-        length = float(_floats(bone.get("length", []), 1, f"{place}, length")[0])
-        norm = float(np.linalg.norm(direction))
-        if length < 0 or (length > 0 and norm == 0):
-            raise Refusal(
-                "the bone has no direction or a negative length", where=place, received=f"{length:g}"
-            )
-        axis = bone.get("axis", ["0", "0", "0", "XYZ"])
-        turn = _floats(axis[:3], 3, f"{place}, axis") * radians
-        offsets.append(direction * (length / norm if norm else 0.0) * millimetres)
-        axes.append(_rotation(turn, axis[3:], f"{place}, axis"))
-        freedoms.append(_freedoms(bone.get("dof", []), f"{place}, dof"))
-        names.append(name)
-    parents, order = _tree(sections.hierarchy, names, where)
-    return AsfSkeleton(
-        names=tuple(names),
-        parents=parents,
-        order=order,
-        offsets_mm=np.array(offsets),
-        axes=np.array(axes),
-        freedoms=tuple(freedoms),
-        position_mm=position * millimetres,
-        units=units,
-        millimetres=millimetres,
-        radians=radians,
-    )
-
-
-@dataclass(frozen=True)
-class _Sections:
-    """The words of an ASF file by section; a line's first word is its key."""
-
-    units: dict[str, list[str]]
-    root: dict[str, list[str]]
-    bones: list[dict[str, list[str]]]
-    hierarchy: list[list[str]]
-
-
-def _sections(text: str, where: str) -> _Sections:
-    """The words of an ASF file by section."""
-    found = _Sections({}, {}, [], [])
-    section, is_open = "", False
-    # Commas and brackets count as blanks in this format.
-    for number, line in enumerate(text.translate(str.maketrans(",()", "   ")).split("\n"), start=1):
-        words = line.split()
-        if not words:
-            continue
-        key = words[0].lower()
-        if key.startswith(":"):
-            if is_open:
-                raise Refusal("a `begin` has no `end`", where=f"{where}, line {number}", received=key)
-            section = key
-        elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
-            if is_open == (key == "begin"):
-                raise Refusal("`begin` and `end` do not alternate", where=f"{where}, line {number}")
-            is_open = key == "begin"
-            if is_open and section == ":bonedata":
-                found.bones.append({})
-        elif section == ":hierarchy" and is_open:
-            found.hierarchy.append(words)
-        elif section in (":units", ":root", ":bonedata"):
-            if section == ":bonedata" and not is_open:
-                raise Refusal("a line stands outside `begin` and `end`", where=f"{where}, line {number}")
-            entries = found.bones[-1] if section == ":bonedata" else getattr(found, section[1:])
-            if key in entries and key in _KEYS:
-                raise Refusal(f"`{key}` stands twice", where=f"{where}, line {number}, {section}")
-            entries[key] = words[1:]
-    if is_open:
-        raise Refusal("the file is cut short: a `begin` has no `end`", where=where)
-    if not found.bones or not found.hierarchy:
-        raise Refusal("no bones or no hierarchy", where=where, expected=":bonedata and :hierarchy")
-    return found
-
-
-def _tree(
-    hierarchy: list[list[str]], names: list[str], where: str
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Parent of each point, and the points with parents before children."""
-    place = f"{where}, :hierarchy"
-    index = {name.lower(): p for p, name in enumerate(names)}
-    parents = [-1] * len(names)
-    children: dict[int, list[int]] = {}
-    for words in hierarchy:
-        unknown = [word for word in words if word.lower() not in index]
-        if unknown:
-            raise Refusal("a bone is not in :bonedata", where=place, received=unknown[0])
-        parent, *below = (index[word.lower()] for word in words)
-        for child in below:
-            if child == 0 or parents[child] >= 0:
-                raise Refusal(
-                    "a bone has two parents, or the root has one", where=place, received=names[child]
-                )
-            parents[child] = parent
-        children.setdefault(parent, []).extend(below)
-    order = [0]
-    for p in order:  # grows while it is walked: breadth first
-        order.extend(children.get(p, []))
-    if len(order) != len(names):
-        lost = next(name for p, name in enumerate(names) if p not in order)
-        raise Refusal("a bone does not hang on the root", where=place, received=lost)
-    return tuple(parents), tuple(order)
-
-
-def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str, ...]:
-    """Degrees of freedom in the order of the file, checked."""
-    freedoms = tuple(word.lower() for word in words)
-    allowed = _TURNS + _SHIFTS if root else _TURNS
-    for freedom in freedoms:
-        if freedom not in allowed or freedoms.count(freedom) > 1:
-            raise Refusal(
-                "a degree of freedom cannot be used",
-                where=where,
-                expected=f"each of {' '.join(allowed)} at most once"
-                + ("" if root else " (a bone keeps its length and its place on its parent)"),
-                received=" ".join(words),
-            )
-    return freedoms
-
-
-def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarray:
-    """The (3, 3) rotation of an ``axis`` line: three angles for x, y, z and the order in which they apply."""
-    order = "".join(words).lower()
-    if sorted(order) != ["x", "y", "z"]:
-        raise Refusal("the order of axes is unknown", where=where, expected="e.g. XYZ", received=order)
-    rotation = np.eye(3)
-    for letter in order:
-        axis = "xyz".index(letter)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        turn = np.eye(3)
-        turn[[i, j], [i, j]] = np.cos(angles_rad[axis])
-        turn[j, i] = np.sin(angles_rad[axis])
-        turn[i, j] = -turn[j, i]
-        rotation = turn @ rotation
-    return rotation
-
-
-def _unit_of_length(declared: list[str] | None, given: str | None, where: str) -> tuple[str, float]:
-    """Name of the unit of length, and its millimetres."""
-    if given is None:
-        if declared is None:
-            raise Refusal(
-                "the unit of length is unknown", where=where, expected="`length` under :units, or `units`"
-            )
-        given = f"in/{' '.join(declared)}"
-    name, slash, divisor = given.partition("/")
-    divided_by = float(divisor) if _is_number(divisor) else 0.0 if slash else 1.0
-    millimetres = MILLIMETRES[name] / divided_by if name in MILLIMETRES and divided_by > 0 else np.nan
-    if not 1e-6 < millimetres < 1e6:
-        raise Refusal(
-            "the unit of length is unknown",
-            where=where,
-            expected="one of " + ", ".join(MILLIMETRES) + ", or e.g. in/0.45",
-            received=given,
-        )
-    return given, millimetres
 
 
 def _skeleton_beside(path: Path) -> Path:
@@ -559,61 +260,16 @@ def _values(columns: list[list[str]], layout: _Layout, start: int, where: str) -
     values = np.empty((len(columns[0]), len(columns)))
     for c, column in enumerate(columns):
         try:
-            values[:, c] = _parse(column)
-            wrong = np.flatnonzero(np.abs(values[:, c]) > _LARGEST)
+            values[:, c] = parse_numbers(column)
+            wrong = np.flatnonzero(np.abs(values[:, c]) > LARGEST)
         except ValueError:
-            wrong = np.array([t for t, word in enumerate(column) if not _is_number(word)])
+            wrong = np.array([t for t, word in enumerate(column) if not is_number(word)])
         if wrong.size:
             name, freedom = labels[c]
             raise Refusal(
                 "a value cannot be used",
                 where=f"{where}, frame {start + wrong[0]}, bone {name}, {freedom}",
-                expected=f"a number of at most {_LARGEST:g}",
+                expected=f"a number of at most {LARGEST:g}",
                 received=repr(column[wrong[0]][:40]),
             )
     return values
-
-
-def _parse(words: Sequence[str]) -> list[float]:
-    """Numbers as a data file writes them: not Python's ``1_000`` nor digits of other scripts."""
-    joined = "".join(words)
-    if "_" in joined or not joined.isascii():
-        raise ValueError
-    return list(map(float, words))
-
-
-def _is_number(word: str) -> bool:
-    """Whether `_parse` takes the word."""
-    try:
-        _parse([word])
-    except ValueError:
-        return False
-    return True
-
-
-def _floats(words: Sequence[str], count: int, where: str) -> np.ndarray:
-    """(count,) finite numbers of a line of the skeleton."""
-    try:
-        numbers = np.array(_parse(words))
-    except ValueError:
-        numbers = np.full(1, np.nan)
-    if len(numbers) != count or not np.all(np.abs(numbers) <= _LARGEST):
-        raise Refusal(
-            "the line cannot be used",
-            where=where,
-            expected=f"{count} numbers" if count > 1 else "one number",
-            received=" ".join(words)[:60] or "nothing",
-        )
-    return numbers
-
-
-def _text(path: Path) -> str:
-    """The file's text without comments, lines ended by one character."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise Refusal("the file cannot be read", where=path.name, received=error.strerror or "") from None
-    if not data.strip():
-        raise Refusal("the file is empty", where=path.name)
-    text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
-    return _COMMENT.sub("", text) if "#" in text else text

@@ -18,8 +18,9 @@ def run(options: Dataset, ingest: Artefact, workers: int, store: Store) -> Artef
 
     Arrays: ``coefficients`` (R, 1 + 2H, 15, 3) mm, ``frequency_hz``, ``phase_rad`` (R,),
     ``variance_fractions`` (R, H), ``residual_fraction`` (R,), ``residual_covariance``,
-    ``temporal_covariance`` (R, 15, 3, 3) mm², ``walk`` (R,) index into the ingest artefact, ``scale`` (R,) the
-    factor that size normalisation applied, ``person``, ``clip``, ``source`` (R,) text.
+    ``temporal_covariance`` (R, 15, 3, 3) mm², ``walk`` (R,) index into the ingest artefact, ``origin_mm`` (R, 3)
+    what was subtracted from its positions, ``scale`` (R,) the factor that size normalisation then applied,
+    ``person``, ``clip``, ``source`` (R,) text.
     """
     match options:
         case FourierDataset():
@@ -40,16 +41,18 @@ def _fourier(
     stature = arrays["stature_mm"]
     scale = stature[chosen].mean() / stature if options.size == "stature" else np.ones(len(stature))
 
-    def one(walk: int) -> fourier.FourierRepresentation:
+    def one(walk: int) -> tuple[fourier.FourierRepresentation, np.ndarray]:
         motion = arrays["positions"][arrays["first"][walk] : arrays["first"][walk + 1]]
-        return fourier.represent(
-            scale[walk] * walking.set_origin(motion, origin=options.origin),
+        centred = walking.set_origin(motion, origin=options.origin)
+        series = fourier.represent(
+            scale[walk] * centred,
             float(arrays["frame_rate_hz"][walk]),
             harmonics=options.harmonics,
             frequency_hz=float(arrays["frequency_hz"][walk]) if options.harmonics == 2 else None,
         )
+        return series, motion[0, 0] - centred[0, 0]
 
-    series = spread(one, chosen, workers)
+    series, origins = zip(*spread(one, chosen, workers), strict=True)
 
     def stack(name: str) -> np.ndarray:
         return np.stack([getattr(s, name) for s in series])
@@ -63,6 +66,7 @@ def _fourier(
             )
         },
         "walk": np.array(chosen),
+        "origin_mm": np.stack(origins),
         "scale": scale[chosen],
         **{name: arrays[name][chosen] for name in ("person", "clip", "source")},
     }, {"walkers": len(set(arrays["person"][chosen])), "walks": len(chosen)}  # fmt: skip

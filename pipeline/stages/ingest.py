@@ -37,7 +37,7 @@ class Clip:
     name: str
     person: str
     source: str
-    path: Path
+    path: Path | None  # None: listed, but not on this machine
     sha256: str
     mapping: SourceMapping
     frame_rate_hz: float
@@ -75,7 +75,10 @@ def run(options: Data, skeleton: SourceMapping, seed: int, workers: int, store: 
             raise TypeError(f"no ingest for {type(options).__name__}")
     made_of: dict[str, Any] = {
         "steady": steady,
-        "clips": [{**dataclasses.asdict(c), "path": c.path.name, "mapping": c.mapping} for c in clips],
+        "clips": [
+            {**dataclasses.asdict(c), "path": c.path.name if c.path else None, "mapping": c.mapping}
+            for c in clips
+        ],
     }
     return store.artefact("ingest", made_of, [], lambda: _read_all(clips, steady, workers))
 
@@ -83,7 +86,8 @@ def run(options: Data, skeleton: SourceMapping, seed: int, workers: int, store: 
 def _synthetic(options: SyntheticData, seed: int, workers: int) -> tuple[dict[str, Any], dict[str, Any]]:
     count = min(options.walkers or options.population, options.population)
     if count < 1:
-        raise Refusal("no walkers", where="data.population", expected="1 or more", received=str(count))
+        where = "data.population" if options.population < 1 else "data.walkers"
+        raise Refusal("no walkers", where=where, expected="1 or more", received=str(count))
     male = round(count * options.male_share)
     population = synthetic.walking_population(
         derive_generator(seed, "ingest"),
@@ -107,7 +111,7 @@ def _synthetic(options: SyntheticData, seed: int, workers: int) -> tuple[dict[st
 
 
 def _recorded_clips(options: RecordedData) -> list[Clip]:
-    """Clips of the table that are on this machine, people limited to the first `walkers`."""
+    """Clips of the table, people limited to the first `walkers`; last those that are not on this machine."""
     rows = [
         row
         for row in tables.read_rows(Path(options.table))
@@ -122,31 +126,30 @@ def _recorded_clips(options: RecordedData) -> list[Clip]:
         )
     same = {subject: group[0] for group in options.same_person for subject in group}
     mirror = Path(options.mirror) if options.mirror else None
-    clips, absent = [], 0
+    clips: list[Clip] = []
     for row in rows:
         path = fetch.resolve(row, raw=Path(options.raw), mirror=mirror)
-        if path is None:
-            absent += 1
-            continue
         clips.append(
             Clip(
                 name=row["trial"],
                 person=same.get(row["subject"], row["subject"]),
                 source=row["source"],
                 path=path,
-                sha256=_digest(path),
+                sha256=_digest(path) if path else "",
                 mapping=options.skeletons[row["skeleton"]],
                 frame_rate_hz=float(row["frame_rate_hz"]),
                 units="",
             )
         )
-    if not clips:
+    present = [clip for clip in clips if clip.path]
+    if not present:
         raise Refusal(
             f"none of the {len(rows)} recordings is on this machine",
             where=options.raw,
             expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
         )
-    return _first_people(sorted(clips, key=lambda c: (c.source, c.person, c.name)), options.walkers)
+    present.sort(key=lambda c: (c.source, c.person, c.name))
+    return _first_people(present, options.walkers) + [clip for clip in clips if not clip.path]
 
 
 def _folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
@@ -156,7 +159,12 @@ def _folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
     folder = Path(options.path)
     if not folder.is_dir():
         raise Refusal("there is no such folder", where=options.path)
-    files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
+    try:
+        files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
+    except (ValueError, NotImplementedError, IndexError):  # empty, or a path of its own: words differ by version
+        raise Refusal(
+            "not a pattern below the folder", where="data.pattern", expected="**/*.c3d, say", received=options.pattern
+        ) from None
     readable = [p for p in files if p.suffix.lower() in formats.READERS]
     if not readable:
         raise Refusal(
@@ -174,11 +182,11 @@ def _folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
     clips = []
     for path in readable:
         found = pattern.search(path.stem)
-        person = (found.group(1) if found.groups() else found.group(0)) if found else path.stem
+        person = (found.group(1) if found.groups() else found.group(0)) if found else ""
         clips.append(
             Clip(
                 name=str(path.relative_to(folder)),
-                person=person,
+                person=person or path.stem,
                 source="folder",
                 path=path,
                 sha256=_digest(path),
@@ -198,10 +206,13 @@ def _first_people(clips: list[Clip], limit: int) -> list[Clip]:
 
 def _digest(path: Path) -> str:
     """sha256 of a recording; of an AMC together with the skeletons beside it, which it cannot be read without."""
-    total = hashlib.sha256(path.read_bytes())
-    if path.suffix.lower() == ".amc":
-        for skeleton in sorted(path.parent.glob("*.[aA][sS][fF]")):
-            total.update(skeleton.read_bytes())
+    try:
+        total = hashlib.sha256(path.read_bytes())
+        if path.suffix.lower() == ".amc":
+            for skeleton in sorted(path.parent.glob("*.[aA][sS][fF]")):
+                total.update(skeleton.read_bytes())
+    except OSError as error:
+        raise Refusal(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
     return total.hexdigest()
 
 
@@ -213,6 +224,8 @@ def _read_all(clips: Iterable[Clip], steady: Steady, workers: int) -> tuple[dict
             "source": clip.source,
         }
         try:
+            if clip.path is None:
+                raise Refusal("not on this machine", expected="`make data` to fetch it")
             motion = formats.read(
                 clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None
             )
@@ -224,7 +237,8 @@ def _read_all(clips: Iterable[Clip], steady: Steady, workers: int) -> tuple[dict
         return dataclasses.replace(walk, row=walk.row | {"reason": walk.row["reason"] or notes})
 
     clips = list(clips)
-    return _packed(spread(one, clips, workers), steady, inputs={clip.name: clip.sha256 for clip in clips})
+    inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
+    return _packed(spread(one, clips, workers), steady, inputs=inputs)
 
 
 def _steady_walk(

@@ -46,6 +46,13 @@ def _eigenwalkers(
             received=str(len(np.unique(people))),
         )
     scale_last = options.omega_scale_mm if frequency else 1.0
+    if scale_last is not None and scale_last <= 0:
+        raise Refusal(
+            "the scale of the frequency is not positive",
+            where="model.omega_scale_mm",
+            expected="mm per hertz > 0, or null",
+            received=f"{scale_last:g}",
+        )
     common: dict[str, Any] = {"divisor": options.divisor, "scale_last": scale_last}
     population = samples if mirrors is None else np.concatenate([samples, mirrors])
     whole = linear_model.fit(population, len(population), **common)

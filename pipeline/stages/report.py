@@ -11,16 +11,21 @@ import numpy as np
 
 from pipeline import papers, tables
 from pipeline.config import (
+    Grid,
+    KnownViewSweep,
     NoiseVarianceReport,
     PosturesReport,
     Report,
     SpectrumReport,
+    Sweep,
+    UnknownViewSweep,
     ViewAnglesReport,
     ViewErrorsReport,
 )
 from pipeline.figures import Made
 from pipeline.ledger import judge_figure, write_claims
 from pipeline.provenance import provenance
+from pipeline.refusal import Refusal
 from pipeline.sealed_folders import canonical
 from pipeline.store import Store
 
@@ -43,6 +48,35 @@ def figure_module(report: Report) -> ModuleType:
             return view_angles
         case _:
             raise TypeError(f"no figure for {type(report).__name__}")
+
+
+def check(report: Report, sweep: Sweep) -> None:
+    """Nothing; a Refusal, before anything is computed, if this figure cannot be made of this sweep."""
+    kind = "unknown_view" if isinstance(report, ViewAnglesReport) else "known_view"
+    if not isinstance(report, SpectrumReport) and not isinstance(
+        sweep, UnknownViewSweep if kind == "unknown_view" else KnownViewSweep
+    ):
+        raise Refusal(
+            f"{type(report).__name__} cannot be made of {type(sweep).__name__}",
+            where="sweep",
+            expected=f"sweep={kind}",
+        )
+    if isinstance(report, NoiseVarianceReport) and "map" not in getattr(sweep, "methods", ()):
+        raise Refusal(
+            "σ² is swept for approach II alone", where="sweep.methods", expected="map among the methods"
+        )
+    if not report.recording:
+        return
+    # A recording's view angles and variances are sequence numbers.
+    of = "sigma2_mm2" if isinstance(report, NoiseVarianceReport) else "view_angle_deg"
+    grid = getattr(sweep, of, None)
+    if isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
+        raise Refusal(
+            "a recording counts in whole numbers",
+            where=f"sweep.{of}",
+            expected="whole start and step, or report.recording=false",
+            received=f"start {grid.start:g}, step {grid.step:g}",
+        )
 
 
 def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:

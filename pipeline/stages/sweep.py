@@ -1,6 +1,9 @@
 """Sweep: every walker reconstructed from every view by the model that has not seen it.
 
 Folds, view angles and sigma² are axes of arrays here.  Folds are spread over threads.
+
+Phase and frequency come from the 3D motion, as in the papers, or from each view alone (`phase_source`).  With
+the latter, truth and error are those of the clip in its own phase and at the frequency of the view.
 """
 
 from __future__ import annotations
@@ -10,16 +13,20 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import KnownViewSweep, NoSweep, Sweep, UnknownViewSweep
-from pipeline.core import camera, errors, reconstruction, viewpoint
+from pipeline.core import camera, errors, fourier, observation, reconstruction, viewpoint
 from pipeline.core.linear_model import LinearModel, unflatten
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, Store
 from pipeline.threads import spread
 
 METHODS = ("least_squares", "map")
+PHASE_SOURCES = ("motion3d", "observed2d")
+PHASES = ("phase_rad", "phase_error_rad")
 
 
-def run(options: Sweep, dataset: Artefact, model: Artefact, workers: int, store: Store) -> Artefact:
+def run(
+    options: Sweep, ingest: Artefact, dataset: Artefact, model: Artefact, workers: int, store: Store
+) -> Artefact:
     """Artefact with what the experiment measured.
 
     Known view: ``absolute_error_mm2``, ``relative_error`` (M, R, A, 15); ``missing_variance_mm2`` (R, A);
@@ -27,32 +34,47 @@ def run(options: Sweep, dataset: Artefact, model: Artefact, workers: int, store:
     every sigma²; ``missing`` (M, R, V, 5, 15) and ``demonstration_error_mm2`` (M, R, V, 15) the
     reconstructions at the demonstration views.
     Unknown view: ``angle_deg``, ``cost``, ``runner_up_cost``, ``converged`` (M, R, A).
+    With `phase_source: observed2d` also ``frequency_hz`` (R, A) as each view gives it, ``phase_rad`` (M, R, A)
+    as the fit finds it for the first frame, and ``phase_error_rad`` (M, R, A), how far that is from the 3D
+    motion's; ``missing`` is then turned to phase zero by the latter, to be seen beside the original.
     """
     match options:
         case NoSweep():
             return store.artefact("sweep", options, [], lambda: ({}, {}))
         case KnownViewSweep():
-            _check_methods(options.methods)
+            inputs = [dataset, model, *_clips(options, ingest)]
             return store.artefact(
-                "sweep", options, [dataset, model], lambda: _known(options, dataset, model, workers)
+                "sweep", options, inputs, lambda: _known(options, ingest, dataset, model, workers)
             )
         case UnknownViewSweep():
-            _check_methods(options.methods)
+            inputs = [dataset, model, *_clips(options, ingest)]
             return store.artefact(
-                "sweep", options, [dataset, model], lambda: _unknown(options, dataset, model, workers)
+                "sweep", options, inputs, lambda: _unknown(options, ingest, dataset, model, workers)
             )
         case _:
             raise TypeError(f"no sweep for {type(options).__name__}")
 
 
-def _check_methods(methods: list[str]) -> None:
-    unknown = [m for m in methods if m not in METHODS]
-    if unknown or not methods:
+def _clips(options: KnownViewSweep | UnknownViewSweep, ingest: Artefact) -> list[Artefact]:
+    """The clips, where they are needed; a Refusal if the methods or the source of phase are unknown."""
+    _check_methods(options.methods)
+    if options.phase_source not in PHASE_SOURCES:
         raise Refusal(
-            "the method is unknown",
+            "the source of the phase is unknown",
+            where="sweep.phase_source",
+            expected=" or ".join(PHASE_SOURCES),
+            received=options.phase_source,
+        )
+    return [ingest] if options.phase_source == "observed2d" else []
+
+
+def _check_methods(methods: list[str]) -> None:
+    if not methods or len(set(methods)) < len(methods) or not set(methods) <= set(METHODS):
+        raise Refusal(
+            "the methods are unknown or stand twice",
             where="sweep.methods",
-            expected=" or ".join(METHODS),
-            received=", ".join(unknown) or "none",
+            expected=" or ".join(METHODS) + ", or both",
+            received=", ".join(methods) or "none",
         )
 
 
@@ -67,8 +89,90 @@ def _fold(model: Artefact, r: int) -> LinearModel:
     )
 
 
+class _Motion3d:
+    """One walker from A known views, phase and frequency known from the 3D motion: the papers' way."""
+
+    def __init__(self, fold: LinearModel, sample: np.ndarray, residual: np.ndarray, view: np.ndarray) -> None:
+        self._fold, self._sample, self._residual, self._view = fold, sample, residual, view
+        self.residual_power = errors.along_missing(residual, view)
+
+    def missing_variance(
+        self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
+    ) -> np.ndarray:
+        """Variance (A,) of the missing dimension: of the motion, or of its Fourier part."""
+        covariance = temporal if of_motion else temporal - self._residual
+        return errors.missing_variance(covariance, average, self._view, kind=kind)
+
+    def reconstruct(
+        self, noise_variance: float | None
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """True less reconstructed, the missing dimension at phase zero, and what else was found."""
+        views = reconstruction.from_known_views(
+            self._fold, self._sample, self._view, noise_variance=noise_variance
+        )
+        return views.delta, views.missing, {}
+
+    def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
+        """E_a of MAP for every view and sigma², residual left out."""
+        return reconstruction.error_path(self._fold, self._sample, self._view, noise_variances)
+
+
+class _Observed2d:
+    """One walker from A views, phase and frequency from each view alone: what a 2D input allows."""
+
+    def __init__(
+        self, fold: LinearModel, ingest: Artefact, dataset: Artefact, r: int, view: np.ndarray
+    ) -> None:
+        data, first = dataset.arrays, ingest.arrays["first"]
+        walk = int(data["walk"][r])
+        motion = ingest.arrays["positions"][first[walk] : first[walk + 1]]
+        rate = float(ingest.arrays["frame_rate_hz"][walk])
+        self.fold = fold
+        self.clip = observation.observe(
+            data["scale"][r] * (motion - data["origin_mm"][r]),
+            rate,
+            view,
+            harmonics=data["coefficients"].shape[1] // 2,
+        )
+        self.residual_power = self.clip.residual_power
+        # Series of slightly different frequencies agree in the middle of the clip, not at its first frame.
+        to_middle_s = (len(motion) - 1) / (2 * rate)
+        drift = 2 * np.pi * (data["frequency_hz"][r] - self.clip.frequency_hz) * to_middle_s
+        self._phase = data["phase_rad"][r] + drift
+
+    def missing_variance(
+        self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
+    ) -> np.ndarray:
+        """Variance (A,) of the missing dimension: of the motion, or of its Fourier part."""
+        variance = errors.missing_variance(temporal, average, self.clip.view_angle_rad, kind=kind)
+        return variance if of_motion else variance - errors.walker_error(self.residual_power)
+
+    def found(self, phase_rad: np.ndarray) -> dict[str, np.ndarray]:
+        """Phases (A,) of a fit and how far they are from the 3D motion's."""
+        off = np.mod(phase_rad - self._phase + np.pi, 2 * np.pi) - np.pi
+        return {"phase_rad": phase_rad, "phase_error_rad": off}
+
+    def reconstruct(
+        self, noise_variance: float | None
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """True less reconstructed, the missing dimension at phase zero, and what else was found."""
+        views = observation.from_known_views(
+            self.fold,
+            self.clip.image,
+            self.clip.view_angle_rad,
+            noise_variance=noise_variance,
+            frequency_hz=self.clip.frequency_hz,
+        )
+        missing = fourier.shift(views.missing[..., None], self._phase)[..., 0]
+        return self.clip.missing - views.missing, missing, self.found(views.phase_rad)
+
+    def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
+        """E_a of MAP for every view and sigma², each with the phase that it finds, residual left out."""
+        return observation.error_path(self.fold, self.clip, noise_variances)
+
+
 def _known(
-    options: KnownViewSweep, dataset: Artefact, model: Artefact, workers: int
+    options: KnownViewSweep, ingest: Artefact, dataset: Artefact, model: Artefact, workers: int
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     reconstruction.check_noise_variance(options.noise_variance_mm2)
     if options.truth not in ("motion", "fourier"):
@@ -78,36 +182,49 @@ def _known(
     view_deg = options.view_angle_deg.values("sweep.view_angle_deg")
     view = np.radians(view_deg)
     sigma2 = options.sigma2_mm2.values("sweep.sigma2_mm2")
+    if not options.demonstration_views_deg:
+        raise Refusal(
+            "no view to demonstrate",
+            where="sweep.demonstration_views_deg",
+            expected="one or more, e.g. [0,30,90]",
+            received="none",
+        )
     shown = np.radians(options.demonstration_views_deg)
     samples, data = model.arrays["samples"], dataset.arrays
     of_motion = options.truth == "motion"
+    observed = options.phase_source == "observed2d"
+
+    def source(r: int, angles: np.ndarray) -> _Motion3d | _Observed2d:
+        if observed:
+            return _Observed2d(_fold(model, r), ingest, dataset, r, angles)
+        return _Motion3d(_fold(model, r), samples[r], data["residual_covariance"][r], angles)
 
     def one(r: int) -> dict[str, np.ndarray]:
-        fold = _fold(model, r)
-        residual = data["residual_covariance"][r] if of_motion else np.zeros((15, 3, 3))
-        power = errors.along_missing(residual, view)
-        average = data["coefficients"][r, 0]
-        covariance: np.ndarray = data["temporal_covariance"][r]
-        if not of_motion:
-            covariance = np.subtract(covariance, data["residual_covariance"][r])
-        variance = errors.missing_variance(covariance, average, view, kind=options.missing_variance)
-        shown_power = errors.along_missing(residual, shown)
-        absolute, demonstrated, missing = [], [], []
+        everywhere, demonstration = source(r, view), source(r, shown)
+        variance = everywhere.missing_variance(
+            data["temporal_covariance"][r], data["coefficients"][r, 0], options.missing_variance, of_motion
+        )
+        power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
+        absolute, demonstrated, missing, extras = [], [], [], []
         for method in options.methods:
             noise = options.noise_variance_mm2 if method == "map" else None
-            views = reconstruction.from_known_views(fold, samples[r], view, noise_variance=noise)
-            absolute.append(errors.absolute_error(views.delta, power))
-            views = reconstruction.from_known_views(fold, samples[r], shown, noise_variance=noise)
-            demonstrated.append(errors.absolute_error(views.delta, shown_power))
-            missing.append(views.missing)
+            delta, _, extra = everywhere.reconstruct(noise)
+            absolute.append(errors.absolute_error(delta, power))
+            extras.append(extra)
+            delta, seen, _ = demonstration.reconstruct(noise)
+            demonstrated.append(errors.absolute_error(delta, shown_power))
+            missing.append(seen)
         found = {
             "absolute_error_mm2": np.stack(absolute),
             "demonstration_error_mm2": np.stack(demonstrated),
             "missing": np.stack(missing),
             "missing_variance_mm2": variance,
+            **{name: np.stack([extra[name] for extra in extras]) for name in extras[0]},
         }
+        if isinstance(everywhere, _Observed2d):
+            found["frequency_hz"] = everywhere.clip.frequency_hz
         if "map" in options.methods:
-            path = reconstruction.error_path(fold, samples[r], view, sigma2)
+            path = everywhere.error_path(sigma2)
             found["path"] = path + errors.walker_error(power)[:, None]
         return found
 
@@ -118,7 +235,7 @@ def _known(
 
     absolute = stack("absolute_error_mm2", axis=1)
     variance = stack("missing_variance_mm2")
-    arrays = {
+    arrays: dict[str, Any] = {
         "methods": np.array(options.methods),
         "view_angle_deg": view_deg,
         "sigma2_mm2": sigma2,
@@ -129,6 +246,9 @@ def _known(
         "missing_variance_mm2": variance,
         "missing": stack("missing", axis=1),
     }
+    if observed:
+        arrays |= {name: stack(name, axis=1) for name in PHASES}
+        arrays["frequency_hz"] = stack("frequency_hz")
     if "map" in options.methods:
         arrays["path_walker_mm2"] = np.stack([fold["path"].mean(axis=0) for fold in folds])
         arrays["path_view_mm2"] = sum(fold["path"] for fold in folds) / len(folds)
@@ -136,7 +256,7 @@ def _known(
 
 
 def _unknown(
-    options: UnknownViewSweep, dataset: Artefact, model: Artefact, workers: int
+    options: UnknownViewSweep, ingest: Artefact, dataset: Artefact, model: Artefact, workers: int
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     if len(options.angle_range_deg) != 2:
         raise Refusal(
@@ -150,8 +270,37 @@ def _unknown(
     low, high = np.radians(options.angle_range_deg)
     samples = model.arrays["samples"]
     names = ("angle_rad", "cost", "runner_up_cost", "converged", "n_iterations")
+    observed2d = options.phase_source == "observed2d"
+    if observed2d and options.solver != "global":
+        raise Refusal(
+            "only the global solver finds a phase",
+            where="sweep.solver",
+            expected="global with sweep.phase_source=observed2d",
+            received=options.solver,
+        )
+
+    def from_2d(r: int) -> dict[str, np.ndarray]:
+        seen = _Observed2d(_fold(model, r), ingest, dataset, r, view)
+        estimates = [
+            observation.estimate(
+                seen.fold,
+                seen.clip.image,
+                noise_variance=options.noise_variance_mm2 if method == "map" else None,
+                frequency_hz=seen.clip.frequency_hz,
+                angle_range_rad=(float(low), float(high)),
+            )
+            for method in options.methods
+        ]
+        phases = [seen.found(e.phase_rad) for e in estimates]
+        return {
+            **{name: np.stack([getattr(e, name) for e in estimates]) for name in names},
+            **{name: np.stack([phase[name] for phase in phases]) for name in PHASES},
+            "frequency_hz": seen.clip.frequency_hz,
+        }
 
     def one(r: int) -> dict[str, np.ndarray]:
+        if observed2d:
+            return from_2d(r)
         walker = unflatten(samples[r])
         observed = np.stack([camera.project(walker, a).reshape(-1) for a in view])
         trailing = samples.shape[1] - walker.size
@@ -172,7 +321,12 @@ def _unknown(
         return {name: np.stack([getattr(e, name) for e in estimates]) for name in names}
 
     folds = spread(one, range(len(samples)), workers)
-    arrays = {name: np.stack([fold[name] for fold in folds], axis=1) for name in names}
+    arrays = {
+        name: np.stack([fold[name] for fold in folds], axis=1)
+        for name in (*names, *(PHASES if observed2d else ()))
+    }
+    if observed2d:
+        arrays["frequency_hz"] = np.stack([fold["frequency_hz"] for fold in folds])
     arrays["angle_deg"] = np.degrees(arrays.pop("angle_rad"))
     unconverged = int((~arrays["converged"]).sum())
     return {

@@ -16,9 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
-from pipeline.formats import asf_amc
+from pipeline.formats import asf, asf_amc
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, map_joints
+from tests.formats.contract import check_contract, replace
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
@@ -34,26 +35,6 @@ def pair(tmp_path: Path) -> tuple[Path, Path]:
     for source, name in ((ASF, "a.asf"), (AMC, "a_01.amc")):
         (tmp_path / name).write_bytes(source.read_bytes())
     return tmp_path / "a_01.amc", tmp_path / "a.asf"
-
-
-def replace(path: Path, old: str, new: str) -> None:
-    """Replace exactly one occurrence, so that no test passes because nothing was changed."""
-    text = path.read_bytes().decode()
-    assert text.count(old) == 1
-    path.write_bytes(text.replace(old, new).encode())
-
-
-def check_contract(motion: MotionCapture) -> None:
-    frames, points = motion.valid.shape
-    assert motion.positions_mm.shape == (frames, points, 3)
-    assert motion.positions_mm.dtype == np.float64
-    assert points == len(motion.names) == len(set(motion.names))
-    assert frames > 0
-    assert np.array_equal(motion.valid, np.isfinite(motion.positions_mm).all(axis=-1))
-    assert np.isnan(motion.positions_mm[~motion.valid]).all()
-    assert motion.angles_deg.shape == (frames, len(motion.channels))
-    assert np.isfinite(motion.frame_rate_hz)
-    assert motion.frame_rate_hz > 0
 
 
 def test_the_hand_made_motion_has_the_positions_worked_out_by_hand() -> None:
@@ -95,7 +76,7 @@ def test_units_of_the_caller_take_the_place_of_the_skeletons() -> None:
 
 def test_the_cmu_unit_is_56_444_millimetres(pair: tuple[Path, Path]) -> None:
     replace(pair[1], "length 0.254", "length 0.45")
-    assert asf_amc.read_skeleton(pair[1]).millimetres == pytest.approx(56.444, abs=5e-4)
+    assert asf.read_skeleton(pair[1]).millimetres == pytest.approx(56.444, abs=5e-4)
 
 
 def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair: tuple[Path, Path]) -> None:
@@ -146,7 +127,7 @@ def test_harmless_differences_of_the_text_change_nothing(
 def test_columns_by_slices_equal_columns_by_line() -> None:
     text = AMC.read_text().replace("# made by hand\n", "").replace("   # hangs down", "")
     body = text[text.index("1\n") :]
-    layout = asf_amc._layout(body, asf_amc.read_skeleton(ASF), "")
+    layout = asf_amc._layout(body, asf.read_skeleton(ASF), "")
     by_slices = asf_amc._columns_at_fixed_places(body, layout)
     assert by_slices is not None
     assert by_slices == asf_amc._columns_by_line(body, layout, "")
@@ -225,7 +206,7 @@ def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(
 ) -> None:
     replace(pair[1], old, new)
     with pytest.raises(Refusal) as refusal:
-        asf_amc.read_skeleton(pair[1])
+        asf.read_skeleton(pair[1])
     for word in words:
         assert word in str(refusal.value)
 
@@ -282,7 +263,7 @@ def test_empty_and_foreign_files_are_refused(pair: tuple[Path, Path], content: b
     with pytest.raises(Refusal):
         asf_amc.read(pair[0])
     with pytest.raises(Refusal):
-        asf_amc.read_skeleton(pair[0])
+        asf.read_skeleton(pair[0])
 
 
 def test_missing_files_and_useless_rates_are_refused(tmp_path: Path) -> None:

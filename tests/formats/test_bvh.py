@@ -18,6 +18,7 @@ from omegaconf import OmegaConf
 from pipeline.formats import asf_amc, bvh
 from pipeline.refusal import Refusal
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
+from tests.formats.contract import check_contract, replace
 
 ROOT = Path(__file__).parents[2]
 BVH = ROOT / "tests" / "fixtures" / "bvh_by_hand.bvh"
@@ -28,26 +29,6 @@ def copy(tmp_path: Path) -> Path:
     """The hand-made file, ready to be spoiled."""
     (tmp_path / "a.bvh").write_bytes(BVH.read_bytes())
     return tmp_path / "a.bvh"
-
-
-def replace(path: Path, old: str, new: str) -> None:
-    """Replace exactly one occurrence, so that no test passes because nothing was changed."""
-    text = path.read_bytes().decode()
-    assert text.count(old) == 1
-    path.write_bytes(text.replace(old, new).encode())
-
-
-def check_contract(motion: MotionCapture) -> None:
-    frames, points = motion.valid.shape
-    assert motion.positions_mm.shape == (frames, points, 3)
-    assert motion.positions_mm.dtype == np.float64
-    assert points == len(motion.names) == len(set(motion.names))
-    assert frames > 0
-    assert np.array_equal(motion.valid, np.isfinite(motion.positions_mm).all(axis=-1))
-    assert np.isnan(motion.positions_mm[~motion.valid]).all()
-    assert motion.angles_deg.shape == (frames, len(motion.channels))
-    assert np.isfinite(motion.frame_rate_hz)
-    assert motion.frame_rate_hz > 0
 
 
 def test_the_hand_made_file_has_the_positions_worked_out_by_hand() -> None:

@@ -1,0 +1,54 @@
+"""Ours against peers and naive loops, as ratios; how time grows; the whole of two papers.
+
+  python -m tests.benchmarks [NAME ...]      all by default
+
+leave_one_out   80 linear models of 225 numbers, against scikit-learn
+known_view      reconstruction from 181 known views, against scikit-learn and the plain loop
+noise_path      the same for 625 values of sigma², against the plain loop
+unknown_view    view angle and coefficients together, against SciPy's trust region
+growth          with the number of walkers and of view angles
+whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
+
+Each is printed and written to results/bench/NAME.csv.  Times are CPU times of one thread unless a column says
+otherwise; the two sides of a ratio take turns in one process, and the median of a few rounds is given.
+"""
+
+from __future__ import annotations
+
+import os
+
+# One BLAS thread, before numpy is loaded: two of them cost several times the CPU time on matrices so small.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["OMP_NUM_THREADS"] = "1"
+os.environ["MKL_NUM_THREADS"] = "1"
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.benchmarks.tables import show, write
+
+BENCHMARKS = ("leave_one_out", "known_view", "noise_path", "unknown_view", "growth", "whole")
+RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"
+
+
+def main(names: list[str]) -> int:
+    """Exit status after running the named benchmarks, or all of them."""
+    unknown = [name for name in names if name not in BENCHMARKS]
+    if unknown:
+        print(f"no benchmark {unknown[0]!r} (expected {', '.join(BENCHMARKS)})", file=sys.stderr)
+        return 1
+    if len(names) == 1:
+        module = importlib.import_module(f"tests.benchmarks.{names[0]}")
+        rows = module.run()
+        show(names[0], module.__doc__ or "", rows)
+        write(RESULTS / f"{names[0]}.csv", rows)
+        return 0
+    # A process for each: what one leaves in memory and in caches is not the next one's.
+    commands = [[sys.executable, "-m", "tests.benchmarks", name] for name in names or BENCHMARKS]
+    return max(subprocess.run(command, check=False).returncode for command in commands)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

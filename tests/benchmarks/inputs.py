@@ -1,0 +1,35 @@
+"""The same inputs for both sides: synthetic walkers as rows of 225 numbers."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from pipeline.core import fourier, linear_model, synthetic, walking
+
+COMPONENTS = 30
+NOISE_VARIANCE_MM2 = 70.0
+VIEWS_RAD = np.radians(np.arange(-90.0, 91.0))
+
+
+@cache
+def samples(male: int = 32, female: int = 48) -> np.ndarray:
+    """Fourier representations of the embedded population, (R, 225) mm."""
+    walkers = synthetic.walking_population(np.random.default_rng(2007), male=male, female=female)
+    rate = walkers.frame_rate_hz
+    series = [
+        fourier.represent(
+            walking.set_origin(
+                walking.treadmill_equivalent(walk, rate, locomotion="treadmill"), origin="pelvis_mean"
+            ),
+            rate,
+        )
+        for walk in walkers.positions_mm
+    ]
+    return linear_model.flatten(np.stack([s.coefficients for s in series]))
+
+
+def split_by_sex(walkers: int) -> dict[str, int]:
+    """Counts of men and women in the papers' proportion of 2 to 3."""
+    return {"male": round(0.4 * walkers), "female": walkers - round(0.4 * walkers)}

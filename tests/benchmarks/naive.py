@@ -1,0 +1,65 @@
+"""The papers as printed, by scikit-learn and plain loops: what one would write first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+from sklearn.decomposition import PCA
+
+
+@dataclass(frozen=True)
+class Eigenwalkers:
+    """Average walker (225,), eigenwalkers as columns (225, N), eigenvalues (N,)."""
+
+    average: np.ndarray
+    walkers: np.ndarray
+    eigenvalues: np.ndarray
+
+
+def leave_one_out(samples: np.ndarray, components: int, folds: Iterable[int]) -> Iterator[Eigenwalkers]:
+    """The model without each of the walkers named by `folds`."""
+    for r in folds:
+        fitted = PCA(n_components=components, svd_solver="full").fit(np.delete(samples, r, axis=0))
+        yield Eigenwalkers(fitted.mean_, fitted.components_.T, fitted.explained_variance_)
+
+
+def projected(rows: np.ndarray, angle: float) -> np.ndarray:
+    """What is seen (150, …) of 225 numbers (225, …) from a view angle."""
+    x, y, z = rows[0::3], rows[1::3], rows[2::3]
+    return np.concatenate([np.cos(angle) * x + np.sin(angle) * y, z])
+
+
+def missing(rows: np.ndarray, angle: float) -> np.ndarray:
+    """What is not seen (75, …) of 225 numbers (225, …)."""
+    return -np.sin(angle) * rows[0::3] + np.cos(angle) * rows[1::3]
+
+
+def coefficients(model: Eigenwalkers, walker: np.ndarray, angle: float, sigma2: float | None) -> np.ndarray:
+    """k by least squares, or by MAP with sigma²: equations 3.9 and 3.15 of zhang2007."""
+    seen = projected(model.walkers, angle)
+    difference = projected(walker - model.average, angle)
+    if sigma2 is None:
+        return np.linalg.lstsq(seen, difference, rcond=None)[0]
+    return np.linalg.solve(seen.T @ seen + np.diag(sigma2 / model.eigenvalues), seen.T @ difference)
+
+
+def error(model: Eigenwalkers, walker: np.ndarray, angle: float, sigma2: float | None) -> float:
+    """E_a in mm² of one walker from one view: mean over joints of the mean square over a cycle."""
+    reconstructed = model.average + model.walkers @ coefficients(model, walker, angle, sigma2)
+    squares = (missing(walker - reconstructed, angle) ** 2).reshape(5, 15).mean(axis=1)
+    return float(squares[0] + squares[1:].sum() / 2.0)
+
+
+def view_angle(model: Eigenwalkers, walker: np.ndarray, angle: float) -> OptimizeResult:
+    """View angle and k together from one start, numerical Jacobian: equation 4.5 of zhang2007."""
+    seen = projected(walker, angle)
+
+    def differences(unknowns: np.ndarray) -> np.ndarray:
+        return seen - projected(model.average + model.walkers @ unknowns[1:], unknowns[0])
+
+    start = np.zeros(1 + len(model.eigenvalues))
+    scale = np.concatenate([[1.0], np.sqrt(model.eigenvalues)])
+    return least_squares(differences, start, method="trf", x_scale=scale)

@@ -1,0 +1,253 @@
+"""The Fourier representation of a walk [zhang2007 3.1, 3.2] [zhang2004 1, 2]."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import fourier
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15
+from tests.strategies import seeds, walker
+
+LEFT, RIGHT = WALKER15.index("left_ankle"), WALKER15.index("right_ankle")
+frequencies = st.floats(min_value=0.6, max_value=1.4)
+
+
+def clip(
+    coefficients: np.ndarray, frequency_hz: float, rate_hz: float, cycles: float, phase_rad: float = 0.0
+) -> np.ndarray:
+    """Positions of a walker, begun at a phase of the cycle."""
+    times = np.arange(int(np.ceil(cycles / frequency_hz * rate_hz))) / rate_hz
+    return fourier.synthesise(coefficients, frequency_hz, times + phase_rad / (2 * np.pi * frequency_hz))
+
+
+@given(
+    seed=seeds,
+    frequency_hz=frequencies,
+    rate_hz=st.sampled_from([15.0, 29.97, 60.0, 120.0]),
+    cycles=st.floats(min_value=1.2, max_value=8.0),
+    phase_rad=st.floats(min_value=-3.1, max_value=3.1),
+    harmonics=st.integers(min_value=1, max_value=3),
+)
+@settings(max_examples=40, deadline=None)
+def test_analysis_undoes_synthesis(
+    seed: int, frequency_hz: float, rate_hz: float, cycles: float, phase_rad: float, harmonics: int
+) -> None:
+    generator = np.random.default_rng(seed)
+    coefficients = walker(generator)
+    if harmonics == 1:
+        coefficients = coefficients[:3]
+    elif harmonics == 3:
+        coefficients = np.concatenate([coefficients, 3.0 * generator.standard_normal((2, 15, 3))])
+    found = fourier.represent(
+        clip(coefficients, frequency_hz, rate_hz, cycles, phase_rad), rate_hz, harmonics=harmonics
+    )
+    assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-7)
+    assert found.phase_rad == pytest.approx(phase_rad, abs=1e-6)
+    np.testing.assert_allclose(found.coefficients, coefficients, rtol=0, atol=1e-4)
+    assert found.residual_fraction < 1e-10
+    assert found.residual_covariance.shape == (15, 3, 3)
+
+
+@given(seed=seeds, phase_rad=st.floats(min_value=-10, max_value=10), frequency_hz=frequencies)
+@settings(max_examples=40, deadline=None)
+def test_a_shift_in_time_turns_each_harmonic_by_its_number(
+    seed: int, phase_rad: float, frequency_hz: float
+) -> None:
+    coefficients = np.random.default_rng(seed).standard_normal((7, 4, 2))
+    times = np.linspace(0.0, 3.0, 50)
+    shifted = fourier.synthesise(fourier.shift(coefficients, phase_rad), frequency_hz, times)
+    later = times - phase_rad / (2 * np.pi * frequency_hz)
+    np.testing.assert_allclose(
+        shifted, fourier.synthesise(coefficients, frequency_hz, later), rtol=0, atol=1e-9
+    )
+    turned = fourier.shift(coefficients, phase_rad)
+    for h in (1, 2, 3):
+        as_complex = coefficients[2 * h - 1] + 1j * coefficients[2 * h]
+        expected = as_complex * np.exp(-1j * h * phase_rad)
+        np.testing.assert_allclose(turned[2 * h - 1] + 1j * turned[2 * h], expected, rtol=0, atol=1e-12)
+
+
+def test_a_shift_broadcasts_over_leading_axes() -> None:
+    coefficients = np.random.default_rng(0).standard_normal((4, 5, 2, 3))
+    phases = np.array([0.0, 0.3, -1.0, 2.0])
+    each = np.stack([fourier.shift(w, p) for w, p in zip(coefficients, phases, strict=True)])
+    np.testing.assert_array_equal(fourier.shift(coefficients, phases), each)
+
+
+@given(seed=seeds, phase_rad=st.floats(min_value=-3.1, max_value=3.1), noise_mm=st.sampled_from([0.0, 3.0]))
+@settings(max_examples=30, deadline=None)
+def test_phase_zero_is_where_the_left_ankle_passes_the_right_going_forwards(
+    seed: int, phase_rad: float, noise_mm: float
+) -> None:
+    generator = np.random.default_rng(seed)
+    positions = clip(walker(generator), 0.9, 60.0, 3.7, phase_rad)
+    positions += noise_mm * generator.standard_normal(positions.shape)
+    w = fourier.represent(positions, 60.0).coefficients
+    difference = w[:, LEFT, 1] - w[:, RIGHT, 1]
+    assert difference[1] > 0
+    assert difference[2] == pytest.approx(0.0, abs=1e-9 * difference[1])
+
+
+@pytest.mark.parametrize("cycles", [3.3, 8.6, 27.4, 63.7])
+@pytest.mark.parametrize("second", [1.0, 5.0])
+def test_the_frequency_is_found_in_noise(cycles: float, second: float) -> None:
+    """Long clips too: there the fit has side lobes, and a search downhill may end in one."""
+    for seed in range(4):
+        generator = np.random.default_rng(seed)
+        coefficients = walker(generator)
+        coefficients[3:] *= second
+        frequency_hz = generator.uniform(0.7, 1.3)
+        positions = clip(coefficients, frequency_hz, 30.0, cycles, generator.uniform(-3, 3))
+        positions += generator.standard_normal(positions.shape)
+        found = fourier.fundamental_frequency(positions, 30.0)
+        assert found == pytest.approx(frequency_hz, rel=1e-4 * max(1.0, (8.0 / cycles) ** 1.5))
+
+
+@given(seed=seeds, frequency_hz=st.floats(min_value=0.5, max_value=1.5))
+@settings(max_examples=25, deadline=None)
+def test_neither_half_nor_double_the_frequency_is_taken(seed: int, frequency_hz: float) -> None:
+    """Most of the variance in the second harmonic (head and arms), or every other step alike."""
+    generator = np.random.default_rng(seed)
+    coefficients = walker(generator)
+    feet = [LEFT, RIGHT]
+    others = [j for j in range(15) if j not in feet]
+    coefficients[3:, others] += 150.0 * generator.standard_normal((2, 13, 3))
+    found = fourier.represent(clip(coefficients, frequency_hz, 60.0, 5.5), 60.0)
+    assert found.variance_fractions[1] > found.variance_fractions[0]
+    assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
+    symmetric = walker(generator)
+    symmetric[1:3] *= 1e-3  # only what repeats with every step is left, but the ankles
+    symmetric[1, LEFT, 1], symmetric[1, RIGHT, 1] = 250.0, -250.0
+    found = fourier.represent(clip(symmetric, frequency_hz, 60.0, 5.5), 60.0)
+    assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
+
+
+@given(seed=seeds, cycles=st.floats(min_value=1.3, max_value=6.0), harmonics=st.integers(1, 4))
+@settings(max_examples=25, deadline=None)
+def test_fractions_and_residual_sum_to_one(seed: int, cycles: float, harmonics: int) -> None:
+    generator = np.random.default_rng(seed)
+    positions = clip(walker(generator), 0.9, 60.0, cycles)
+    positions += 30.0 * generator.standard_normal(positions.shape)
+    found = fourier.represent(positions, 60.0, harmonics=harmonics)
+    assert found.variance_fractions.shape == (harmonics,)
+    assert (found.variance_fractions > 0).all()
+    assert found.variance_fractions.sum() + found.residual_fraction == pytest.approx(1.0, abs=1e-12)
+    centred = positions - positions.mean(axis=0)
+    covariance = np.einsum("tja,tjb->jab", centred, centred) / len(positions)
+    np.testing.assert_allclose(found.temporal_covariance, covariance, rtol=1e-12)
+    shares = np.trace(found.residual_covariance, axis1=1, axis2=2).sum()
+    assert found.residual_fraction == pytest.approx(shares / np.trace(covariance, axis1=1, axis2=2).sum())
+
+
+@given(seed=seeds)
+@settings(max_examples=20, deadline=None)
+def test_the_residual_is_orthogonal_to_every_column_of_the_series(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    positions = clip(walker(generator), 1.0, 50.0, 2.6, 1.0)
+    positions += 10.0 * generator.standard_normal(positions.shape)
+    found = fourier.represent(positions, 50.0)
+    times = np.arange(len(positions)) / 50.0
+    own = fourier.synthesise(
+        found.coefficients, found.frequency_hz, times + found.phase_rad / (2 * np.pi * found.frequency_hz)
+    )
+    residual = (positions - own).reshape(len(positions), -1)
+    columns = fourier.design(found.frequency_hz, times, 2)
+    assert np.abs(columns.T @ residual).max() < 1e-7 * np.abs(positions).sum()
+    residual = residual.reshape(positions.shape)
+    np.testing.assert_allclose(
+        found.residual_covariance, np.einsum("tja,tjb->jab", residual, residual) / len(times), rtol=1e-6
+    )
+
+
+def test_the_columns_are_printed_ones() -> None:
+    """[zhang2007 3.1]: p with the sine, q with the cosine."""
+    t = np.array([0.1, 0.7])
+    wt = 2 * np.pi * 0.8 * t
+    printed = np.stack([np.ones(2), np.sin(wt), np.cos(wt), np.sin(2 * wt), np.cos(2 * wt)], axis=1)
+    np.testing.assert_allclose(fourier.design(0.8, t, 2), printed, rtol=1e-15)
+
+
+@given(seed=seeds)
+@settings(max_examples=25, deadline=None)
+def test_a_mirror_image_twice_is_the_walker(seed: int) -> None:
+    people = np.random.default_rng(seed).standard_normal((3, 7, 15, 3))
+    image = fourier.mirrored(people)
+    np.testing.assert_array_equal(fourier.mirrored(image), people)
+    assert not np.allclose(image, people)
+    np.testing.assert_array_equal(image[1], fourier.mirrored(people[1]))
+
+
+@given(seed=seeds)
+@settings(max_examples=15, deadline=None)
+def test_the_mirror_image_is_the_representation_of_the_mirrored_motion(seed: int) -> None:
+    coefficients = walker(np.random.default_rng(seed))
+    positions = clip(coefficients, 0.9, 60.0, 3.3)
+    image = positions[:, list(WALKER15.mirror)] * np.array([-1.0, 1.0, 1.0])
+    found = fourier.represent(image, 60.0)
+    np.testing.assert_allclose(found.coefficients, fourier.mirrored(coefficients), rtol=0, atol=1e-4)
+    # Half a cycle lies between the walker's phase zero and the image's.
+    assert abs(found.phase_rad) == pytest.approx(np.pi, abs=1e-6)
+
+
+def test_one_sinusoid_explains_what_a_regression_says() -> None:
+    generator = np.random.default_rng(3)
+    times = np.arange(170) / 50.0
+    signal = 5.0 + np.sin(2 * np.pi * 0.9 * times) + generator.standard_normal(170)
+    found = fourier.single_frequency_power(np.array([0.5, 0.9]), times, signal)
+    for frequency_hz, power in zip((0.5, 0.9), found, strict=True):
+        columns = fourier.design(frequency_hz, times, 1)
+        fitted = columns @ np.linalg.lstsq(columns, signal, rcond=None)[0]
+        assert power == pytest.approx(((fitted - signal.mean()) ** 2).sum(), rel=1e-9)
+
+
+def test_a_known_frequency_is_kept() -> None:
+    positions = clip(walker(np.random.default_rng(1)), 0.9, 60.0, 4.0)
+    found = fourier.represent(positions, 60.0, frequency_hz=0.91)
+    assert found.frequency_hz == 0.91
+    assert found.residual_fraction > 1e-6
+
+
+def test_somebody_who_does_not_move_has_no_variance_to_share() -> None:
+    found = fourier.represent(np.ones((90, 15, 3)), 60.0)
+    assert found.variance_fractions.tolist() == [0.0, 0.0]
+    assert found.residual_fraction == 0.0
+    np.testing.assert_allclose(found.coefficients[0], 1.0, rtol=1e-9)
+
+
+GOOD = np.zeros((100, 15, 3))
+HOLED = GOOD.copy()
+HOLED[7, 3, 1] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("positions", "rate_hz", "options", "sentence"),
+    [
+        (GOOD[:, 0], 60.0, {}, r"wrong shape \(expected \(T, J, 3\), received \(100, 3\)\)"),
+        (GOOD, 0.0, {}, "frame rate is not positive"),
+        (GOOD, -60.0, {}, "frame rate is not positive"),
+        (GOOD, np.nan, {}, "frame rate is not positive"),
+        (GOOD, np.inf, {}, "frame rate is not positive"),
+        (GOOD, 60.0, {"harmonics": 0}, "no harmonics"),
+        (GOOD, 60.0, {"frequency_hz": 0.0}, "frequency is not positive"),
+        (GOOD, 60.0, {"frequency_hz": np.nan}, "frequency is not positive"),
+        (GOOD[:5], 60.0, {}, "shorter than its Fourier series"),
+        (
+            GOOD[:30],
+            60.0,
+            {},
+            r"too short for a walking cycle \(expected more than 0\.6\d s, received 0\.50 s\)",
+        ),
+        (GOOD, 3.0, {"frequency_hz": 0.8}, "frame rate is too low for the harmonics"),
+        (GOOD, 1.5, {}, "frame rate is too low for the harmonics"),
+        (HOLED, 60.0, {}, "not finite at frame 7, joint 3"),
+    ],
+)
+def test_what_cannot_be_represented_is_refused(
+    positions: np.ndarray, rate_hz: float, options: dict, sentence: str
+) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        fourier.represent(positions, rate_hz, **options)

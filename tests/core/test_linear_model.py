@@ -1,0 +1,275 @@
+"""Average walker and eigenwalkers, and the only way to a fold [zhang2007 3.2, 3.3] [zhang2004 2, 3]."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import camera, fourier, linear_model
+from pipeline.core.linear_model import LinearModel
+from pipeline.refusal import Refusal
+from tests.strategies import STYLES, Fold, angles, folds, seeds, walkers
+
+sizes = st.integers(min_value=3, max_value=30)
+styles = st.sampled_from(STYLES)
+
+
+def population(seed: int, count: int, style: str) -> np.ndarray:
+    return linear_model.flatten(walkers(np.random.default_rng(seed), count, style))
+
+
+def same(one: LinearModel, other: LinearModel) -> bool:
+    """Bit for bit."""
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name))
+        for name in ("mean", "components", "eigenvalues", "total_variance", "last_scale")
+    )
+
+
+@given(seed=seeds, count=sizes, style=styles, divisor=st.sampled_from(["R-1", "R"]))
+@settings(max_examples=25, deadline=None)
+def test_the_model_is_the_eigendecomposition_of_the_covariance(
+    seed: int, count: int, style: str, divisor: str
+) -> None:
+    samples = population(seed, count, style)
+    model = linear_model.fit(samples, count, divisor=divisor)
+    covariance = np.cov(samples.T, ddof=1 if divisor == "R-1" else 0)
+    values = np.linalg.eigvalsh(covariance)[::-1]
+    largest = values[0]
+    np.testing.assert_allclose(model.mean, samples.mean(axis=0), rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(model.eigenvalues, values[: count - 1], rtol=1e-9, atol=1e-9 * largest)
+    assert model.total_variance == pytest.approx(np.trace(covariance), rel=1e-9)
+    unit = model.components @ model.components.T
+    np.testing.assert_allclose(unit, np.eye(count - 1), rtol=0, atol=1e-10)
+    left = covariance @ model.components.T - model.components.T * model.eigenvalues
+    assert np.abs(left).max() < 1e-9 * largest
+    assert (np.diff(model.eigenvalues) <= 0).all()
+
+
+@given(seed=seeds, count=sizes)
+@settings(max_examples=15, deadline=None)
+def test_the_model_is_that_of_scikit_learn(seed: int, count: int) -> None:
+    decomposition = pytest.importorskip("sklearn.decomposition", reason="the extra `bench` has scikit-learn")
+    samples = population(seed, count, "generic")
+    kept = min(count - 1, 10)
+    model = linear_model.fit(samples, kept)
+    theirs = decomposition.PCA(n_components=kept, svd_solver="full").fit(samples)
+    np.testing.assert_allclose(model.eigenvalues, theirs.explained_variance_, rtol=1e-9)
+    np.testing.assert_allclose(
+        model.eigenvalues / model.total_variance, theirs.explained_variance_ratio_, rtol=1e-9
+    )
+    signs = np.sign((model.components * theirs.components_).sum(axis=1))
+    gaps = np.abs(np.diff(model.eigenvalues, prepend=np.inf, append=0)) / model.eigenvalues[0]
+    apart = np.minimum(gaps[:-1], gaps[1:]) > 1e-6  # components of tied eigenvalues are anybody's
+    np.testing.assert_allclose(
+        model.components[apart], (signs[:, None] * theirs.components_)[apart], rtol=0, atol=1e-6
+    )
+
+
+def test_the_divisor_scales_every_eigenvalue() -> None:
+    samples = population(5, 11, "generic")
+    one, other = (linear_model.fit(samples, 10, divisor=d) for d in ("R-1", "R"))
+    np.testing.assert_allclose(other.eigenvalues, one.eigenvalues * 10 / 11, rtol=1e-12)
+    np.testing.assert_array_equal(other.components, one.components)
+
+
+def test_two_walkers_worked_out_in_the_head() -> None:
+    model = linear_model.fit(np.array([[0.0, 1.0, 5.0], [0.0, -3.0, 5.0]]), 9)
+    assert model.mean.tolist() == [0.0, -1.0, 5.0]
+    np.testing.assert_allclose(model.components, [[0.0, 1.0, 0.0]], atol=1e-15)
+    np.testing.assert_allclose(model.eigenvalues, [8.0])  # (2² + 2²) / (2 - 1)
+    assert model.total_variance == pytest.approx(8.0)
+
+
+@given(seed=seeds, count=sizes, style=styles)
+@settings(max_examples=20, deadline=None)
+def test_the_largest_entry_of_a_component_is_positive(seed: int, count: int, style: str) -> None:
+    samples = population(seed, count, style)
+    components = linear_model.fit(samples, count).components
+    largest = np.abs(components).argmax(axis=1)
+    assert (components[np.arange(len(components)), largest] > 0).all()
+    # Walkers reflected in their mean have the same covariance, so the same components, not the opposite ones.
+    if style == "generic":
+        reflected = linear_model.fit(2 * samples.mean(axis=0) - samples, count).components
+        np.testing.assert_allclose(reflected, components, rtol=0, atol=1e-6)
+
+
+@given(seed=seeds, count=sizes, asked=st.integers(1, 300), style=styles)
+@settings(max_examples=20, deadline=None)
+def test_there_are_never_more_components_than_walkers_less_one(
+    seed: int, count: int, asked: int, style: str
+) -> None:
+    samples = population(seed, count, style)
+    model = linear_model.fit(samples, asked)
+    kept = min(asked, count - 1)
+    assert model.components.shape == (kept, 225)
+    assert model.eigenvalues.shape == (kept,)
+    whole = linear_model.fit(samples, count)
+    np.testing.assert_array_equal(model.components, whole.components[:kept])
+    assert model.total_variance == whole.total_variance
+    if asked >= count - 1:  # then every walker is a sum of eigenwalkers
+        k = (samples - model.mean) @ model.components.T
+        np.testing.assert_allclose(model.mean + k @ model.components, samples, rtol=0, atol=1e-8)
+
+
+def test_there_are_never_more_components_than_numbers() -> None:
+    assert linear_model.fit(np.random.default_rng(0).standard_normal((20, 4)), 9).components.shape == (4, 4)
+
+
+def test_flattening_keeps_the_printed_order_and_puts_the_frequency_last() -> None:
+    people = np.arange(2 * 225.0).reshape(2, 5, 15, 3)
+    rows = linear_model.flatten(people, np.array([0.5, 1.0]))
+    assert rows.shape == (2, 226)
+    assert rows[0, :4].tolist() == [0.0, 1.0, 2.0, 3.0]  # x, y, z of the first joint of p0, then the second
+    assert rows[1, 45] == people[1, 1, 0, 0]  # p1 follows p0
+    np.testing.assert_allclose(rows[:, -1], [np.pi, 2 * np.pi])
+    np.testing.assert_array_equal(linear_model.unflatten(rows), people)
+    np.testing.assert_array_equal(linear_model.unflatten(linear_model.flatten(people)[0]), people[0])
+
+
+@given(seed=seeds, count=st.integers(3, 12), held_out=st.integers(0, 11), style=styles, grouped=st.booleans())
+@settings(max_examples=40, deadline=None)
+def test_nothing_of_a_held_out_walker_reaches_its_fold(
+    seed: int, count: int, held_out: int, style: str, grouped: bool
+) -> None:
+    """Not the walker's other walks, not the mirror images, not the scale of the frequency."""
+    held_out %= count
+    generator = np.random.default_rng(seed)
+    people = walkers(generator, count, style)
+    rates = generator.uniform(0.7, 1.1, count)
+    groups = generator.integers(0, max(count - 1, 3), count) if grouped else np.arange(count)
+    assume(len(np.unique(groups)) >= 3)
+
+    def fold(people: np.ndarray, rates: np.ndarray) -> LinearModel:
+        models = linear_model.leave_one_out(
+            linear_model.flatten(people, rates),
+            8,
+            groups=groups,
+            mirrors=linear_model.flatten(fourier.mirrored(people), rates),
+            scale_last=None,
+        )
+        return next(model for model, r in models if r == held_out)
+
+    before = fold(people, rates)
+    gone = groups == groups[held_out]
+    people[gone] += 1e3 * generator.standard_normal(people[gone].shape)
+    rates[gone] *= 3.0
+    assert same(fold(people, rates), before)
+    people[~gone] += 1.0 * generator.standard_normal(people[~gone].shape)
+    assert not same(fold(people, rates), before)
+
+
+@given(seed=seeds, count=st.integers(3, 12), style=styles)
+@settings(max_examples=20, deadline=None)
+def test_every_walker_is_left_out_once_and_in_order(seed: int, count: int, style: str) -> None:
+    samples = population(seed, count, style)
+    folds = list(linear_model.leave_one_out(samples, 5))
+    assert [r for _, r in folds] == list(range(count))
+    for model, r in folds:
+        assert same(model, linear_model.fit(np.delete(samples, r, axis=0), 5))
+
+
+def test_mirror_images_join_the_training_set() -> None:
+    people = walkers(np.random.default_rng(2), 6)
+    samples = linear_model.flatten(people)
+    mirrors = linear_model.flatten(fourier.mirrored(people))
+    for model, r in linear_model.leave_one_out(samples, 20, mirrors=mirrors):
+        training = np.concatenate([np.delete(samples, r, axis=0), np.delete(mirrors, r, axis=0)])
+        assert same(model, linear_model.fit(training, 20))
+        assert len(model.eigenvalues) == 9
+        average = linear_model.unflatten(model.mean)
+        np.testing.assert_allclose(fourier.mirrored(average), average, rtol=0, atol=1e-9)
+
+
+@given(seed=seeds, count=st.integers(4, 12))
+@settings(max_examples=20, deadline=None)
+def test_the_order_of_the_walkers_does_not_matter(seed: int, count: int) -> None:
+    samples = population(seed, count, "generic")
+    order = np.random.default_rng(seed).permutation(count)
+    shuffled = {int(order[r]): model for model, r in linear_model.leave_one_out(samples[order], count)}
+    for model, r in linear_model.leave_one_out(samples, count):
+        other = shuffled[r]
+        np.testing.assert_allclose(other.mean, model.mean, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(other.eigenvalues, model.eigenvalues, rtol=1e-9)
+        covariance, expected = ((m.components.T * m.eigenvalues) @ m.components for m in (other, model))
+        np.testing.assert_allclose(covariance, expected, rtol=0, atol=1e-9 * model.eigenvalues[0])
+
+
+@given(seed=seeds, count=st.integers(3, 15))
+@settings(max_examples=20, deadline=None)
+def test_the_frequency_varies_as_much_as_the_mean_of_the_rest(seed: int, count: int) -> None:
+    generator = np.random.default_rng(seed)
+    samples = linear_model.flatten(walkers(generator, count), generator.uniform(0.7, 1.1, count))
+    model = linear_model.fit(samples, count, scale_last=None)
+    scaled = samples[:, -1] * model.last_scale
+    assert scaled.var() == pytest.approx(samples[:, :-1].var(axis=0).mean(), rel=1e-9)
+    assert model.mean[-1] == pytest.approx(scaled.mean(), rel=1e-12)
+    given_by_hand = linear_model.fit(samples, count, scale_last=model.last_scale)
+    assert same(model, given_by_hand)
+
+
+def test_a_frequency_that_all_share_is_left_alone() -> None:
+    """Its variance is rounding, and would be blown up to that of the body."""
+    samples = linear_model.flatten(walkers(np.random.default_rng(0), 7), np.full(7, 0.93))
+    assert linear_model.fit(samples, 5, scale_last=None).last_scale == 1.0
+    assert linear_model.fit(np.array([[1.0, 0.1], [1.0, 0.3]]), 1, scale_last=None).last_scale == 1.0
+
+
+@given(fold=folds(), angle=angles, prior=st.booleans())
+@settings(max_examples=40, deadline=None)
+def test_the_whitened_form_is_the_projected_eigenwalkers(fold: Fold, angle: float, prior: bool) -> None:
+    """At any angle the four products give what the printed projection matrix gives."""
+    model = fold.model
+    white = linear_model.whiten(model, prior=prior)
+    spread = np.sqrt(model.eigenvalues)
+    kept = spread > 1e-12 * spread.max()
+    np.testing.assert_allclose(white.spread, spread if prior else kept.astype(float), rtol=1e-15)
+    trailing = model.mean.size - 225
+    projected = camera.projection_matrix(angle, trailing=trailing) @ model.components.T * white.spread
+    gram = white.gram(np.cos([angle]), np.sin([angle]))[0]
+    np.testing.assert_allclose(
+        gram, projected.T @ projected, rtol=0, atol=1e-12 * max(white.spread.max() ** 2, 1)
+    )
+    assert white.mean_z.size == 75 + trailing
+    np.testing.assert_array_equal(white.mean_y, model.mean[:225].reshape(75, 3)[:, 1])
+
+
+GOOD = np.random.default_rng(0).standard_normal((5, 6))
+HOLED = GOOD.copy()
+HOLED[3, 2] = np.inf
+
+
+@pytest.mark.parametrize(
+    ("samples", "components", "options", "sentence"),
+    [
+        (GOOD[0], 2, {}, "at least two walkers"),
+        (GOOD[:1], 2, {}, r"at least two walkers \(expected \(R, D\), R > 1, received \(1, 6\)\)"),
+        (GOOD, 0, {}, "no components"),
+        (GOOD, 2, {"divisor": "R-2"}, "divisor is unknown"),
+        (HOLED, 2, {}, "walker 3 has values that are not finite"),
+        (GOOD, 2, {"scale_last": 0.0}, "scale of the last number is not positive"),
+        (GOOD, 2, {"scale_last": np.nan}, "scale of the last number is not positive"),
+    ],
+)
+def test_what_cannot_be_learnt_from_is_refused(
+    samples: np.ndarray, components: int, options: dict, sentence: str
+) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        linear_model.fit(samples, components, **options)
+
+
+@pytest.mark.parametrize(
+    ("samples", "options", "sentence"),
+    [
+        (GOOD[:2], {}, r"at least three people \(expected 3 or more, received 2\)"),
+        (GOOD[:2], {"mirrors": GOOD[:2]}, "at least three people"),
+        (GOOD, {"groups": np.array([1, 1, 2, 2, 2])}, r"at least three people .*received 2"),
+        (GOOD, {"groups": np.arange(4)}, r"do not match the walkers .*groups \(4,\)"),
+        (GOOD, {"mirrors": GOOD[:4]}, r"do not match the walkers .*mirrors \(4, 6\)"),
+    ],
+)
+def test_too_few_people_are_refused(samples: np.ndarray, options: dict, sentence: str) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        next(linear_model.leave_one_out(samples, 2, **options))

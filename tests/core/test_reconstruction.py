@@ -1,0 +1,398 @@
+"""3D from one known view: the fast paths against the printed ones [zhang2007 3.5-3.16, A.1-A.5]."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import camera, errors, fourier, reconstruction
+from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
+from pipeline.refusal import Refusal
+from tests.strategies import Fold, angles, folds, seeds, walkers
+
+variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**exponent)
+TIMES = np.arange(40) / 40.0  # a cycle of one hertz
+
+
+def problem(seed: int, numbers: int = 150, unknowns: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """E (150, N) well conditioned, d (150,) and eigenvalues (N,) over three decades."""
+    generator = np.random.default_rng(seed)
+    return (
+        generator.standard_normal((numbers, unknowns)) / np.sqrt(numbers),
+        300.0 * generator.standard_normal(numbers),
+        10.0 ** generator.uniform(2, 5, unknowns),
+    )
+
+
+def printed(
+    model: LinearModel, sample: np.ndarray, angle: float, noise_variance: float | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """k (N,), missing coefficients (5, 15) and true less reconstructed, as the papers write it.
+
+    Build C, project the model, subtract, solve, and take the missing dimension of the sum of eigenwalkers.
+    """
+    trailing = sample.size - 225
+    scaled = np.append(sample[:225], model.last_scale * sample[225:])
+    C = camera.projection_matrix(angle, trailing=trailing)
+    E_hat, d = C @ model.components.T, C @ scaled - C @ model.mean
+    if noise_variance is None:
+        k = np.zeros(len(model.eigenvalues))
+        varying = np.sqrt(model.eigenvalues) > 1e-12 * np.sqrt(model.eigenvalues.max())
+        k[varying] = reconstruction.least_squares(E_hat[:, varying], d)
+    else:
+        k = reconstruction.maximum_a_posteriori(E_hat, d, model.eigenvalues, noise_variance=noise_variance)
+    whole = unflatten(model.mean + k @ model.components)
+    missing = camera.missing_dimension(whole, angle)
+    return k, missing, camera.missing_dimension(unflatten(sample), angle) - missing
+
+
+# The two estimators
+
+
+@given(seed=seeds, unknowns=st.integers(1, 40))
+@settings(max_examples=40, deadline=None)
+def test_least_squares_is_the_printed_pseudo_inverse(seed: int, unknowns: int) -> None:
+    """[zhang2007 3.9]: (E'E)^-1 E'd."""
+    E, d, _ = problem(seed, unknowns=unknowns)
+    k = np.linalg.inv(E.T @ E) @ E.T @ d
+    np.testing.assert_allclose(reconstruction.least_squares(E, d), k, rtol=1e-8, atol=1e-8)
+
+
+@given(seed=seeds, unknowns=st.integers(1, 40), noise_variance=variances)
+@settings(max_examples=40, deadline=None)
+def test_map_is_the_printed_closed_form(seed: int, unknowns: int, noise_variance: float) -> None:
+    """[zhang2007 3.15, A.5]: [diag(sigma²/lambda) + E'E]^-1 E'd."""
+    E, d, eigenvalues = problem(seed, unknowns=unknowns)
+    k = np.linalg.inv(np.diag(noise_variance / eigenvalues) + E.T @ E) @ E.T @ d
+    found = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
+    np.testing.assert_allclose(found, k, rtol=1e-8, atol=1e-8)
+
+
+@given(seed=seeds, noise_variance=variances)
+@settings(max_examples=40, deadline=None)
+def test_the_gradient_of_the_posterior_is_zero_at_map_and_its_value_lowest(
+    seed: int, noise_variance: float
+) -> None:
+    """[zhang2007 3.14, A.1-A.4]."""
+    E, d, eigenvalues = problem(seed)
+    k = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
+    gradient = (-2 * E.T @ d + 2 * E.T @ E @ k) / (2 * noise_variance) + 2 * k / (2 * eigenvalues)  # A.3
+    size = np.abs(E.T @ d / noise_variance).max()
+    assert np.abs(gradient).max() < 1e-10 * size
+    np.testing.assert_allclose(  # A.4
+        E.T @ E @ k + noise_variance * k / eigenvalues, E.T @ d, rtol=0, atol=1e-9 * np.abs(E.T @ d).max()
+    )
+
+    def objective(k: np.ndarray) -> float:  # A.1
+        return float(((d - E @ k) ** 2).sum() / (2 * noise_variance) + (k**2 / (2 * eigenvalues)).sum())
+
+    generator = np.random.default_rng(seed)
+    for step in 10.0 ** np.arange(-1, 3):
+        assert objective(k + step * generator.standard_normal(len(k))) > objective(k)
+
+
+@given(seed=seeds)
+@settings(max_examples=20, deadline=None)
+def test_no_noise_is_least_squares_and_all_noise_the_average_walker(seed: int) -> None:
+    E, d, eigenvalues = problem(seed)
+    exact = reconstruction.least_squares(E, d)
+    gone = [
+        np.linalg.norm(
+            reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=variance) - exact
+        )
+        for variance in (1e-2, 1e-4, 1e-6)
+    ]
+    np.testing.assert_allclose(np.divide(gone[1:], gone[:-1]), 1e-2, rtol=0.05)  # linear in sigma²
+    size = [
+        np.linalg.norm(reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=variance))
+        for variance in (1e9, 1e11, 1e13)
+    ]
+    np.testing.assert_allclose(np.divide(size[1:], size[:-1]), 1e-2, rtol=0.05)
+    assert size[-1] < 1e-3 * np.linalg.norm(exact)
+
+
+@given(seed=seeds, noise_variance=variances)
+@settings(max_examples=20, deadline=None)
+def test_an_eigenwalker_without_variance_takes_no_part(seed: int, noise_variance: float) -> None:
+    E, d, eigenvalues = problem(seed)
+    eigenvalues[[2, 7]] = 0.0
+    k = reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=noise_variance)
+    assert k[[2, 7]].tolist() == [0.0, 0.0]
+    rest = np.delete(np.arange(12), [2, 7])
+    without = reconstruction.maximum_a_posteriori(
+        E[:, rest], d, eigenvalues[rest], noise_variance=noise_variance
+    )
+    np.testing.assert_allclose(k[rest], without, rtol=1e-9, atol=1e-9)
+
+
+def test_two_coefficients_worked_out_in_the_head() -> None:
+    E, d = np.eye(2), np.array([3.0, 4.0])
+    found = reconstruction.maximum_a_posteriori(E, d, np.array([10.0, 30.0]), noise_variance=10.0)
+    np.testing.assert_allclose(found, [1.5, 3.0])  # lambda / (lambda + sigma²) of each
+
+
+# Sweeps of known views
+
+
+@given(fold=folds(), view=st.lists(angles, min_size=1, max_size=5), noise_variance=st.none() | variances)
+@settings(max_examples=60, deadline=None)
+def test_the_sweep_equals_the_printed_way(
+    fold: Fold, view: list[float], noise_variance: float | None
+) -> None:
+    """225 numbers and 226, generic, tied and degenerate walkers."""
+    found = reconstruction.from_known_views(
+        fold.model, fold.sample, np.array(view), noise_variance=noise_variance
+    )
+    for a, angle in enumerate(view):
+        k, missing, delta = printed(fold.model, fold.sample, angle, noise_variance)
+        size = max(np.abs(delta).max(), np.abs(k).max(), 1.0)
+        if noise_variance is None:
+            E_hat = camera.projection_matrix(angle, trailing=fold.model.mean.size - 225)
+            singular = np.linalg.svd(E_hat @ fold.model.components.T, compute_uv=False)
+            assume(singular[-1] > 3e-3)  # the error of both ways grows with the square of its inverse
+        np.testing.assert_allclose(found.coefficients[a], k, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(found.missing[a], missing, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(found.delta[a], delta, rtol=0, atol=1e-9 * size)
+
+
+@given(
+    fold=folds(),
+    view=st.lists(angles, min_size=1, max_size=4),
+    sweep=st.lists(variances, min_size=1, max_size=5),
+)
+@settings(max_examples=60, deadline=None)
+def test_the_path_of_errors_equals_the_naive_loop_over_time(
+    fold: Fold, view: list[float], sweep: list[float]
+) -> None:
+    """Every view and sigma²: solve, synthesise, difference, square, mean over a cycle and the joints."""
+    path = reconstruction.error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
+    truth = fourier.synthesise(unflatten(fold.sample), 1.0, TIMES)
+    size = max(np.square(unflatten(fold.sample - fold.model.mean)).mean(), 1e-6)
+    for a, angle in enumerate(view):
+        for s, noise_variance in enumerate(sweep):
+            k, _, _ = printed(fold.model, fold.sample, angle, noise_variance)
+            guess = fourier.synthesise(unflatten(fold.model.mean + k @ fold.model.components), 1.0, TIMES)
+            error = errors.absolute_error_over_time(
+                camera.missing_dimension(truth, angle), camera.missing_dimension(guess, angle)
+            )
+            assert path[a, s] == pytest.approx(error.mean(), rel=1e-9, abs=1e-9 * size)
+
+
+def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
+    people = flatten(walkers(np.random.default_rng(4), 40))
+    model, view, sweep = fit(people[1:], 30), np.radians([-90, -20, 0, 45]), np.array([1.0, 70.0, 625.0])
+    path = reconstruction.error_path(model, people[0], view, sweep)
+    for s, noise_variance in enumerate(sweep):
+        one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
+        expected = errors.walker_error(errors.absolute_error(one.delta))
+        np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)
+
+
+@given(fold=folds(styles=("generic",)), angle=angles)
+@settings(max_examples=30, deadline=None)
+def test_small_noise_variances_lead_to_least_squares(fold: Fold, angle: float) -> None:
+    view = np.array([angle])
+    exact = reconstruction.from_known_views(fold.model, fold.sample, view, noise_variance=None)
+    near = reconstruction.from_known_views(fold.model, fold.sample, view, noise_variance=1e-7)
+    size = np.abs(exact.missing).max()
+    np.testing.assert_allclose(near.missing, exact.missing, rtol=0, atol=1e-4 * size)
+    far = reconstruction.from_known_views(fold.model, fold.sample, view, noise_variance=1e14)
+    average = camera.missing_dimension(unflatten(fold.model.mean), angle)
+    np.testing.assert_allclose(far.missing[0], average, rtol=0, atol=1e-3)
+
+
+@given(fold=folds(), angle=angles, noise_variance=st.none() | variances)
+@settings(max_examples=30, deadline=None)
+def test_the_signs_of_eigenwalkers_do_not_matter(
+    fold: Fold, angle: float, noise_variance: float | None
+) -> None:
+    model, view = fold.model, np.array([angle])
+    signs = fold.generator.choice([-1.0, 1.0], len(model.eigenvalues))
+    turned = dataclasses.replace(model, components=model.components * signs[:, None])
+    one, other = (
+        reconstruction.from_known_views(m, fold.sample, view, noise_variance=noise_variance)
+        for m in (model, turned)
+    )
+    # Products that cancel differently are rounded differently, and least squares may amplify that.
+    size = np.abs(one.coefficients).max() + np.abs(one.missing).max()
+    np.testing.assert_allclose(other.missing, one.missing, rtol=0, atol=1e-8 * size)
+    np.testing.assert_allclose(other.coefficients * signs, one.coefficients, rtol=0, atol=1e-8 * size)
+
+
+@given(fold=folds(styles=("generic",), trailing=0), angle=angles, noise_variance=variances)
+@settings(max_examples=30, deadline=None)
+def test_metres_give_the_same_walker(fold: Fold, angle: float, noise_variance: float) -> None:
+    """E_abs is a mean square: a millionth, when sigma² becomes a millionth too."""
+    model, view = fold.model, np.array([angle])
+    in_metres = dataclasses.replace(
+        model, mean=model.mean * 1e-3, eigenvalues=model.eigenvalues * 1e-6, total_variance=0.0
+    )
+    path = reconstruction.error_path(model, fold.sample, view, np.array([noise_variance]))
+    other = reconstruction.error_path(in_metres, fold.sample * 1e-3, view, np.array([noise_variance * 1e-6]))
+    np.testing.assert_allclose(other, path * 1e-6, rtol=1e-8)
+    one = reconstruction.from_known_views(model, fold.sample, view, noise_variance=None)
+    two = reconstruction.from_known_views(in_metres, fold.sample * 1e-3, view, noise_variance=None)
+    size = np.abs(one.missing).max()
+    np.testing.assert_allclose(two.missing * 1e3, one.missing, rtol=0, atol=1e-8 * size)
+
+
+@given(seed=seeds, angle=angles, noise_variance=st.none() | variances)
+@settings(max_examples=30, deadline=None)
+def test_a_walker_within_the_model_is_found_exactly(
+    seed: int, angle: float, noise_variance: float | None
+) -> None:
+    generator = np.random.default_rng(seed)
+    model = fit(flatten(walkers(generator, 15)), 9)
+    k = generator.standard_normal(9) * np.sqrt(model.eigenvalues)
+    sample = model.mean + k @ model.components
+    found = reconstruction.from_known_views(model, sample, np.array([angle]), noise_variance=noise_variance)
+    if noise_variance is None:
+        np.testing.assert_allclose(found.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
+        assert np.abs(found.delta).max() < 1e-6
+    else:  # shrunk towards the average walker
+        white, true = found.coefficients[0] / np.sqrt(model.eigenvalues), k / np.sqrt(model.eigenvalues)
+        assert np.linalg.norm(white) < np.linalg.norm(true)
+
+
+@given(seed=seeds, angle=angles, noise_variance=st.none() | variances, unknowns=st.integers(2, 6))
+@settings(max_examples=80, deadline=None)
+def test_what_a_view_does_not_show_is_left_out(
+    seed: int, angle: float, noise_variance: float | None, unknowns: int
+) -> None:
+    """An eigenwalker along the missing dimension, and two that look alike from here: the smallest norm.
+
+    The products that make the matrix cancel only to rounding, which must not pass for information.
+    """
+    generator = np.random.default_rng(seed)
+    lost = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    components = generator.standard_normal((unknowns + 1, 75, 3))
+    components[0] = generator.standard_normal((75, 1)) * lost
+    components[2] = generator.standard_normal() * components[1] + generator.standard_normal((75, 1)) * lost
+    components /= np.linalg.norm(components, axis=(1, 2), keepdims=True)
+    model = LinearModel(
+        mean=300.0 * generator.standard_normal(225),
+        components=components.reshape(unknowns + 1, 225),
+        eigenvalues=10.0 ** generator.uniform(2, 5, unknowns + 1),
+        total_variance=1e6,
+    )
+    sample = model.mean + 100.0 * generator.standard_normal(225)
+    view = np.array([angle])
+    found = reconstruction.from_known_views(model, sample, view, noise_variance=noise_variance)
+    C = camera.projection_matrix(angle)
+    E_hat, d = C @ model.components.T, C @ (sample - model.mean)
+    if noise_variance is None:
+        k = np.linalg.pinv(E_hat, rcond=1e-9) @ d
+    else:
+        k = reconstruction.maximum_a_posteriori(E_hat, d, model.eigenvalues, noise_variance=noise_variance)
+        path = reconstruction.error_path(model, sample, view, np.array([noise_variance]))
+        delta = camera.missing_dimension(unflatten(sample - model.mean - k @ model.components), angle)
+        assert path[0, 0] == pytest.approx(errors.absolute_error(delta).mean(), rel=1e-9)
+    np.testing.assert_allclose(found.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
+    assert abs(found.coefficients[0, 0]) < 1e-9 * np.abs(k).max()
+
+
+def test_walkers_who_do_not_vary_leave_the_average_walker() -> None:
+    person = flatten(walkers(np.random.default_rng(0), 1))[0]
+    model = fit(np.stack([person] * 4), 3)
+    for noise_variance in (None, 70.0):
+        found = reconstruction.from_known_views(
+            model, person + 9.0, np.zeros(1), noise_variance=noise_variance
+        )
+        assert np.abs(found.coefficients).max() < 1e-6
+        np.testing.assert_allclose(found.delta, 9.0, rtol=1e-6)
+
+
+@given(fold=folds(), angle=angles)
+@settings(max_examples=20, deadline=None)
+def test_the_observed_coordinates_are_kept(fold: Fold, angle: float) -> None:
+    """[zhang2007 3.16]: the model's own image of the walker is not used."""
+    found = reconstruction.from_known_views(fold.model, fold.sample, np.array([angle]), noise_variance=70.0)
+    truth = unflatten(fold.sample)
+    seen = camera.project(truth, angle)
+    together = camera.combine(seen, found.missing[0], angle)
+    np.testing.assert_allclose(camera.project(together, angle), seen, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        camera.missing_dimension(truth - together, angle), found.delta[0], rtol=0, atol=1e-9
+    )
+    perfect = camera.combine(seen, found.missing[0] + found.delta[0], angle)
+    np.testing.assert_allclose(perfect, truth, rtol=0, atol=1e-9)
+
+
+@given(fold=folds(trailing=0), angle=angles, noise_variance=st.none() | variances)
+@settings(max_examples=20, deadline=None)
+def test_the_missing_dimension_of_the_walker_does_not_reach_the_estimate(
+    fold: Fold, angle: float, noise_variance: float | None
+) -> None:
+    lost = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    other = fold.sample + (100.0 * fold.generator.standard_normal((75, 1)) * lost).reshape(-1)
+    one, two = (
+        reconstruction.from_known_views(fold.model, w, np.array([angle]), noise_variance=noise_variance)
+        for w in (fold.sample, other)
+    )
+    size = np.abs(one.missing).max() + np.abs(one.coefficients).max()
+    np.testing.assert_allclose(two.missing, one.missing, rtol=0, atol=1e-7 * size)
+    assert np.abs(two.delta - one.delta).max() > 1.0
+
+
+# Refusals
+
+MODEL = fit(flatten(walkers(np.random.default_rng(1), 5)), 3)
+HOLED = MODEL.mean.copy()
+HOLED[8] = np.nan
+
+
+@pytest.mark.parametrize("noise_variance", [0.0, -1.0, np.nan, np.inf])
+def test_a_noise_variance_that_is_not_positive_is_refused(noise_variance: float) -> None:
+    sentence = r"noise variance \(sigma²\) is not positive \(expected mm² > 0"
+    view = np.zeros(1)
+    with pytest.raises(Refusal, match=sentence):
+        reconstruction.maximum_a_posteriori(np.eye(2), np.ones(2), np.ones(2), noise_variance=noise_variance)
+    with pytest.raises(Refusal, match=sentence):
+        reconstruction.from_known_views(MODEL, MODEL.mean, view, noise_variance=noise_variance)
+    with pytest.raises(Refusal, match=sentence):
+        reconstruction.error_path(MODEL, MODEL.mean, view, np.array([70.0, noise_variance]))
+
+
+@pytest.mark.parametrize(
+    ("sample", "sentence"),
+    [
+        (np.zeros(226), r"another size than the model \(expected \(225,\), received \(226,\)\)"),
+        (np.zeros((5, 15, 3)), "another size than the model"),
+        (HOLED, "not finite"),
+    ],
+)
+def test_a_walker_who_does_not_fit_the_model_is_refused(sample: np.ndarray, sentence: str) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        reconstruction.from_known_views(MODEL, sample, np.zeros(1), noise_variance=None)
+    with pytest.raises(Refusal, match=sentence):
+        reconstruction.error_path(MODEL, sample, np.zeros(1), np.array([70.0]))
+
+
+@pytest.mark.parametrize(
+    ("E", "d", "eigenvalues", "sentence"),
+    [
+        (
+            np.eye(3),
+            np.ones(2),
+            np.ones(3),
+            r"expected E \(M, N\) and d \(M,\), received E \(3, 3\) and d \(2,",
+        ),
+        (np.ones(3), np.ones(3), np.ones(3), "eigenwalkers and observation disagree"),
+        (np.eye(2), np.array([1.0, np.nan]), np.ones(2), "an observed value is not finite"),
+        (np.full((2, 2), np.inf), np.ones(2), np.ones(2), "an observed value is not finite"),
+        (np.eye(2), np.ones(2), np.ones(3), r"eigenvalues and eigenwalkers disagree \(expected \(2,\)"),
+        (np.eye(2), np.ones(2), np.array([1.0, -1.0]), "an eigenvalue is negative"),
+    ],
+)
+def test_equations_that_do_not_fit_together_are_refused(
+    E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, sentence: str
+) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=1.0)
+    if "eigenvalue" not in sentence:
+        with pytest.raises(Refusal, match=sentence):
+            reconstruction.least_squares(E, d)

@@ -1,0 +1,431 @@
+"""View angle and coefficients together [zhang2007 4.5, 4.6, B.1-B.3] [zhang2004 14]."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import camera, circular, reconstruction, view_search, viewpoint
+from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten, whiten
+from pipeline.refusal import Refusal
+from tests.strategies import Fold, angles, folds, seeds, walkers
+
+methods = st.sampled_from([("least_squares", None), ("map", 1.0), ("map", 70.0), ("map", 1e4)])
+
+
+def seen(sample: np.ndarray, angle: float) -> np.ndarray:
+    """The 2D Fourier representation (150,) or (151,) of a walker."""
+    return camera.projection_matrix(angle, trailing=sample.size - 225) @ sample
+
+
+def printed_cost(
+    model: LinearModel, observed: np.ndarray, angle: float, k: np.ndarray, noise_variance: float | None
+) -> float:
+    """[zhang2007 4.5] squared, or [zhang2007 4.6] times 2 sigma²."""
+    trailing = model.mean.size - 225
+    C = camera.projection_matrix(angle, trailing=trailing)
+    w_hat = np.append(observed[:150], model.last_scale * observed[150:])
+    misfit = float(((w_hat - C @ model.mean - C @ model.components.T @ k) ** 2).sum())
+    if noise_variance is None:
+        return misfit
+    kept = model.eigenvalues > 0
+    return misfit + noise_variance * float((k[kept] ** 2 / model.eigenvalues[kept]).sum())
+
+
+def printed_minimum(
+    model: LinearModel, observed: np.ndarray, angle: float, noise_variance: float | None
+) -> tuple[float, np.ndarray]:
+    """The printed cost at an angle, coefficients solved for as printed, and those."""
+    trailing = model.mean.size - 225
+    C = camera.projection_matrix(angle, trailing=trailing)
+    d = np.append(observed[:150], model.last_scale * observed[150:]) - C @ model.mean
+    E = C @ model.components.T
+    if noise_variance is None:
+        k = reconstruction.least_squares(E, d)
+    else:
+        k = reconstruction.maximum_a_posteriori(E, d, model.eigenvalues, noise_variance=noise_variance)
+    return printed_cost(model, observed, angle, k, noise_variance), k
+
+
+def brute_force(
+    model: LinearModel, observed: np.ndarray, noise_variance: float | None
+) -> tuple[float, float]:
+    """Angle and cost by looking: every degree, then every hundredth around the five lowest."""
+
+    def cost(degree: float) -> float:
+        return printed_minimum(model, observed, np.radians(degree), noise_variance)[0]
+
+    coarse = np.arange(-180.0, 180.0)
+    costs = np.array([cost(degree) for degree in coarse])
+    lowest = coarse[np.argsort(costs)[:5]]
+    fine = np.unique(np.round(np.add.outer(lowest, np.arange(-100, 101) / 100), 2))
+    costs = np.array([cost(degree) for degree in fine])
+    return float(fine[costs.argmin()]), float(costs.min())
+
+
+@pytest.mark.parametrize("trailing", [0, 1])
+@pytest.mark.parametrize(("method", "noise_variance"), [("least_squares", None), ("map", 70.0)])
+@pytest.mark.parametrize("style", ["generic", "degenerate"])
+def test_the_global_solver_finds_what_a_hundredth_of_a_degree_finds(
+    trailing: int, method: str, noise_variance: float | None, style: str
+) -> None:
+    generator = np.random.default_rng(trailing)
+    people = flatten(walkers(generator, 13, style), generator.uniform(0.7, 1.1, 13) if trailing else None)
+    components = 8 if style == "generic" else 4  # no more than the degenerate population has
+    model = fit(people[1:], components, scale_last=30.0 if trailing else 1.0)
+    observed = seen(people[0], generator.uniform(-np.pi, np.pi))
+    found = viewpoint.estimate(model, observed, method=method, noise_variance=noise_variance)
+    angle_deg, cost = brute_force(model, observed, noise_variance)
+    assert abs(circular.difference_deg(np.degrees(found.angle_rad), angle_deg)) <= 0.01
+    assert found.converged
+    assert found.cost <= cost + 1e-9 * abs(cost)
+    assert found.cost == pytest.approx(cost, rel=1e-3, abs=1e-3)
+    at_angle, k = printed_minimum(model, observed, float(found.angle_rad), noise_variance)
+    assert found.cost == pytest.approx(at_angle, rel=1e-8, abs=1e-6)
+    np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-6 * np.abs(k).max())
+
+
+@given(seed=seeds, method=methods, wild=st.sampled_from([20.0, 300.0, 1000.0]))
+@settings(max_examples=25, deadline=None)
+def test_no_candidate_of_a_fine_grid_is_better(
+    seed: int, method: tuple[str, float | None], wild: float
+) -> None:
+    """Also for walkers like none that were learnt from, whose cost has several dips of nearly one depth."""
+    name, noise_variance = method
+    generator = np.random.default_rng(seed)
+    people = flatten(walkers(generator, 21))
+    model = fit(people, int(generator.integers(1, 20)))
+    strangers = people[:6] + wild * generator.standard_normal((6, 225))
+    observed = np.stack([seen(w, generator.uniform(-3, 3)) for w in strangers])
+    found = viewpoint.estimate(model, observed, method=name, noise_variance=noise_variance)
+    white = whiten(model, prior=noise_variance is not None)
+    across, up, _ = viewpoint._observations(model, white, observed)
+    fine = np.radians(np.arange(-180, 180, 0.25))
+    cost = view_search.cost_on_grid(white, across, up, fine, noise_variance or 0.0)
+    assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
+    assert (found.runner_up_cost >= found.cost * (1 - 1e-9)).all()
+    assert found.converged.all()
+
+
+@pytest.mark.parametrize("step_deg", [5.0, 10.0, 15.0])
+def test_the_lower_of_two_dips_wins_though_the_lowest_candidate_lies_in_the_other(step_deg: float) -> None:
+    """Two points at 100 x and 30 y: dips at 48.73 degrees, on a candidate, and lower at -48.77, between two."""
+    points = np.zeros((75, 3))
+    points[0, 0], points[1, 1] = 100.0, 30.0
+    model = LinearModel(points.reshape(-1), np.eye(225)[-1:], np.ones(1), 1.0)
+    observed = np.zeros(150)
+    observed[0], observed[2] = 60.0, -0.1
+
+    def cost(angle: np.ndarray) -> np.ndarray:
+        return (60 - 100 * np.cos(angle)) ** 2 + (-0.1 - 30 * np.sin(angle)) ** 2
+
+    low, step = np.radians(48.73 - 180), np.radians(step_deg)
+    candidates, closed = view_search.candidates(low, low + 2 * np.pi, step)
+    assert closed
+    assert np.degrees(candidates[cost(candidates).argmin()]) == pytest.approx(48.73)
+    found = viewpoint.estimate(
+        model,
+        observed,
+        method="least_squares",
+        angle_range_rad=(low, low + 2 * np.pi),
+        grid_step_rad=step,
+    )
+    fine = np.radians(np.arange(-180, 180, 0.001))
+    assert np.degrees(found.angle_rad) == pytest.approx(np.degrees(fine[cost(fine).argmin()]), abs=1e-3)
+    assert found.cost == pytest.approx(cost(fine).min(), rel=1e-6)
+    assert found.runner_up_cost == pytest.approx(cost(fine[fine > 0]).min(), rel=1e-6)
+
+
+# The function of one angle
+
+
+@given(fold=folds(), angle=angles, true=angles, method=methods)
+@settings(max_examples=40, deadline=None)
+def test_the_cost_on_the_grid_and_the_reduced_cost_are_the_printed_one(
+    fold: Fold, angle: float, true: float, method: tuple[str, float | None]
+) -> None:
+    model, (_, noise_variance) = fold.model, method
+    white = whiten(model, prior=noise_variance is not None)
+    observed = np.stack(
+        [seen(fold.sample, true), seen(fold.sample, true + 1.0), 0.0 * seen(fold.sample, 0.0)]
+    )
+    across, up, _ = viewpoint._observations(model, white, observed)
+    ridge = noise_variance or 0.0
+    grid = view_search.cost_on_grid(white, across, up, np.array([angle, angle + 0.5]), ridge)
+    reduced, z, _, _ = view_search.reduced_cost(white, across, up, np.full(3, angle), ridge, bend=False)
+    for i, row in enumerate(observed):
+        scale = float((row**2).sum() + (model.mean**2).sum())
+        expected = printed_cost(model, row, angle, z[i] * white.spread, noise_variance)
+        assert reduced[i] == pytest.approx(expected, rel=1e-9, abs=1e-12 * scale)
+        assert grid[i, 0] == pytest.approx(expected, rel=1e-9, abs=1e-11 * scale)
+        if noise_variance is not None or fold.drawn.find("generic") >= 0:
+            lowest, _ = printed_minimum(model, row, angle, noise_variance)
+            assert expected == pytest.approx(lowest, rel=1e-9, abs=1e-11 * scale)
+
+
+@pytest.mark.parametrize("ridge", [0.0, 70.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_slope_and_bend_are_the_limits_of_differences(seed: int, ridge: float) -> None:
+    """The error of central differences falls with the square of the step, until rounding takes over."""
+    generator = np.random.default_rng(seed)
+    people = flatten(walkers(generator, 15), generator.uniform(0.7, 1.1, 15))
+    model = fit(people[1:], 10, scale_last=None)
+    white = whiten(model, prior=ridge > 0)
+    here = generator.uniform(-3, 3, 5)
+    observed = np.stack([seen(people[0], angle) for angle in here + 0.3])
+    across, up, _ = viewpoint._observations(model, white, observed)
+
+    def reduced(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        cost, _, slope, bend = view_search.reduced_cost(white, across, up, angle, ridge, bend=True)
+        return cost, slope, bend
+
+    _, slope, bend = reduced(here)
+    steps = 10.0 ** np.array([-1.5, -2.0, -2.5])
+    wrong = []
+    for step in steps:
+        (above, rise, _), (below, fall, _) = reduced(here + step), reduced(here - step)
+        wrong.append(
+            [np.abs((above - below) / (2 * step) - slope), np.abs((rise - fall) / (2 * step) - bend)]
+        )
+    order = np.log10(np.divide(wrong[:-1], wrong[1:])) / 0.5
+    np.testing.assert_allclose(np.median(order, axis=-1), 2.0, atol=0.1)
+    relative = np.array(wrong[-1]) / np.abs(np.stack([slope, bend])).max(axis=1, keepdims=True)
+    assert relative.max() < 1e-3
+
+
+# Recovery and invariance
+
+
+@given(seed=seeds, true=angles, method=methods, count=st.integers(3, 15))
+@settings(max_examples=25, deadline=None)
+def test_the_view_of_a_walker_within_the_model_is_recovered(
+    seed: int, true: float, method: tuple[str, float | None], count: int
+) -> None:
+    generator = np.random.default_rng(seed)
+    model = fit(flatten(walkers(generator, count)), count)
+    name, noise_variance = method
+    k = generator.standard_normal(len(model.eigenvalues)) * np.sqrt(model.eigenvalues)
+    if noise_variance is not None:
+        k *= 0.0  # a prior pulls anybody but the average walker, and with the walker the angle
+    found = viewpoint.estimate(
+        model, seen(model.mean + k @ model.components, true), method=name, noise_variance=noise_variance
+    )
+    assert abs(circular.difference_deg(np.degrees(found.angle_rad), np.degrees(true))) < 1e-5
+    assert -np.pi < found.angle_rad <= np.pi
+    np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-4)
+    assert found.cost < 1e-6 * found.runner_up_cost
+
+
+@given(fold=folds(styles=("generic", "tied")), method=methods, view=st.lists(angles, min_size=2, max_size=8))
+@settings(max_examples=25, deadline=None)
+def test_many_observations_at_once_are_each_alone(
+    fold: Fold, method: tuple[str, float | None], view: list[float]
+) -> None:
+    name, noise_variance = method
+    observed = np.stack([seen(fold.sample, angle) for angle in view])
+    options: dict[str, Any] = {"method": name, "noise_variance": noise_variance}
+    together = viewpoint.estimate(fold.model, observed, **options)
+    assert together.angle_rad.shape == (len(view),)
+    assert together.coefficients.shape == (len(view), len(fold.model.eigenvalues))
+    for i, row in enumerate(observed):
+        alone = viewpoint.estimate(fold.model, row, **options)
+        assert np.ndim(alone.angle_rad) == 0
+        scale = float((row**2).sum())
+        assert together.cost[i] == pytest.approx(float(alone.cost), rel=1e-8, abs=1e-12 * scale)
+        if alone.runner_up_cost > 1.001 * alone.cost:  # else two angles may be told apart by rounding alone
+            apart = circular.difference_deg(np.degrees(together.angle_rad[i]), np.degrees(alone.angle_rad))
+            assert abs(apart) < 1e-4
+
+
+def test_every_shape_of_the_same_observations_agrees() -> None:
+    people = walkers(np.random.default_rng(0), 9)
+    model = fit(flatten(people[1:]), 6)
+    blocks = np.stack([camera.project(people[0], angle) for angle in (-0.4, 0.9)])
+    assert blocks.shape == (2, 5, 15, 2)
+    flat = viewpoint.estimate(model, blocks.reshape(2, 150), method="map", noise_variance=70.0)
+    as_blocks = viewpoint.estimate(model, blocks, method="map", noise_variance=70.0)
+    np.testing.assert_array_equal(as_blocks.angle_rad, flat.angle_rad)
+    one = viewpoint.estimate(model, blocks[1], method="map", noise_variance=70.0)
+    other = viewpoint.estimate(model, blocks[1].reshape(150), method="map", noise_variance=70.0)
+    assert one.angle_rad == other.angle_rad
+    assert np.ndim(one.angle_rad) == 0
+    assert one.coefficients.shape == (6,)
+    assert one.angle_rad == pytest.approx(flat.angle_rad[1], abs=1e-9)
+
+
+def test_no_observation_of_anything_is_no_reason_to_fail() -> None:
+    model = fit(flatten(walkers(np.random.default_rng(0), 5)), 3)
+    found = viewpoint.estimate(model, np.zeros(150), method="map", noise_variance=70.0)
+    assert np.isfinite(found.cost)
+    still = LinearModel(np.zeros(225), np.eye(225)[:2], np.ones(2), 2.0)  # no view is better than another
+    flat = viewpoint.estimate(still, np.zeros((2, 150)), method="least_squares")
+    assert flat.cost.tolist() == [0.0, 0.0]
+
+
+def test_the_runner_up_tells_an_ambiguous_view() -> None:
+    """Walkers with hardly any depth, and walkers as they are."""
+    ratios = []
+    for depth in (0.05, 1.0):
+        people = walkers(np.random.default_rng(3), 12)
+        people[..., 1] *= depth
+        model = fit(flatten(people[1:]), 8)
+        found = viewpoint.estimate(model, seen(flatten(people)[0], 0.4), method="map", noise_variance=70.0)
+        ratios.append(float(found.runner_up_cost / found.cost))
+    assert 1.0 <= ratios[0] < 1.1 < ratios[1]
+
+
+# Ranges and the published solver
+
+
+@given(
+    seed=seeds, true_deg=st.floats(-179, 179), low_deg=st.integers(-200, 100), width_deg=st.integers(5, 300)
+)
+@settings(max_examples=30, deadline=None)
+def test_a_restricted_range_is_kept_and_its_best_candidate_taken(
+    seed: int, true_deg: float, low_deg: int, width_deg: int
+) -> None:
+    people = flatten(walkers(np.random.default_rng(seed), 9))
+    model = fit(people[1:], 5)
+    observed = seen(people[0], np.radians(true_deg))
+    low, high = np.radians(low_deg), np.radians(low_deg + width_deg)
+    found = viewpoint.estimate(
+        model, observed, method="map", noise_variance=70.0, angle_range_rad=(low, high)
+    )
+    assert np.mod(found.angle_rad - low + 1e-9, 2 * np.pi) <= high - low + 2e-9
+    white = whiten(model)
+    across, up, _ = viewpoint._observations(model, white, observed)
+    fine = np.linspace(low, high, 4 * width_deg + 1)
+    cost = view_search.cost_on_grid(white, across, up, fine, 70.0)
+    assert found.cost <= cost.min() * (1 + 1e-8)
+
+
+def test_more_than_a_circle_is_a_circle() -> None:
+    people = flatten(walkers(np.random.default_rng(0), 9))
+    model, observed = fit(people[1:], 5), seen(people[0], 0.7)
+    once, twice = (
+        viewpoint.estimate(model, observed, method="least_squares", angle_range_rad=(-np.pi, turns * np.pi))
+        for turns in (1, 3)
+    )
+    assert twice.angle_rad == pytest.approx(once.angle_rad, abs=1e-9)
+    assert twice.runner_up_cost == once.runner_up_cost  # the same dip a turn later is no other
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_published_trust_region_reaches_the_minimum_from_nearby(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    people = flatten(walkers(generator, 15))
+    model, true = fit(people[1:], 8), generator.uniform(-1.5, 1.5)
+    observed = seen(people[0], true)
+    best = viewpoint.estimate(model, observed, method="least_squares")
+    published = viewpoint.estimate(
+        model, observed, method="least_squares", solver="published", start_rad=true + 0.2
+    )
+    assert published.converged
+    assert published.angle_rad == pytest.approx(best.angle_rad, abs=1e-3)
+    assert published.cost == pytest.approx(best.cost, rel=1e-5)
+    assert np.isinf(published.runner_up_cost)
+    size = np.abs(best.coefficients).max()
+    np.testing.assert_allclose(published.coefficients, best.coefficients, rtol=0, atol=1e-2 * size)
+
+
+def test_the_published_trust_region_may_end_in_another_dip() -> None:
+    """Walkers with hardly any depth look nearly the same from 27 degrees on either side."""
+    people = walkers(np.random.default_rng(3), 12)
+    people[..., 1] *= 0.1
+    model, observed = fit(flatten(people[1:]), 8), seen(flatten(people)[0], 0.4)
+    best = viewpoint.estimate(model, observed, method="least_squares")
+    found = [
+        viewpoint.estimate(model, observed, method="least_squares", solver="published", start_rad=start)
+        for start in np.radians(np.arange(-180, 180, 30))
+    ]
+    costs = np.array([float(one.cost) for one in found])
+    assert (costs >= best.cost * (1 - 1e-9)).all()
+    assert costs.min() == pytest.approx(best.cost, rel=1e-5)
+    assert costs.max() == pytest.approx(best.runner_up_cost, rel=1e-2)
+    assert costs.max() > 1.02 * best.cost
+
+
+@pytest.mark.parametrize("trailing", [0, 1])
+@pytest.mark.parametrize("range_deg", [(0, 180), (-90, 90)])
+def test_the_published_approach_ii_is_the_best_of_181_whole_degrees(
+    trailing: int, range_deg: tuple[int, int]
+) -> None:
+    generator = np.random.default_rng(7)
+    people = flatten(walkers(generator, 12), generator.uniform(0.7, 1.1, 12) if trailing else None)
+    model = fit(people[1:], 7, scale_last=30.0 if trailing else 1.0)
+    observed = np.stack([seen(people[0], angle) for angle in np.radians([12.4, 77.6])])
+    found = viewpoint.estimate(
+        model,
+        observed,
+        method="map",
+        noise_variance=70.0,
+        solver="published",
+        angle_range_rad=(np.radians(range_deg[0]), np.radians(range_deg[1])),
+    )
+    whole = np.arange(range_deg[0], range_deg[1] + 1)
+    assert len(whole) == 181
+    for i, row in enumerate(observed):
+        costs = [printed_minimum(model, row, np.radians(degree), 70.0)[0] for degree in whole]
+        assert np.degrees(found.angle_rad[i]) == pytest.approx(whole[np.argmin(costs)], abs=1e-9)
+        assert found.cost[i] == pytest.approx(min(costs), rel=1e-9)
+    assert found.converged.all()
+
+
+@given(fold=folds(styles=("generic",)), true=angles)
+@settings(max_examples=15, deadline=None)
+def test_the_coefficients_rebuild_the_walker_as_the_known_view_does(fold: Fold, true: float) -> None:
+    """At the angle that is found, approach II is that of the first experiment at this angle."""
+    found = viewpoint.estimate(fold.model, seen(fold.sample, true), method="map", noise_variance=70.0)
+    white_observation = seen(fold.sample, true)
+    _, k = printed_minimum(fold.model, white_observation, float(found.angle_rad), 70.0)
+    np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-7 * max(np.abs(k).max(), 1.0))
+    rebuilt = unflatten(fold.model.mean + found.coefficients @ fold.model.components)
+    assert rebuilt.shape == (5, 15, 3)
+
+
+# Refusals
+
+MODEL = fit(flatten(walkers(np.random.default_rng(1), 5)), 3)
+WITH_FREQUENCY = fit(flatten(walkers(np.random.default_rng(1), 5), np.array([0.8, 0.9, 1.0, 0.85, 0.95])), 3)
+SEEN = seen(MODEL.mean, 0.3)
+HOLED = SEEN.copy()
+HOLED[3] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("observed", "options", "sentence"),
+    [
+        (SEEN, {"method": "bayes"}, r"method is unknown \(expected least_squares or map, received bayes\)"),
+        (SEEN, {"method": "map"}, "MAP needs a noise variance"),
+        (SEEN, {"method": "map", "noise_variance": 0.0}, "noise variance .* is not positive"),
+        (SEEN, {"method": "least_squares", "noise_variance": -1.0}, "noise variance .* is not positive"),
+        (SEEN, {"solver": "matlab"}, "solver is unknown"),
+        (SEEN, {"angle_range_rad": (1.0, 1.0)}, "range of view angles is empty"),
+        (SEEN, {"angle_range_rad": (0.0, np.inf)}, "range of view angles is empty"),
+        (SEEN, {"angle_range_rad": (0.0, np.nan)}, "range of view angles is empty"),
+        (SEEN, {"grid_step_rad": 0.0}, "range of view angles is empty"),
+        (
+            SEEN[:-1],
+            {},
+            r"another size than the model \(expected \(150,\) or \(A, 150\), received \(149,\)\)",
+        ),
+        (np.append(SEEN, 5.0), {}, "another size than the model"),
+        (np.zeros((2, 3, 150)), {}, "another size than the model"),
+        (np.zeros((0, 150)), {}, "there is no observation"),
+        (HOLED, {}, "an observed value is not finite"),
+    ],
+)
+def test_what_cannot_be_estimated_is_refused(observed: np.ndarray, options: dict, sentence: str) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        viewpoint.estimate(MODEL, observed, **({"method": "least_squares"} | options))
+
+
+def test_a_model_with_the_frequency_needs_it_observed() -> None:
+    with pytest.raises(Refusal, match=r"expected \(151,\) or \(A, 151\), received \(150,\)"):
+        viewpoint.estimate(WITH_FREQUENCY, SEEN, method="least_squares")
+    with pytest.raises(Refusal, match="another size than the model"):
+        viewpoint.estimate(WITH_FREQUENCY, SEEN.reshape(5, 15, 2), method="least_squares")

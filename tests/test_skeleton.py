@@ -1,0 +1,127 @@
+"""Joints, mapping of source points to joints, and the sentences that refuse bad ones."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15, Lowering, MotionCapture, Skeleton, SourceMapping, map_joints
+
+PAIR = Skeleton(name="PAIR", joints=("hip", "knee"), parents=(-1, 0), mirror=(0, 1))
+
+
+def motion(names: tuple[str, ...], positions: object) -> MotionCapture:
+    array = np.asarray(positions, dtype=float)
+    return MotionCapture(
+        names=names,
+        positions_mm=array,
+        valid=np.isfinite(array).all(axis=-1),
+        frame_rate_hz=100.0,
+        units="mm",
+        channels=(),
+        angles_deg=np.empty((len(array), 0)),
+    )
+
+
+ONE_FRAME = motion(("A", "B"), [[[0.0, 0.0, 10.0], [2.0, 4.0, 30.0]]])
+RULES = SourceMapping(name="test", joints={"hip": {"A": 1.0}, "knee": {"A": 0.5, "B": 0.5}})
+
+
+def test_walker15_is_a_tree_whose_mirror_is_an_involution() -> None:
+    assert len(WALKER15.joints) == 15
+    assert [WALKER15.mirror[m] for m in WALKER15.mirror] == list(range(15))
+    for joint, image in zip(WALKER15.joints, WALKER15.mirror, strict=True):
+        swapped = joint.replace("left", "*").replace("right", "left").replace("*", "right")
+        assert WALKER15.joints[image] == swapped
+    for joint in range(15):  # every joint reaches the root, so there is no loop
+        steps = 0
+        while WALKER15.parents[joint] >= 0:
+            joint, steps = WALKER15.parents[joint], steps + 1
+            assert steps < 15
+    assert len(WALKER15.bones) == 14
+
+
+def test_weights_make_joints() -> None:
+    positions, valid = map_joints(ONE_FRAME, RULES, PAIR)
+    np.testing.assert_array_equal(positions[0], [[0, 0, 10], [1, 2, 20]])
+    assert valid.all()
+
+
+@pytest.mark.parametrize(("up", "expected"), [("z", [1, 2, 3]), ("y", [3, 1, 2]), ("x", [2, 3, 1])])
+def test_the_named_axis_comes_to_z_without_mirroring(up: str, expected: list[float]) -> None:
+    source = motion(("A",), [[[1.0, 2.0, 3.0]]])
+    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
+    positions, _ = map_joints(source, SourceMapping(name="t", up=up, joints={"hip": {"A": 1.0}}), single)
+    np.testing.assert_array_equal(positions[0, 0], expected)
+    axes = motion(("A", "B", "C"), np.eye(3)[None])
+    three = Skeleton(name="THREE", joints=("a", "b", "c"), parents=(-1, 0, 1), mirror=(0, 1, 2))
+    rules = SourceMapping(name="t", up=up, joints={"a": {"A": 1.0}, "b": {"B": 1.0}, "c": {"C": 1.0}})
+    turned, _ = map_joints(axes, rules, three)
+    assert np.linalg.det(turned[0]) == pytest.approx(1.0)
+
+
+def test_the_fallback_rule_is_lowered_and_the_first_rule_is_not() -> None:
+    rules = SourceMapping(
+        name="t",
+        joints={"hip": {"ORIGIN": 1.0}, "knee": {"A": 1.0}},
+        otherwise={"hip": {"A": 1.0}},
+        lowered={"hip": Lowering(by=0.5, between=["A", "B"])},
+    )
+    distance = np.sqrt(2.0**2 + 4.0**2 + 20.0**2)
+    positions, _ = map_joints(ONE_FRAME, rules, PAIR)
+    assert positions[0, 0, 2] == pytest.approx(10.0 - 0.5 * distance)
+    with_origin = motion(("A", "B", "ORIGIN"), [[[0.0, 0, 10], [2.0, 4, 30], [7.0, 8, 9]]])
+    positions, _ = map_joints(with_origin, rules, PAIR)
+    np.testing.assert_array_equal(positions[0, 0], [7, 8, 9])
+
+
+def test_a_missing_sample_makes_its_joints_invalid_and_no_others() -> None:
+    holed = motion(("A", "B"), [[[0.0, 0, 0], [np.nan, 1, 1]]])
+    _, valid = map_joints(holed, RULES, PAIR)
+    assert valid.tolist() == [[True, False]]
+
+
+def test_names_match_without_case_and_without_a_subject_prefix() -> None:
+    prefixed = motion(("anna:a", "anna:b"), ONE_FRAME.positions_mm)
+    positions, _ = map_joints(prefixed, RULES, PAIR)
+    np.testing.assert_array_equal(positions[0, 1], [1, 2, 20])
+
+
+@pytest.mark.parametrize(
+    ("source", "rules", "words"),
+    [
+        (
+            motion(("anna:A", "ben:A", "anna:B"), np.zeros((1, 3, 3))),
+            RULES,
+            r"2 points are called 'A'.*one person to a file",
+        ),
+        (motion(("A",), np.zeros((1, 1, 3))), RULES, "'knee' needs the point 'B'"),
+        (ONE_FRAME, dataclasses.replace(RULES, joints={"hip": {"A": 1.0}}), "no rule for the joint 'knee'"),
+        (
+            ONE_FRAME,
+            dataclasses.replace(RULES, joints={"hip": {"A": 0.9}, "knee": {"B": 1.0}}),
+            r"do not sum to one .*received 0\.9",
+        ),
+        (
+            ONE_FRAME,
+            dataclasses.replace(RULES, joints={**RULES.joints, "tail": {"A": 1.0}}),
+            "no joint 'tail'",
+        ),
+        (ONE_FRAME, dataclasses.replace(RULES, up="w"), "up axis is unknown"),
+    ],
+)
+def test_bad_mappings_are_refused_in_one_sentence(
+    source: MotionCapture, rules: SourceMapping, words: str
+) -> None:
+    with pytest.raises(Refusal, match=words) as caught:
+        map_joints(source, rules, PAIR)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_joint_is_refused_with_the_names_that_exist() -> None:
+    assert WALKER15.index("left_knee") == 10
+    with pytest.raises(Refusal, match=r"no joint 'tail' .*head, sternum"):
+        WALKER15.index("tail")
