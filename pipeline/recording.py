@@ -32,6 +32,9 @@ from pipeline.recording_layout import METRES, Bars, Extent, Image2D, Matrix, Not
 
 __all__ = ["COLOURS", "Bars", "Image2D", "Matrix", "Notes", "Plot", "Recording", "Space3D", "Split", "View"]
 
+_LAST_WORDS = b"RRF2FOOT"
+"""Before the version at the end of every whole file."""
+
 
 class Recording:
     """A recording being written: on leaving ``with`` it stands complete under its name, or not at all.
@@ -90,6 +93,10 @@ class Recording:
                 require(self._layout, "the recording has no layout", self.name, "a call of blueprint")
                 with self._partial.open("rb") as written:
                     os.fsync(written.fileno())
+                    written.seek(-min(self._partial.stat().st_size, len(_LAST_WORDS) + 4), os.SEEK_END)
+                    # The library's writer only logs what a full disk does to it.
+                    whole = _LAST_WORDS in written.read()
+                require(whole, "cannot write results: the recording was cut short", self.path.name, "room for it")
                 self._partial.replace(self.path)
         finally:
             self._partial.unlink(missing_ok=True)

@@ -95,7 +95,7 @@ def _remarks(made: Made) -> list[str]:  # type: ignore[name-defined]  # noqa: F8
     asked, kept = made.model.notes["components_asked"], made.model.notes["components"]
     if kept < asked:
         remarks.append(
-            f"{made.config.figure}: {kept} eigenwalkers instead of {asked}: leave-one-out has only"
+            f"{kept} eigenwalkers instead of {asked}: leave-one-out has only"
             f" {made.dataset.notes['walkers'] - 1} people to learn from"
         )
     refused = [row for row in made.ingest.notes["report"] if row["verdict"] == "refused"]

@@ -232,7 +232,9 @@ def _read_all(clips: Iterable[Clip], steady: Steady, workers: int) -> tuple[dict
             positions, valid = map_joints(motion, clip.mapping)
             walk = _steady_walk(row, positions, valid, motion.frame_rate_hz, steady)
         except Refusal as refusal:
-            return Walk(row | {"verdict": "refused", "reason": str(refusal)}, None, 0.0)
+            # Readers name the file by its path; the report is kept, and shown to others, without it.
+            reason = str(refusal).replace(str(clip.path), clip.name)
+            return Walk(row | {"verdict": "refused", "reason": reason}, None, 0.0)
         notes = "; ".join(motion.notes)
         return dataclasses.replace(walk, row=walk.row | {"reason": walk.row["reason"] or notes})
 

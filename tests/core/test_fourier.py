@@ -126,6 +126,19 @@ def test_neither_half_nor_double_the_frequency_is_taken(seed: int, frequency_hz:
     assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
 
 
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_wander_at_half_or_double_the_frequency_is_not_taken_for_the_walk(seed: int, factor: float) -> None:
+    """Where the body wanders more than it strides, the best fit of all is not the stride."""
+    generator = np.random.default_rng(seed)
+    positions = clip(walker(generator), 0.8, 60.0, 9.0)
+    wander = np.zeros((3, 15, 3))
+    wander[1, :, 0] = 300.0
+    positions += clip(wander, factor * 0.8, 60.0, 9.0 * factor)[: len(positions)]
+    found = fourier.fundamental_frequency(positions, 60.0)
+    assert found == pytest.approx(0.8, rel=0.02)
+
+
 @given(seed=seeds, cycles=st.floats(min_value=1.3, max_value=6.0), harmonics=st.integers(1, 4))
 @settings(max_examples=25, deadline=None)
 def test_fractions_and_residual_sum_to_one(seed: int, cycles: float, harmonics: int) -> None:

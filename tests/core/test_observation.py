@@ -430,8 +430,21 @@ def test_with_the_phase_known_the_view_is_that_of_the_papers_way() -> None:
         found = observation.estimate(model, clip.image, noise_variance=noise)
         turned = np.stack([fourier.shift(o, p) for o, p in zip(clip.image, found.phase_rad, strict=True)])
         known = viewpoint.estimate(model, turned, method=method, noise_variance=noise)
-        assert np.allclose(found.angle_rad, known.angle_rad, atol=1e-7)
+        assert np.allclose(found.angle_rad, known.angle_rad, rtol=0, atol=1e-8)
         assert np.allclose(found.cost, known.cost, rtol=1e-7)
+
+
+def test_of_two_minima_the_lower_is_taken_though_the_grid_is_coarse() -> None:
+    generator = np.random.default_rng(6)
+    model = fit(walkers(generator, 12).reshape(12, -1), 5)
+    nobody = 200.0 * generator.standard_normal((150, 5, 15, 2))  # as well seen from here as from there
+    coarse, fine = (
+        observation.estimate(model, nobody, noise_variance=70.0, grid_step_rad=np.radians(step))
+        for step in (10.0, 1.0)
+    )
+    assert (coarse.cost <= coarse.runner_up_cost).all()
+    assert np.mean(np.abs(wrapped(coarse.angle_rad - fine.angle_rad)) < 1e-6) > 0.95
+    assert (fine.cost <= coarse.cost * (1 + 1e-9)).all()
 
 
 def test_candidates_may_be_limited() -> None:

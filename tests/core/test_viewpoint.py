@@ -109,6 +109,7 @@ def test_no_candidate_of_a_fine_grid_is_better(
     assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
     assert (found.runner_up_cost >= found.cost * (1 - 1e-9)).all()
     assert found.converged.all()
+    assert np.median(found.n_iterations) <= 8  # halving the cell would take 28 steps
 
 
 @pytest.mark.parametrize("step_deg", [5.0, 10.0, 15.0])
@@ -195,6 +196,30 @@ def test_slope_and_bend_are_the_limits_of_differences(seed: int, ridge: float) -
     np.testing.assert_allclose(np.median(order, axis=-1), 2.0, atol=0.1)
     relative = np.array(wrong[-1]) / np.abs(np.stack([slope, bend])).max(axis=1, keepdims=True)
     assert relative.max() < 1e-3
+
+
+def test_dips_of_a_cost_worked_out_in_the_head() -> None:
+    grid = np.radians(np.arange(6.0))
+    cost = np.array([[9.0, 1.0, 1.0, 9.0, 4.0, 6.0]])  # one dip in two cells, then another
+    height, place = view_search.local_minima(cost, grid, closed=False)
+    np.testing.assert_allclose(height[0], [np.inf, 0.0, 0.0, np.inf, 4.0 - 9.0 / 56.0, np.inf])
+    np.testing.assert_allclose(np.degrees(place[0, [1, 2, 4]]), [1.5, 1.5, 4 + 3.0 / 14.0])
+    cell, value = view_search.lowest_but(height, np.array([1]), closed=False)
+    assert (cell[0], value[0]) == (4, height[0, 4])
+    _, none = view_search.lowest_but(height[:, :3], np.array([1]), closed=False)
+    assert none[0] == np.inf
+
+
+def test_the_ends_of_a_range_are_dips_and_those_of_a_circle_are_not() -> None:
+    grid, cost = np.arange(4.0), np.array([[3.0, 5.0, 4.0, 1.0]])
+    height, place = view_search.local_minima(cost, grid, closed=False)
+    assert height[0].tolist() == [3.0, np.inf, np.inf, 1.0]
+    assert place[0, [0, 3]].tolist() == [0.0, 3.0]
+    height, _ = view_search.local_minima(cost, grid, closed=True)
+    assert np.flatnonzero(np.isfinite(height[0])).tolist() == [3]
+    circle, closed = view_search.candidates(-1.0, -1.0 + 2 * np.pi, np.pi / 2)
+    assert closed
+    np.testing.assert_allclose(circle, -1.0 + np.arange(4) * np.pi / 2)
 
 
 # Recovery and invariance

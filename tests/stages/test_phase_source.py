@@ -105,13 +105,22 @@ def test_the_path_over_sigma2_meets_the_error_at_the_configured_one(store: Store
 def test_the_clip_is_the_one_that_the_sample_came_from(overrides: list[str], store: Store) -> None:
     config = configuration("zhang2007_fig5", OBSERVED, *overrides)
     walks, samples, learnt = inputs(config, store)
-    for r in range(len(samples.arrays["walk"])):
-        # `_Observed2d` finds the clip; at the frequency of the sample it must give the sample back.
-        seen = sweep._Observed2d(fold(learnt, r), walks, samples, r, np.array([np.pi / 2]))
-        turned = fourier.shift(seen.clip.coefficients, seen._phase)[0]
-        sample = samples.arrays["coefficients"][r]
-        assert np.abs(turned - sample).max() < 0.05 * np.abs(sample[1:]).max()
-        assert np.abs(turned[0] - sample[0]).max() < 5.0
+    # Backwards, so that a walk is not its sample's number.
+    turned_round = dataclasses.replace(samples, arrays={k: v[::-1] for k, v in samples.arrays.items()})
+    for r, walk in enumerate(turned_round.arrays["walk"]):
+        seen = sweep._Observed2d(fold(learnt, r), walks, turned_round, r, np.array([0.0, np.pi / 2]))
+        sample = turned_round.arrays["coefficients"][r]
+        series = fourier.shift(seen.clip.coefficients, seen._phase)
+        assert np.abs(series - sample).max() < 0.05 * np.abs(sample[1:]).max()
+        assert np.abs(series[:, 0] - sample[0]).max() < 5.0
+        # The phase is that of the motion's own series at the frequency of the view.
+        first = walks.arrays["first"]
+        motion = walks.arrays["positions"][first[walk] : first[walk + 1]]
+        for a, frequency in enumerate(seen.clip.frequency_hz):
+            own = fourier.represent(
+                motion, walks.arrays["frame_rate_hz"][walk], frequency_hz=float(frequency)
+            )
+            assert abs(np.sin(own.phase_rad - seen._phase[a])) < 1e-3
 
 
 def test_against_the_fourier_part_the_residual_is_left_out(store: Store) -> None:
