@@ -1,0 +1,115 @@
+"""What all tests share: one BLAS thread, hypothesis profiles, and figures that are made once for a session."""
+
+from __future__ import annotations
+
+import os
+
+# As `pipeline.__main__` does: before numpy is loaded, or every small solve waits for other threads.
+for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
+import getpass
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+from hypothesis.configuration import set_hypothesis_home_dir
+from rich.console import Console
+
+from pipeline import __main__ as command_line
+from pipeline import tables
+from pipeline.run import Outcome, make_figure, make_figures
+from pipeline.store import Store
+
+# Failing examples are remembered between runs, but outside of the tree.
+set_hypothesis_home_dir(Path(tempfile.gettempdir()) / f"gait-pipeline-hypothesis-{getpass.getuser()}")
+settings.register_profile("dev", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True, database=None)
+settings.load_profile("ci" if os.environ.get("CI") == "true" else "dev")
+
+QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
+"""Tables alone, of twelve walkers."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What one command printed, and how it ended."""
+
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def say(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+    """``say("experiment=…", …)``: the command line, in this process."""
+
+    def say(*arguments: str) -> Said:
+        monkeypatch.setattr(sys, "argv", ["pipeline"])
+        monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # which the command line sets; undone after the test
+        capsys.readouterr()
+        status = command_line.main(list(arguments))
+        captured = capsys.readouterr()
+        return Said(status, captured.out, captured.err)
+
+    return say
+
+
+@pytest.fixture
+def figure() -> Callable[..., Outcome]:
+    """``figure(results, name, *overrides)``: one figure below `results`, by a store that remembers nothing."""
+
+    def figure(results: Path, name: str, *overrides: str, quick: bool = True) -> Outcome:
+        given = [f"experiment={name}", f"results={results}", *(QUICK if quick else ()), *overrides]
+        config = command_line.compose(given)
+        return make_figure(config, results / "figures" / name, store=Store(results))
+
+    return figure
+
+
+@pytest.fixture(scope="session")
+def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, np.ndarray]]:
+    """Every preset's tables of all eighty embedded walkers at coarse steps: ``zhang2007_fig5/table_walkers`` …
+
+    ``table.csv`` goes by the figure's name alone.
+    """
+    results = tmp_path_factory.mktemp("synthetic")
+    coarse = ["scale.view_step_deg=15", "scale.sigma2_step_mm2=23"]
+    _make(results, ["data=synthetic", "scale=full", *coarse, "report.picture=false", "report.recording=false"])
+    found = {}
+    for name in command_line.presets():
+        for path in sorted((results / name).glob("table*.csv")):
+            found[name if path.stem == "table" else f"{name}/{path.stem}"] = tables.read(path)
+    return found
+
+
+@pytest.fixture(scope="session")
+def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results folder of every preset at ``scale=smoke``, with pictures and recordings."""
+    results = tmp_path_factory.mktemp("smoke")
+    _make(results / "synthetic" / "smoke", ["scale=smoke", f"results={results}"])
+    return results
+
+
+@pytest.fixture(scope="session")
+def mocap_mirror() -> Path:
+    """Folder of the public recordings; tests that ask for it are skipped where there is none."""
+    mirror = os.environ.get("MOCAP_MIRROR")
+    if not mirror:
+        pytest.skip("needs the recordings: set MOCAP_MIRROR")
+    return Path(mirror)
+
+
+def _make(folder: Path, overrides: Sequence[str]) -> None:
+    """Make every preset below `folder`, in one process."""
+    given = overrides if any(o.startswith("results=") for o in overrides) else [*overrides, f"results={folder}"]
+    jobs = [
+        (command_line.compose([f"experiment={name}", *given]), folder / name) for name in command_line.presets()
+    ]
+    assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []
