@@ -81,7 +81,8 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     """
     results = tmp_path_factory.mktemp("synthetic")
     coarse = ["scale.view_step_deg=15", "scale.sigma2_step_mm2=23"]
-    _make(results, ["data=synthetic", "scale=full", *coarse, "report.picture=false", "report.recording=false"])
+    plain = ["report.picture=false", "report.recording=false"]
+    _make(results, results, ["data=synthetic", "scale=full", *coarse, *plain])
     found = {}
     for name in command_line.presets():
         for path in sorted((results / name).glob("table*.csv")):
@@ -93,7 +94,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
 def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results folder of every preset at ``scale=smoke``, with pictures and recordings."""
     results = tmp_path_factory.mktemp("smoke")
-    _make(results / "synthetic" / "smoke", ["scale=smoke", f"results={results}"])
+    _make(results, results / "synthetic" / "smoke", ["scale=smoke"])
     return results
 
 
@@ -106,10 +107,10 @@ def mocap_mirror() -> Path:
     return Path(mirror)
 
 
-def _make(folder: Path, overrides: Sequence[str]) -> None:
+def _make(results: Path, folder: Path, overrides: Sequence[str]) -> None:
     """Make every preset below `folder`, in one process."""
-    given = overrides if any(o.startswith("results=") for o in overrides) else [*overrides, f"results={folder}"]
     jobs = [
-        (command_line.compose([f"experiment={name}", *given]), folder / name) for name in command_line.presets()
+        (command_line.compose([f"experiment={name}", f"results={results}", *overrides]), folder / name)
+        for name in command_line.presets()
     ]
     assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []

@@ -77,13 +77,34 @@ def _explained(frequency_hz: float, times_s: np.ndarray, values: np.ndarray, har
 
 
 def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """Sum of squares that a constant and one sinusoid of each frequency explain in (T,) `signal`; (C,)."""
-    angle = 2.0 * np.pi * frequencies_hz[:, None] * times_s
-    columns = np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-    columns -= columns.mean(axis=1, keepdims=True)
-    gram = np.swapaxes(columns, 1, 2) @ columns
-    projected = np.swapaxes(columns, 1, 2) @ (signal - signal.mean())[:, None]
-    return (projected * np.linalg.solve(gram, projected)).sum(axis=(1, 2))
+    """Sum of squares that a constant and one sinusoid of each frequency explain in (T,) `signal`; (C,).
+
+    `times_s` (T,) are equally spaced.
+    """
+    frames = len(times_s)
+    step = float(times_s[-1] - times_s[0]) / max(frames - 1, 1)
+    ones = np.ones(frames)
+    sine_cosine = _transform(frequencies_hz, step, signal - signal.mean())
+    mean, twice = _transform(frequencies_hz, step, ones), _transform(2.0 * frequencies_hz, step, ones)
+    # Products of the columns sin and cos about their means, by the double angle.
+    ss = (frames - twice.real) / 2.0 - mean.imag**2 / frames
+    cc = (frames + twice.real) / 2.0 - mean.real**2 / frames
+    sc = twice.imag / 2.0 - mean.real * mean.imag / frames
+    s, c = sine_cosine.imag, sine_cosine.real
+    return (cc * s**2 - 2.0 * sc * s * c + ss * c**2) / (ss * cc - sc**2)
+
+
+def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) -> np.ndarray:
+    """Sum of signal times exp(i w t) over equally spaced t from zero, complex (C,).
+
+    exp(i w (a + b)) = exp(i w a) exp(i w b): of T exponentials only some 2 sqrt(T) are worked out.
+    """
+    block = int(np.ceil(np.sqrt(len(signal))))
+    rows = np.zeros(block * block)
+    rows[: len(signal)] = signal
+    turn = 2j * np.pi * step_s * frequencies_hz[:, None] * np.arange(block)
+    within = np.exp(turn) @ rows.reshape(block, block).T
+    return (within * np.exp(block * turn)).sum(axis=1)
 
 
 def fundamental_frequency(
@@ -132,7 +153,10 @@ def fundamental_frequency(
     values = values - values.mean(axis=0)
 
     def unexplained(frequency_hz: float) -> float:
-        return -float(_explained(frequency_hz, times, values, harmonics)[1:].sum())
+        # The values have no mean, so the constant explains nothing by itself.
+        columns = design(frequency_hz, times, harmonics)
+        projected = columns.T @ values
+        return -float((projected * np.linalg.solve(columns.T @ columns, projected)).sum())
 
     # The guess is good to the clip's resolution, 1/T, of which twice is looked at: in long clips less than 15 %.
     reach = min(0.15 * guess, 2.0 / duration)

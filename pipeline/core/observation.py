@@ -118,8 +118,8 @@ def observe(
     orthonormal design: four numbers serve all views.  Left and right do the same half a cycle apart, so their
     difference has hardly a second harmonic: the frequency between 0.4 and 1.6 Hz, with a whole cycle in the
     clip, that explains most of it is the guess, and the series of all joints moves that by at most 15 %.
-    Without the guess, a slow drift and a fundamental pass for two harmonics of half the frequency in 3 % of the
-    views of real walks of two strides, mostly frontal ones.
+    Without the guess, a slow drift and the fundamental pass for two harmonics of half the frequency in 3 % of
+    the views of recorded overground walks, mostly frontal ones.
     """
     view, values, times = _clip(positions, frame_rate_hz, view_angles_rad, harmonics, mirror)
     frames, joints = len(values), values.shape[1]
@@ -222,7 +222,13 @@ def _frequency(
 
 
 def turning(phase_rad: np.ndarray, harmonics: int) -> np.ndarray:
-    """f (…, 1 + 2H) = (1, cos phi, sin phi, cos 2 phi, …): weights of a shift by phi."""
+    """f (…, 1 + 2H) = (1, cos phi, sin phi, cos 2 phi, …): weights of a shift by phi.
+
+    Examples
+    --------
+    >>> np.round(turning(np.pi / 2, 2), 12) + 0.0
+    array([ 1.,  0.,  1., -1.,  0.])
+    """
     angle = np.asarray(phase_rad, dtype=float)[..., None] * np.arange(1, harmonics + 1)
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=-1).reshape(*angle.shape[:-1], -1)
     return np.concatenate([np.ones((*angle.shape[:-1], 1)), waves], axis=-1)

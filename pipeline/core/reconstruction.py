@@ -26,6 +26,9 @@ from pipeline.core import errors
 from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.refusal import Refusal
 
+_TERMS = 37.0
+"""Natural logarithm of what the Chebyshev series of a path leaves out: e^-37 is rounding."""
+
 _UNSEEN = 1e-13
 """Eigenvalue of A, relative to the largest, at which a view does not show its direction."""
 
@@ -275,12 +278,30 @@ def error_path(
     constant = turn @ np.array([flat @ dx**2, 2 * (flat * dx) @ dy, flat @ dy**2])
     rotated = np.swapaxes(vectors, 1, 2) @ quadratic @ vectors
     rotated_linear = np.einsum("anm,an->am", vectors, linear)
-    path = np.empty((len(c), len(noise_variances)))
-    ones = np.ones(values.shape[1])
-    for a in range(len(c)):  # one view at a time stays in cache; all views at once is slower
-        y = projected[a] / (values[a] + noise_variances[:, None])
-        form = y @ rotated[a]
-        form -= 2.0 * rotated_linear[a]
-        form *= y
-        path[a] = constant[a] + form @ ones
-    return path
+    nodes, between = _interpolation(noise_variances)
+    y = projected[:, None] / (values[:, None] + nodes[:, None])
+    form = y @ rotated
+    form -= 2.0 * rotated_linear[:, None]
+    path = constant[:, None] + np.einsum("akn,akn->ak", form, y)
+    return path @ between
+
+
+def _interpolation(noise_variances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values of sigma² (K,) that determine a path, and what each weighs at the S wanted ones, (K, S).
+
+    As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
+    at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor
+    rho = pi / L + sqrt(1 + (pi / L)²) a term, whatever the model, and so many terms reach rounding.
+    """
+    low, high = np.log(noise_variances.min()), np.log(noise_variances.max())
+    half = max((high - low) / 2.0, 1e-3)
+    count = int(np.ceil(_TERMS / np.log(np.pi / half + np.hypot(1.0, np.pi / half)))) + 4
+    if count >= len(noise_variances):
+        return noise_variances, np.eye(len(noise_variances))
+    at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    wanted = np.clip((np.log(noise_variances) - (low + high) / 2.0) / half, -1.0, 1.0)
+    series = np.arange(count)[:, None] * np.arccos(at)  # (term, node)
+    weights = np.cos(series) * np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] / count
+    return np.exp((low + high) / 2.0 + half * at), weights.T @ np.cos(
+        np.arange(count)[:, None] * np.arccos(wanted)
+    )

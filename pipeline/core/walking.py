@@ -18,7 +18,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import polynomial
 from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_filter
 
 from pipeline.core.fourier import SEARCH_HZ, single_frequency_power
 from pipeline.refusal import Refusal
@@ -252,6 +251,18 @@ def steady_stretch(
     return Stretch(first + start, first + stop, locomotion, typical, turn, found)
 
 
+def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
+    """Mean of (T, 2) over an odd `window` of frames around each; at the ends, the straight line through it."""
+    total = np.concatenate([np.zeros((1, 2)), np.cumsum(path, axis=0)])
+    offset = np.arange(window) - window // 2
+
+    def line(block: np.ndarray) -> np.ndarray:
+        return block.mean(axis=0) + np.outer(offset, offset @ block / (offset @ offset))
+
+    start, end = line(path[:window])[: window // 2], line(path[-window:])[window // 2 + 1 :]
+    return np.concatenate([start, (total[window:] - total[:-window]) / window, end])
+
+
 def treadmill_equivalent(
     positions: np.ndarray, frame_rate_hz: float, *, locomotion: str, path: str = "cubic"
 ) -> np.ndarray:
@@ -279,7 +290,7 @@ def treadmill_equivalent(
         fore_aft = positions[:, _LEFT[2], :2] - positions[:, _RIGHT[2], :2]
         stride = _stride((fore_aft * facing(positions)).sum(axis=-1), frame_rate_hz)
         window = min(stride | 1, len(pelvis) - (1 - len(pelvis) % 2))
-        smooth = savgol_filter(pelvis, window, 1, axis=0, mode="interp")  # at the ends, a straight line
+        smooth = _running_mean(pelvis, window)
         velocity = _velocity(pelvis, stride, frame_rate_hz)
     if locomotion == "treadmill":
         velocity = np.broadcast_to(facing(positions).mean(axis=0), velocity.shape)

@@ -302,7 +302,9 @@ def _unknown(
         if observed2d:
             return from_2d(r)
         walker = unflatten(samples[r])
-        observed = np.stack([camera.project(walker, a).reshape(-1) for a in view])
+        across = camera.horizontal(walker, view[:, None, None])
+        up = np.broadcast_to(camera.vertical(walker), across.shape)
+        observed = np.stack([across, up], axis=-1).reshape(len(view), -1)
         trailing = samples.shape[1] - walker.size
         if trailing:
             observed = np.column_stack([observed, np.full(len(view), samples[r, -1])])

@@ -1,0 +1,458 @@
+"""The house is still the house: who imports whom, who touches what, how large a room may be.
+
+Reads the syntax trees of the sources, so imports inside functions and under TYPE_CHECKING count too.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+import subprocess
+import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "pipeline"
+STANDARD_LIBRARY = sys.stdlib_module_names | {"__future__"}
+
+
+def _module_name(path: Path) -> str:
+    """``core.fourier`` for pipeline/core/fourier.py, ``core`` for its ``__init__``."""
+    return ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+
+
+SOURCES = {_module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in SOURCES.items()}
+MODULES = sorted(set(SOURCES) - {"__init__"})
+
+
+def imports(tree: ast.AST, among: set[str] = frozenset(SOURCES)) -> tuple[set[str], set[str]]:
+    """Modules of the package and packages from outside that a syntax tree imports, wherever it does so."""
+    inside, outside = set(), set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            wanted = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"relative import on line {node.lineno}"
+            wanted = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in wanted:
+            first, _, rest = name.partition(".")
+            if first != "pipeline":
+                outside.add(first)
+                continue
+            while rest not in among:
+                rest = rest.rpartition(".")[0]
+                assert rest, f"{name} is not a module of the package"
+            inside.add(rest)
+    return inside, outside - STANDARD_LIBRARY
+
+
+INSIDE = {name: imports(tree)[0] for name, tree in TREES.items()}
+OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
+
+
+def family(module: str) -> str:
+    """``formats`` for formats.c3d, ``recording`` for recording_check, ``store`` for what it is built of."""
+    head = module.split(".")[0]
+    if head in ("store", "archive", "provenance", "sealed_folders"):
+        return "store"
+    return re.sub(r"^(papers|recording|pictures)_\w+$", r"\1", head)
+
+
+LAYERS = {
+    "refusal": 0,
+    "skeleton": 0,
+    "papers": 0,
+    "core": 1,
+    "formats": 2,
+    "store": 2,
+    "fetch": 2,
+    "tables": 2,
+    "recording": 2,
+    "pictures": 2,
+    "threads": 2,
+    "config": 3,
+    "ledger": 3.5,
+    "figures": 3.5,
+    "stages": 4,
+    "run": 5,
+    "commands": 5,
+    "__main__": 5,
+}
+"""Layer of each family of modules; a module imports from lower layers, and in its own only as `NEIGHBOURS` say."""
+
+NEIGHBOURS = {
+    "refusal": set(),
+    "skeleton": {"refusal"},
+    "papers": {"papers", "refusal"},
+    "core": {"core"},
+    "formats": {"formats"},
+    "store": {"store"},
+    "fetch": set(),
+    "tables": set(),
+    "recording": {"recording"},
+    "pictures": {"pictures"},
+    "threads": set(),
+    "config": set(),
+    "ledger": set(),
+    "figures": {"figures"},
+    "stages": set(),
+    "run": set(),
+    "commands": {"run"},
+    "__main__": {"run", "commands"},
+}
+"""Families of its own layer that a family may import."""
+
+ONLY_THESE = {
+    "core": {"core", "skeleton", "refusal"},
+    "ledger": {"papers", "tables"},
+    "threads": set(),
+}
+"""Families that may import less than their layer allows."""
+
+PACKAGES = {
+    "refusal": set(),
+    "skeleton": {"numpy"},
+    "papers": {"numpy"},
+    "core": {"numpy", "scipy", "numba"},
+    "formats": {"numpy"},
+    "store": {"numpy"},
+    "fetch": set(),
+    "tables": {"numpy", "pandas"},
+    "recording": {"numpy", "rerun", "pyarrow"},
+    "pictures": {"numpy", "matplotlib"},
+    "threads": {"threadpoolctl"},
+    "config": {"numpy"},
+    "ledger": {"numpy"},
+    "figures": {"numpy"},
+    "stages": {"numpy"},
+    "run": {"rich"},
+    "commands": {"rich"},
+    "__main__": {"hydra", "omegaconf", "rich"},
+}
+"""Packages from outside that a family may import; each is imported through this one door."""
+
+
+def broken_rules(module: str, inside: set[str], outside: set[str]) -> list[str]:
+    """What a module imports that its place in the house does not allow, one sentence each."""
+    own = family(module)
+    told = []
+    for other in sorted(inside):
+        theirs = family(other)
+        allowed = LAYERS[theirs] < LAYERS[own] or theirs in NEIGHBOURS[own]
+        if own in ONLY_THESE:
+            allowed = theirs in ONLY_THESE[own]
+        if not allowed:
+            told.append(f"{module} (layer {LAYERS[own]}) imports {other} (layer {LAYERS[theirs]})")
+    told += [f"{module} imports {package}" for package in sorted(outside - PACKAGES[own])]
+    return told
+
+
+def test_every_family_has_a_place_in_every_table() -> None:
+    families = {family(module) for module in MODULES}
+    assert families == set(LAYERS) == set(NEIGHBOURS) == set(PACKAGES)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_imports_only_what_its_layer_allows(module: str) -> None:
+    assert broken_rules(module, INSIDE[module], OUTSIDE[module]) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "code"),
+    [
+        ("core.fourier", "from pipeline import store"),
+        ("core.fourier", "def f():\n    import pandas"),
+        ("core.fourier", "from pipeline.config import Grid"),
+        ("formats.trc", "from pipeline.tables import write"),
+        ("formats.trc", "import scipy.signal"),
+        ("tables", "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from pipeline.config import Config"),
+        ("store", "from pipeline.tables import read"),
+        ("recording", "import matplotlib"),
+        ("figures.spectrum", "from pipeline.stages import sweep"),
+        ("stages.sweep", "from pipeline.stages.ingest import run"),
+        ("stages.sweep", "import rerun as rr"),
+        ("stages.sweep", "from omegaconf import OmegaConf"),
+        ("ledger", "from pipeline.config import Config"),
+        ("run", "from pipeline.commands import VERBS"),
+        ("commands", "import hydra"),
+    ],
+)
+def test_a_wrong_import_is_noticed(module: str, code: str) -> None:
+    assert len(broken_rules(module, *imports(ast.parse(code)))) == 1
+
+
+def test_no_circle_of_imports() -> None:
+    done: set[str] = set()
+
+    def visit(module: str, path: tuple[str, ...]) -> None:
+        assert module not in path, " -> ".join([*path, module])
+        if module not in done:
+            for other in sorted(INSIDE[module] - {module}):
+                visit(other, (*path, module))
+            done.add(module)
+
+    for module in MODULES:
+        visit(module, ())
+    assert done == set(MODULES)
+
+
+def test_no_room_is_called_a_heap() -> None:
+    heaps = {"utils", "util", "helpers", "helper", "common", "manager", "managers", "misc"}
+    folders = {path.name for path in PACKAGE.rglob("*") if path.is_dir()}
+    parts = {word for name in [*MODULES, *folders] for word in re.split(r"[._]", name)}
+    assert not parts & heaps
+
+
+# --- core is mathematics ----------------------------------------------------------------------------------
+
+
+_OUTSIDE_WORLD = {"os", "time", "datetime", "pathlib", "io", "sys", "subprocess", "random", "tempfile", "logging"}
+_GENERATORS = {"default_rng", "Generator", "PCG64", "SeedSequence"}
+
+
+def outside_world(tree: ast.AST) -> list[str]:
+    """Clocks, files, environment variables and global random numbers that a syntax tree touches."""
+    told = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module or ""]
+            told += [f"line {node.lineno}: {n}" for n in names if n.split(".")[0] in _OUTSIDE_WORLD]
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in {"open", "print"}:
+            told.append(f"line {node.lineno}: {node.func.id}()")
+        if (
+            isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Attribute)
+            and (ast.unparse(node.value) in {"np.random", "numpy.random"})
+            and node.attr not in _GENERATORS
+        ):
+            told.append(f"line {node.lineno}: np.random.{node.attr}")
+        if isinstance(node, ast.Attribute) and node.attr in {"load", "save", "savez", "loadtxt", "tofile", "fromfile"}:
+            told.append(f"line {node.lineno}: .{node.attr}")
+    return told
+
+
+CORE = [module for module in MODULES if family(module) == "core"]
+
+
+@pytest.mark.parametrize("module", CORE)
+def test_core_knows_no_clock_file_environment_or_global_generator(module: str) -> None:
+    assert outside_world(TREES[module]) == []
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import os",
+        "def f():\n    from time import perf_counter",
+        "from pathlib import Path",
+        "open('x')",
+        "import numpy as np\nnp.random.normal()",
+        "import numpy as np\nnp.random.seed(1)",
+        "import numpy as np\nnp.load('x')",
+    ],
+)
+def test_a_core_that_looks_outside_is_noticed(code: str) -> None:
+    assert len(outside_world(ast.parse(code))) == 1
+
+
+def test_a_generator_as_an_argument_is_welcome() -> None:
+    assert outside_world(ast.parse("def f(g: np.random.Generator) -> float:\n    return g.normal()")) == []
+
+
+# --- public functions say what they return ----------------------------------------------------------------
+
+
+def _documented(module: str) -> list[tuple[str, Any]]:
+    """Public functions, classes and methods that a module defines, with their dotted names."""
+    imported = import_module(f"pipeline.{module}")
+    found: list[tuple[str, Any]] = []
+    for name, thing in vars(imported).items():
+        if name.startswith("_") or getattr(thing, "__module__", None) != imported.__name__:
+            continue
+        if inspect.isfunction(thing) or inspect.isclass(thing):
+            found.append((name, thing))
+        if inspect.isclass(thing):
+            found += [
+                (f"{name}.{method}", getattr(body, "fget", None) or body)
+                for method, body in vars(thing).items()
+                if not method.startswith("_") and (inspect.isfunction(body) or isinstance(body, property))
+            ]
+    return found
+
+
+def _section(docstring: str, title: str) -> list[str]:
+    """Names that a numpydoc section documents."""
+    match = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-{{3,}}|\Z)", docstring, re.MULTILINE | re.DOTALL)
+    if match is None:
+        return []
+    heads = [line for line in match[1].splitlines() if line and not line[0].isspace()]
+    return [name.strip() for head in heads for name in head.split(":")[0].split(",")]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_public_functions_say_what_they_return_and_name_their_parameters(module: str) -> None:
+    assert (import_module(f"pipeline.{module}").__doc__ or "").strip(), "the module has no docstring"
+    wrong = []
+    for name, thing in _documented(module):
+        docstring = inspect.getdoc(thing) if isinstance(thing, type) else thing.__doc__
+        if not docstring or (isinstance(thing, type) and "__doc__" not in vars(thing)):
+            wrong.append(f"{name} has no docstring")
+            continue
+        docstring = inspect.cleandoc(docstring)
+        first = docstring.split("\n\n")[0]
+        if not first.rstrip().endswith((".", ":", "…")) and "\n" in docstring:
+            wrong.append(f"{name}: the first sentence does not end: {first!r}")
+        called = thing.__init__ if isinstance(thing, type) else thing
+        try:
+            actual = [p for p in inspect.signature(called).parameters if p != "self"]
+        except (TypeError, ValueError):
+            continue
+        documented = [p.lstrip("*") for p in _section(docstring, "Parameters")]
+        if strange := [p for p in documented if p not in actual]:
+            wrong.append(f"{name} documents {strange}, its parameters are {actual}")
+        in_order = [p for p in actual if p in documented]
+        if not strange and documented != in_order:
+            wrong.append(f"{name} documents its parameters in the order {documented}, not {in_order}")
+        if documented and isinstance(thing, type):
+            continue
+        if documented and set(documented) != set(actual):
+            wrong.append(f"{name} leaves out {sorted(set(actual) - set(documented))}")
+    assert wrong == []
+
+
+def test_a_section_of_a_docstring_is_read_as_it_stands() -> None:
+    docstring = "First.\n\nParameters\n----------\na, b : int\n    Counts.\nc : str\n\nReturns\n-------\nd : int\n"
+    assert _section(docstring, "Parameters") == ["a", "b", "c"]
+    assert _section(docstring, "Returns") == ["d"]
+
+
+# --- nothing executable in data, no strings for types -----------------------------------------------------
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_nothing_is_pickled(module: str) -> None:
+    assert not {"pickle", "cPickle", "dill", "joblib", "shelve", "marshal"} & {
+        alias.name.split(".")[0]
+        for node in ast.walk(TREES[module])
+        if isinstance(node, ast.Import)
+        for alias in node.names
+    }
+    for node in ast.walk(TREES[module]):
+        if isinstance(node, ast.ImportFrom):
+            assert (node.module or "").split(".")[0] not in {"pickle", "dill", "joblib", "shelve", "marshal"}
+        if isinstance(node, ast.keyword) and node.arg == "allow_pickle":
+            assert isinstance(node.value, ast.Constant)
+            assert node.value.value is False
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in {"np.load", "np.savez", "np.save"}:
+            assert "allow_pickle" in {keyword.arg for keyword in node.keywords}, f"line {node.lineno}"
+
+
+def test_no_class_is_named_by_a_string() -> None:
+    texts = [*SOURCES.values(), *(ROOT / "conf").rglob("*.yaml")]
+    found = [p.name for p in texts if re.search(r"_target_|\binstantiate\b", p.read_text(encoding="utf-8"))]
+    assert found == []
+
+
+# --- sizes ------------------------------------------------------------------------------------------------
+
+
+def lines(path: Path) -> int:
+    """Lines of a file."""
+    return len(path.read_text(encoding="utf-8").splitlines())
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if family(m) in ("core", "stages", "figures")])
+def test_a_module_of_core_or_of_the_stages_holds_one_subject(module: str) -> None:
+    assert lines(SOURCES[module]) <= 300
+
+
+@pytest.mark.parametrize("preset", sorted((ROOT / "conf" / "experiment").glob("*.yaml")), ids=lambda p: p.stem)
+def test_a_preset_holds_only_what_differs(preset: Path) -> None:
+    assert lines(preset) <= 15
+
+
+# --- what the project says of itself ----------------------------------------------------------------------
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+DISTRIBUTIONS = {"hydra": "hydra-core", "rerun": "rerun-sdk"}
+"""Where the name of the package is not that of what is installed."""
+
+
+def _requirement(text: str) -> str:
+    return re.split(r"[<>=!~\[; ]", text, maxsplit=1)[0].lower()
+
+
+def test_every_package_from_outside_is_a_dependency() -> None:
+    declared = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
+    used = {DISTRIBUTIONS.get(name, name) for packages in OUTSIDE.values() for name in packages}
+    assert used <= declared, f"not declared: {sorted(used - declared)}"
+    assert declared <= used, f"declared and not used: {sorted(declared - used)}"
+
+
+def test_every_folder_of_the_package_is_installed() -> None:
+    folders = {"pipeline." + name if name != "__init__" else "pipeline" for name, path in SOURCES.items()
+               if path.name == "__init__.py"}  # fmt: skip
+    assert set(PROJECT["tool"]["setuptools"]["packages"]) == folders
+
+
+def test_every_dependency_is_locked_to_one_version() -> None:
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    locked = {match[1].lower() for match in re.finditer(r"^([A-Za-z0-9_.-]+)==\S+", text, re.MULTILINE)}
+    extras = PROJECT["project"]["optional-dependencies"].values()
+    wanted = {_requirement(t) for part in (PROJECT["project"]["dependencies"], *extras) for t in part}
+    assert wanted <= locked, f"not locked: {sorted(wanted - locked)}"
+    assert "://" not in text
+    for line in text.splitlines():
+        assert re.match(r"[A-Za-z0-9_.-]+==|    --hash=sha256:[0-9a-f]{64}|    #|#|$", line), line
+
+
+def _tracked() -> list[Path]:
+    """Files that git keeps, or would: everything under the root that is not ignored."""
+    listed = subprocess.run(
+        ["git", "-C", str(ROOT), "ls-files", "--cached", "--others", "--exclude-standard"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if listed.returncode:
+        pytest.skip("needs git and a checkout")
+    return [path for name in listed.stdout.splitlines() if (path := ROOT / name).is_file()]
+
+
+# Spelled so that this file does not find itself.
+_OF_ONE_MACHINE = re.compile("|".join(["/" + "home/", "/" + "Users/", "/" + "root/", "/" + "work/", r"\.\./" + "shared"]))
+
+
+def test_no_path_of_one_machine_in_tracked_files() -> None:
+    found = []
+    for path in _tracked():
+        content = path.read_bytes()
+        if b"\0" in content:
+            continue
+        for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), start=1):
+            if _OF_ONE_MACHINE.search(line):
+                found.append(f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}")
+    assert found == []
+
+
+def test_the_map_of_the_house_names_every_room() -> None:
+    words = (PACKAGE / "__init__.py").read_text(encoding="utf-8")
+    rooms = {name.split(".")[0] for name in MODULES} | {"core." + m.split(".")[1] for m in CORE if "." in m}
+    families = {room if room.startswith("core.") else family(room) for room in rooms}
+    on_the_map = {room.removeprefix("core.") for room in families} - _SYNTHETIC_DETAILS
+    missing = [room for room in sorted(on_the_map) if not re.search(rf"\b{room}", words)]
+    assert missing == []
+
+
+_SYNTHETIC_DETAILS = {"anthropometry", "footfall", "kinematics", "normative_gait", "person", "strides"}
+"""Rooms of core behind ``synthetic …``."""
