@@ -141,7 +141,6 @@ class FourierDataset(Dataset):
     origin: str = "pelvis_mean"  # pelvis_mean, floor
     size: str = "absolute"  # absolute, stature
     walks: str = "best"  # best: one to a person, by residual; all
-    phase_source: str = "motion3d"  # motion3d, observed2d
 
 
 @dataclass(kw_only=True)

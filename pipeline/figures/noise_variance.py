@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import pictures, recording
 from pipeline.figures import Made, Tables, sd
 
 PUBLISHED_OPTIMUM_MM2 = 70.0
@@ -56,6 +55,8 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Mean error against sigma² with its standard error, the optimum and the published one marked."""
+    from pipeline import pictures  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     sigma2, error = columns["sigma2_mm2"], columns["absolute_error_mm2"]
     best = int(error.argmin())
@@ -81,6 +82,8 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The curve over sigma², and the error of every view at every sigma² with its valley."""
+    from pipeline import recording  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     sweep = made.sweep.arrays
     sigma2 = np.rint(columns["sigma2_mm2"]).astype(int)

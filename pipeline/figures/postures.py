@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import pictures, recording
 from pipeline.config import PosturesReport
 from pipeline.core import camera, errors, fourier
 from pipeline.figures import METHOD_COLOURS, METHOD_NAMES, Made, Tables, lift, walker_words
@@ -96,6 +95,8 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
+    from pipeline import pictures  # drawing is slow to import, and not always wanted
+
     report = _report(made)
     columns = made_tables["table"][0]
     shape = (report.instants, len(WALKER15.joints))
@@ -123,6 +124,8 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Every walker, original and reconstructed from every demonstration view, walking in place."""
+    from pipeline import recording  # drawing is slow to import, and not always wanted
+
     report = _report(made)
     data, views = made.dataset.arrays, made.sweep.arrays["demonstration_view_deg"]
     chosen = walker_words(made.walkers[report.walker])

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import pictures, recording
 from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
 from pipeline.figures import Made, Tables, lift
@@ -46,6 +45,8 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """The cumulative variance against the number of components."""
+    from pipeline import pictures  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     kept = made.model.notes["components"]
     reached = 100 * columns["cumulative_fraction"][kept - 1]
@@ -66,6 +67,8 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The average walker and the first eigenwalkers, walking, beside the spectrum."""
+    from pipeline import recording  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     model = made.model.arrays
     frequency = float(made.dataset.arrays["frequency_hz"].mean())

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import pictures, recording
 from pipeline.config import UnknownViewSweep
 from pipeline.core import circular
 from pipeline.figures import ABSCISSA_OF_VIEWS, METHOD_COLOURS, METHOD_NAMES, Made, Tables
@@ -54,6 +53,8 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Mean estimated angle (solid) and one standard deviation on either side (dashed), a panel to a method."""
+    from pipeline import pictures  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     panels = []
     for m, method in enumerate(made.methods):
@@ -96,6 +97,8 @@ def _note(columns: dict[str, np.ndarray], here: np.ndarray, method: str) -> str:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Estimate less truth over the true angle, with its spread; median error below."""
+    from pipeline import recording  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     with recording.Recording(
         folder / "recording.rrd",

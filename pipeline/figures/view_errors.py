@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline import pictures, recording
 from pipeline.core import camera, errors, fourier
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
@@ -21,6 +21,9 @@ from pipeline.figures import (
     sd,
 )
 from pipeline.skeleton import WALKER15
+
+if TYPE_CHECKING:
+    from pipeline import pictures
 
 _INSTANT = 0.25
 """Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
@@ -69,6 +72,8 @@ _PANELS = (
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Three panels: absolute error, relative error, variance of the missing dimension."""
+    from pipeline import pictures  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     views = made.sweep.arrays["view_angle_deg"]
     # zhang2004 prints the variance between the two errors; zhang2007 after them.
@@ -119,6 +124,8 @@ def _ticks(views: np.ndarray) -> list[float]:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
+    from pipeline import recording  # drawing is slow to import, and not always wanted
+
     columns = made_tables["table"][0]
     sweep, data, model = made.sweep.arrays, made.dataset.arrays, made.model.arrays
     views = np.rint(sweep["view_angle_deg"]).astype(int)
@@ -141,7 +148,8 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
         name=made.config.figure,
         about=made.about
         + f"\nThe walker shown is {made.walkers[walker]}, the one of median error. Drag the cursor: the image "
-        "is what the camera at that angle sees, the coloured skeletons what each approach makes of it.\n",
+        "is what the camera at that angle sees, the coloured skeletons what each approach makes of it"
+        + (" (at the phase of the 3D motion).\n" if "phase_rad" in sweep else ".\n"),
         timeline="view_angle_deg",
         edition=f"{made.config.data.name} {made.config.scale.name}",
     ) as rec:

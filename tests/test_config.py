@@ -1,0 +1,270 @@
+"""Options: every preset composes in every dress, and a slip of the pen dies naming the full key."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import numpy as np
+import pytest
+
+from pipeline import config as options
+from pipeline import papers, skeleton
+from pipeline.__main__ import compose, destination, presets, sentence
+from pipeline.config import Config, Grid
+from pipeline.refusal import Refusal
+
+CONF = Path(__file__).resolve().parent.parent / "conf"
+
+
+def option_files(group: str) -> list[str]:
+    """Options of a group, by the names of their files."""
+    return sorted(path.stem for path in (CONF / group).glob("*.yaml"))
+
+
+def refused(*overrides: str, figure: str = "zhang2007_fig5") -> str:
+    """What the command line says of these overrides."""
+    with pytest.raises(Exception) as caught:  # noqa: PT011 - Hydra's, OmegaConf's or ours: `sentence` tells
+        compose([f"experiment={figure}", *overrides])
+    words = sentence(caught.value)
+    assert words, f"not for a person: {caught.value!r}"
+    assert "\n" not in words
+    return words
+
+
+# --- presets ----------------------------------------------------------------------------------------------
+
+
+def _check_types(value: Any, path: str = "config") -> None:
+    """Every dataclass field holds what its annotation says."""
+    hints = get_type_hints(type(value))
+    for field in dataclasses.fields(value):
+        held, hint = getattr(value, field.name), hints[field.name]
+        where = f"{path}.{field.name}"
+        if dataclasses.is_dataclass(held):
+            assert isinstance(held, hint), where
+            _check_types(held, where)
+        elif hint in (int, float, str, bool):
+            assert type(held) is hint, f"{where}: {held!r} is not {hint.__name__}"
+        elif hint == list[str] or hint == list[float]:
+            assert all(type(item) is hint.__args__[0] for item in held), where
+
+
+@pytest.mark.parametrize(
+    ("figure", "scale", "data"),
+    list(itertools.product(presets(), option_files("scale"), option_files("data"))),
+)
+def test_every_preset_composes_at_every_scale_and_with_all_data(figure: str, scale: str, data: str) -> None:
+    config = compose([f"experiment={figure}", f"scale={scale}", f"data={data}"])
+    assert type(config) is Config
+    assert (config.figure, config.scale.name, config.data.name) == (figure, scale, data)
+    assert config.paper in papers.PAPERS
+    assert figure.startswith(config.paper + "_")
+    assert config.title
+    assert config.expect.endswith(".")
+    _check_types(config)
+
+
+def test_the_presets_are_the_papers_figures() -> None:
+    known = {figure for paper in papers.PAPERS.values() for figure in paper.figures}
+    assert set(presets()) <= known
+    for key in ("zhang2004", "zhang2007"):
+        assert set(papers.PAPERS[key].figures) <= set(presets()), "both papers are whole"
+
+
+@pytest.mark.parametrize("figure", presets())
+def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> None:
+    lines = (CONF / "experiment" / f"{figure}.yaml").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "# @package _global_"
+    paper = papers.PAPERS[figure.partition("_")[0]]
+    number = re.search(r"_fig(\d+\w?)$", figure)
+    assert number is not None
+    assert str(paper.year) in lines[1]
+    assert f"figure {number[1]}:" in lines[1]
+    assert paper.authors.split(",")[0].split()[-1] in lines[1] or paper.authors.split()[0].strip(",") in lines[1]
+
+
+@pytest.mark.parametrize("figure", presets())
+def test_a_preset_wears_the_scale(figure: str) -> None:
+    """`scale=smoke` reaches every size: people, views, variances."""
+    small = compose([f"experiment={figure}", "scale=smoke"])
+    assert small.data.walkers == small.scale.walkers > 0
+    for name in ("view_angle_deg", "sigma2_mm2"):
+        if grid := getattr(small.sweep, name, None):
+            assert grid.step == getattr(small.scale, {"sigma2_mm2": "sigma2_step_mm2"}.get(name, "view_step_deg"))
+
+
+def test_the_full_scale_is_the_papers() -> None:
+    config = compose(["experiment=zhang2007_fig3"])
+    assert (config.data.population, round(config.data.population * config.data.male_share)) == (80, 32)
+    assert config.data.walkers == 0
+    np.testing.assert_array_equal(config.sweep.view_angle_deg.values("view"), np.arange(-90.0, 91.0))
+    np.testing.assert_array_equal(config.sweep.sigma2_mm2.values("sigma2"), np.arange(1.0, 626.0))
+    assert config.model.components == 30
+    earlier = compose(["experiment=zhang2004_fig4"])
+    assert earlier.model.components == 28
+    assert earlier.dataset.frequency
+    assert earlier.sweep.methods == ["least_squares"]
+
+
+@pytest.mark.parametrize("name", option_files("skeleton"))
+def test_every_skeleton_is_a_mapping(name: str) -> None:
+    chosen = compose(["experiment=zhang2007_fig2", "data=folder", f"skeleton={name}"]).skeleton
+    assert isinstance(chosen, skeleton.SourceMapping)
+    assert chosen.name == name
+    assert set(chosen.joints) | set(chosen.otherwise) == set(skeleton.WALKER15.joints)
+
+
+@pytest.mark.parametrize("group", ["data", "dataset", "model", "report", "scale", "skeleton", "sweep"])
+def test_every_option_says_what_it_is(group: str) -> None:
+    for path in (CONF / group).glob("*.yaml"):
+        assert path.read_text(encoding="utf-8").startswith("# "), path.name
+
+
+# --- ranges -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "step", "values"),
+    [
+        (-90, 90, 45, [-90, -45, 0, 45, 90]),
+        (0, 1, 0.1, [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]),
+        (0, 0.3, 0.1, [0, 0.1, 0.2, 0.3]),  # 0.3 / 0.1 is a little less than 3
+        (1, 6, 2, [1, 3, 5]),  # whole steps do not reach 6
+        (0, 1, 5, [0]),
+    ],
+)
+def test_a_range_includes_both_ends(start: float, stop: float, step: float, values: list[float]) -> None:
+    np.testing.assert_allclose(Grid(start=start, stop=stop, step=step).values("grid"), values, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "step", "words"),
+    [
+        (0, 0, 1, "length zero"),
+        (1, 0, 1, "length zero"),
+        (0, 1, 0, "step is not positive"),
+        (0, 1, -1, "step is not positive"),
+        (0, float("inf"), 1, "not finite"),
+        (float("nan"), 1, 1, "not finite"),
+        (0, 1, float("nan"), "not finite"),
+        (0, 1, 1e-9, "too many values"),
+    ],
+)
+def test_a_range_without_values_is_refused(start: float, stop: float, step: float, words: str) -> None:
+    with pytest.raises(Refusal, match=f"^sweep.view: .*{words}"):
+        Grid(start=start, stop=stop, step=step).values("sweep.view")
+
+
+# --- slips of the pen -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("model.component=3", ["model.component:", "no such option", "components"]),
+        ("+model.component=3", ["model.component:", "no such option", "components"]),
+        ("modell=eigenwalkers", ["modell:", "no such option", "model"]),
+        ("+sweep.view_angle_deg.stepp=3", ["sweep.view_angle_deg.stepp:", "no such option", "step"]),
+        ("sweep.sigma2.step=3", ["sweep.sigma2:", "no such option", "sigma2_mm2"]),
+        ("model.components=many", ["model.components:", "'many'", "Integer"]),
+        ("model.components=2.5", ["model.components:", "2.5", "Integer"]),
+        ("model.components=", ["model.components:", "Integer"]),
+        ("model.mirror=perhaps", ["model.mirror:", "perhaps", "bool"]),
+        ("sweep.noise_variance_mm2=some", ["sweep.noise_variance_mm2:", "some", "Float"]),
+        ("sweep.view_angle_deg=5", ["sweep.view_angle_deg:", "Grid"]),
+        ("sweep.methods=map", ["sweep.methods:", "list"]),
+        ("seed=null", ["seed", "not Optional"]),
+        ("seed=???", ["seed:", "missing"]),
+        ("sweep.view_angle_deg.start=???", ["sweep.view_angle_deg.start:", "missing"]),
+        ("model.components=10,20", ["model.components=10,20", "-m in front"]),
+        ("data.name=${nowhere}", ["data.name:", "nowhere"]),
+        ("model.components", ["not an override", "option=value", "model.components"]),
+        ("model.components=[1,", ["not an override"]),
+        ("~model", ["model:", "missing"]),
+    ],
+)
+def test_a_slip_of_the_pen_names_the_full_key(override: str, words: list[str]) -> None:
+    said = refused(override)
+    assert [word for word in words if word not in said] == [], said
+
+
+@pytest.mark.parametrize("group", ["data", "dataset", "model", "report", "scale", "skeleton", "sweep", "experiment"])
+def test_an_unknown_option_of_a_group_lists_those_there_are(group: str) -> None:
+    said = refused(f"{group}=nothing_of_the_kind", *() if group != "experiment" else (), figure="zhang2007_fig5")
+    assert said.startswith(f"{group}: there is no such option (expected ")
+    assert said.endswith("received nothing_of_the_kind)")
+    for name in option_files(group):
+        assert name in said
+    assert "base_" not in said
+
+
+def test_no_figure_is_a_refusal_that_lists_them() -> None:
+    with pytest.raises(Refusal, match="no figure is chosen") as caught:
+        compose(["scale=smoke"])
+    assert all(figure in str(caught.value) for figure in presets())
+
+
+def test_an_error_of_ours_keeps_its_traceback() -> None:
+    assert sentence(KeyError("path_walker_mm2")) == ""
+    assert sentence(TypeError("no figure for Report")) == ""
+    assert sentence(PermissionError(13, "Permission denied", "folder")) == "folder: Permission denied"
+
+
+# --- where a figure goes ----------------------------------------------------------------------------------
+
+
+FOLDER = ["data=folder", "data.path=walks", "data.pattern='**/*.c3d'", "skeleton=plugin_gait"]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "folder"),
+    [
+        ([], "results/synthetic/full/zhang2007_fig5"),
+        (["scale=smoke"], "results/synthetic/smoke/zhang2007_fig5"),
+        (["data=cmu"], "results/cmu/full/zhang2007_fig5"),
+        (["data=optical", "scale=smoke", "workers=1"], "results/optical/smoke/zhang2007_fig5"),
+        (["results=elsewhere"], "elsewhere/synthetic/full/zhang2007_fig5"),
+        (["data=cmu", "data.mirror=shelf", "data.raw=raw"], "results/cmu/full/zhang2007_fig5"),
+        (FOLDER, "results/folder/full/zhang2007_fig5"),
+        ([*FOLDER, "data.name=clinic"], "results/clinic/full/zhang2007_fig5"),
+        ([*FOLDER, "data.steady.cycles=3"], "results/scratch/now/zhang2007_fig5"),
+        (["skeleton=plugin_gait"], "results/scratch/now/zhang2007_fig5"),
+        (["model.components=20"], "results/scratch/now/zhang2007_fig5"),
+        (["scale=smoke", "scale.walkers=5"], "results/scratch/now/zhang2007_fig5"),
+        (["report.picture=false"], "results/scratch/now/zhang2007_fig5"),
+        (["seed=1"], "results/scratch/now/zhang2007_fig5"),
+        (["data.population=20"], "results/scratch/now/zhang2007_fig5"),
+        (["model=eigenwalkers2004"], "results/scratch/now/zhang2007_fig5"),
+    ],
+)
+def test_only_a_preset_as_it_stands_goes_to_its_own_folder(overrides: list[str], folder: str) -> None:
+    config = compose(["experiment=zhang2007_fig5", *overrides])
+    assert destination(config, ["experiment=zhang2007_fig5", *overrides], "now") == Path(folder)
+
+
+def test_the_mirror_of_the_environment_does_not_make_a_scratch_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MOCAP_MIRROR", "shelf")
+    config = compose(["experiment=zhang2007_fig5", "data=cmu"])
+    assert config.data.mirror == "shelf"
+    assert destination(config, ["data=cmu"], "now") == Path("results/cmu/full/zhang2007_fig5")
+
+
+def test_the_options_of_a_group_are_told_apart_by_type() -> None:
+    """A stage matches on types, so no two options of a group that mean different things share one."""
+    kinds: dict[str, Callable[..., Any]] = {
+        "zhang2007_fig2": options.SpectrumReport,
+        "zhang2007_fig3": options.NoiseVarianceReport,
+        "zhang2007_fig4": options.PosturesReport,
+        "zhang2007_fig5": options.ViewErrorsReport,
+        "zhang2007_fig6": options.ViewAnglesReport,
+    }
+    for figure, kind in kinds.items():
+        assert type(compose([f"experiment={figure}"]).report) is kind
+    assert type(compose(["experiment=zhang2007_fig2"]).sweep) is options.NoSweep
+    assert type(compose(["experiment=zhang2007_fig5"]).sweep) is options.KnownViewSweep
+    assert type(compose(["experiment=zhang2007_fig6"]).sweep) is options.UnknownViewSweep
