@@ -11,16 +11,20 @@ The map of the house, from the ground up; a module imports only from lower layer
          camera             how 3D becomes 2D                                zhang2007 3.5, 3.16, B.2, B.3
          reconstruction     coefficients from one known view                 zhang2007 3.6-3.15, A.1-A.5
          viewpoint          view angle and coefficients together             zhang2007 4.5, 4.6, B.1-B.3
+         view_search        the search over the angle behind it
+         observation        frequency and phase from the 2D view alone
          errors, circular   how wrong it is                                  zhang2007 4.1-4.4
          walking            steady walking, treadmill equivalent             zhang2007 section 2
          synthetic …        the embedded population of walkers
     2  formats/           one reader to a file format, all return the same value
-       store, archive     artefacts, publications, provenance; kept results
+       store, archive     artefacts, publications; kept results; on sealed_folders, provenance
        tables             the only pandas
        recording*         the only rerun
        pictures*          the only matplotlib
        fetch, threads     the public recordings; work over threads
     3  config             the options of every stage
+       corpus             which recordings a data set names, and where they are
+       phase_sources      one walker seen from known views, phase from 3D or from the view
        figures/           what each kind of figure is made of
        ledger             the papers' claims against published tables
     4  stages/            ingest → dataset → model → sweep → report

@@ -20,7 +20,7 @@ Overrides name any option by its full path; `--cfg job` prints them all with the
   sweep.noise_variance_mm2=70             sweep.solver=published    sweep.truth=fourier
   dataset.walks=all                       dataset.size=stature      dataset.origin=floor
 Your own recordings:
-  python -m pipeline experiment=zhang2007_fig5 data=folder data.path=DIR "data.pattern='**/*.c3d'" skeleton=plugin_gait
+  python -m pipeline experiment=FIGURE data=folder data.path=DIR "data.pattern='**/*.c3d'" skeleton=plugin_gait
 On a cluster (extra `cluster`):
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
@@ -142,9 +142,7 @@ def _refuse_additions(options: Any, path: str) -> None:
     known = [field.name for field in fields(options)]
     for name, value in vars(options).items():
         if name not in known:
-            raise Refusal(
-                "there is no such option", where=path + name, expected="one of " + ", ".join(known)
-            )
+            raise Refusal("there is no such option", where=path + name, expected="one of " + ", ".join(known))
         _refuse_additions(value, f"{path}{name}.")
 
 
@@ -244,7 +242,14 @@ def hydra_main(arguments: Sequence[str]) -> int:
 
         settings = HydraConfig.get()
         multirun = settings.mode == RunMode.MULTIRUN
-        config = _typed(composed)
+        try:
+            config = _typed(composed)
+        except Refusal as refusal:
+            if multirun:
+                raise
+            status = 1
+            print(refusal, file=sys.stderr)
+            return
         folder = (
             Path(settings.runtime.output_dir) / config.figure
             if multirun

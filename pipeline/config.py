@@ -54,7 +54,7 @@ class Grid:
                 expected=f"{MOST_VALUES} or fewer",
                 received=str(count),
             )
-        return self.start + self.step * np.arange(count)
+        return self.start + self.step * np.arange(count, dtype=float)
 
 
 @dataclass(kw_only=True)

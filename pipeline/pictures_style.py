@@ -118,6 +118,12 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
         place = (room - 0.35 * line) / height
         text = "\n".join(lines)
         figure.text(MARGIN / width, place, text, fontsize=CAPTION_SIZE, va="top", linespacing=1.15)
+    # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
+        axes.set_position((left, low, wide, high))
     # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
     for suffix, metadata in (("svg", {"Date": None, "Creator": None}), ("png", {"Software": None})):
         content = io.BytesIO()

@@ -19,7 +19,7 @@ PACKAGE = Path(__file__).resolve().parent
 PROJECT = PACKAGE.parent
 LOCK = PROJECT / "requirements.lock"
 
-_ONLY_DRAW_OR_DESCRIBE = re.compile(r"(pictures|recording|papers)(_\w+)?\.py")
+_ONLY_DRAW_OR_DESCRIBE = re.compile(r"(pictures|recording|papers)(_\w+)?\.py|ledger\.py|figures/\w+\.py")
 _PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
 
@@ -44,6 +44,7 @@ def _version(package: str) -> str:
 
 
 def versions(packages: Sequence[str]) -> dict[str, str]:
+    """Installed version of each package, ``not installed`` where there is none."""
     return {package: _version(package) for package in packages}
 
 

@@ -96,7 +96,9 @@ class Recording:
                     written.seek(-min(self._partial.stat().st_size, len(_LAST_WORDS) + 4), os.SEEK_END)
                     # The library's writer only logs what a full disk does to it.
                     whole = _LAST_WORDS in written.read()
-                require(whole, "cannot write results: the recording was cut short", self.path.name, "room for it")
+                require(
+                    whole, "cannot write results: the recording was cut short", self.path.name, "room for it"
+                )
                 self._partial.replace(self.path)
         finally:
             self._partial.unlink(missing_ok=True)

@@ -66,7 +66,9 @@ def make_figure(
         seconds[stage], last = now - last, now
 
     if config.workers < 1:
-        raise Refusal("nobody to do the work", where="workers", expected="1 or more", received=str(config.workers))
+        raise Refusal(
+            "nobody to do the work", where="workers", expected="1 or more", received=str(config.workers)
+        )
     report.check(config.report, config.sweep)
     workers = config.workers
     at("ingest")

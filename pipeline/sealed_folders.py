@@ -78,6 +78,7 @@ def canonical(value: Any, where: str = "options") -> Any:
 
 
 def compact(value: Any) -> bytes:
+    """The one JSON text of a value: sorted keys, no blanks, no NaN."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 

@@ -256,3 +256,66 @@ def map_joints(
             distance = np.nanmean(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1))
             positions[:, j, 2] -= lowering.by * distance
     return positions, np.all(np.isfinite(positions), axis=-1)
+
+
+@dataclass(frozen=True)
+class LimbTree:
+    """Rigid parts of a body between joints of a skeleton, each limb after its parent.
+
+    Attributes
+    ----------
+    name : str
+    limbs : tuple of str
+        Names in array order.
+    ends : tuple of (int, int)
+        Joints of `skeleton` at which each limb begins and ends.
+    parents : tuple of int
+        Index of each limb's parent; -1 for the root.
+    mirror : tuple of int
+        Index of the limb that takes this one's place when left and right change sides.
+    skeleton : Skeleton
+    """
+
+    name: str
+    limbs: tuple[str, ...]
+    ends: tuple[tuple[int, int], ...]
+    parents: tuple[int, ...]
+    mirror: tuple[int, ...]
+    skeleton: Skeleton
+
+
+POSTURE12 = LimbTree(
+    name="POSTURE12",
+    limbs=(
+        "hip",
+        "torso",
+        "shoulder",
+        "neck",
+        "left_thigh",
+        "right_thigh",
+        "left_leg",
+        "right_leg",
+        "left_arm",
+        "right_arm",
+        "left_forearm",
+        "right_forearm",
+    ),
+    ends=(
+        (9, 12),
+        (8, 1),
+        (2, 5),
+        (1, 0),
+        (9, 10),
+        (12, 13),
+        (10, 11),
+        (13, 14),
+        (2, 3),
+        (5, 6),
+        (3, 4),
+        (6, 7),
+    ),
+    parents=(-1, 0, 1, 1, 0, 0, 4, 5, 2, 2, 8, 9),
+    mirror=(0, 1, 2, 3, 5, 4, 7, 6, 9, 8, 11, 10),
+    skeleton=WALKER15,
+)
+"""The twelve rigid parts of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""

@@ -233,11 +233,11 @@ class Store:
         self, folder: Path, arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any]
     ) -> Artefact | None:
         """Write an artefact; None, or the other process's if that was faster."""
-        packed = _packed(arrays)
+        content = packed(arrays)
         with writing(folder):
             while True:
                 with temporary_folder(self.cache) as temporary:
-                    write_bytes(temporary / ARRAYS, packed)
+                    write_bytes(temporary / ARRAYS, content)
                     write_manifest(temporary, facts)
                     try:
                         temporary.replace(folder)
@@ -325,7 +325,7 @@ def _fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
     return MappingProxyType(fixed)
 
 
-def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
+def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
     """The bytes of an ``.npz``: equal arrays give equal bytes, for no time of day is in them."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:

@@ -1,3 +1,4 @@
+# ruff: noqa: E402 - threads are set before anything is imported
 """What all tests share: one BLAS thread, hypothesis profiles, and figures that are made once for a session."""
 
 from __future__ import annotations

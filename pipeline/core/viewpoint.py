@@ -85,6 +85,8 @@ def estimate(
         Candidates; the whole circle by default (the appendix scans 0 to pi).  The trust region has no bounds.
     grid_step_rad : float, optional
         By default 2 degrees where the best cell is refined, and the 1 degree of appendix B where it is not.
+    start_rad : float
+        Where the published solver of approach I starts, with all coefficients zero.
 
     Raises
     ------

@@ -6,18 +6,16 @@ Every clip ends in the report, kept or refused, with what was cut and why; nothi
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pipeline import fetch, formats, tables
+from pipeline import formats
 from pipeline.config import Data, FolderData, RecordedData, Steady, SyntheticData
 from pipeline.core import fourier, synthetic, walking
+from pipeline.corpus import Clip, folder_clips, recorded_clips
 from pipeline.refusal import Refusal
 from pipeline.skeleton import SourceMapping, map_joints
 from pipeline.store import Artefact, Store, derive_generator
@@ -28,20 +26,6 @@ REPORT_COLUMNS = (
     "strides", "bridged_values", "leg_length_mm", "frequency_hz", "fundamental_share", "second_share",
     "residual_share", "verdict", "reason",
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Clip:
-    """One recording to be ingested."""
-
-    name: str
-    person: str
-    source: str
-    path: Path | None  # None: listed, but not on this machine
-    sha256: str
-    mapping: SourceMapping
-    frame_rate_hz: float
-    units: str
 
 
 @dataclass(frozen=True)
@@ -66,10 +50,10 @@ def run(options: Data, skeleton: SourceMapping, seed: int, workers: int, store: 
                 "ingest", {"data": options, "seed": seed}, [], lambda: _synthetic(options, seed, workers)
             )
         case RecordedData():
-            clips = _recorded_clips(options)
+            clips = recorded_clips(options)
             steady = options.steady
         case FolderData():
-            clips = _folder_clips(options, skeleton)
+            clips = folder_clips(options, skeleton)
             steady = options.steady
         case _:
             raise TypeError(f"no ingest for {type(options).__name__}")
@@ -108,112 +92,6 @@ def _synthetic(options: SyntheticData, seed: int, workers: int) -> tuple[dict[st
         )
 
     return _packed(spread(one, range(count), workers), steady, inputs={})
-
-
-def _recorded_clips(options: RecordedData) -> list[Clip]:
-    """Clips of the table, people limited to the first `walkers`; last those that are not on this machine."""
-    rows = [
-        row
-        for row in tables.read_rows(Path(options.table))
-        if row["source"] in options.sources and row["action"] == options.action
-    ]
-    rows = [row for row in rows if row["skeleton"] in options.skeletons]
-    if not rows:
-        raise Refusal(
-            "no recording of these sources is listed",
-            where=options.table,
-            expected=", ".join(options.sources),
-        )
-    same = {subject: group[0] for group in options.same_person for subject in group}
-    mirror = Path(options.mirror) if options.mirror else None
-    clips: list[Clip] = []
-    for row in rows:
-        path = fetch.resolve(row, raw=Path(options.raw), mirror=mirror)
-        clips.append(
-            Clip(
-                name=row["trial"],
-                person=same.get(row["subject"], row["subject"]),
-                source=row["source"],
-                path=path,
-                sha256=_digest(path) if path else "",
-                mapping=options.skeletons[row["skeleton"]],
-                frame_rate_hz=float(row["frame_rate_hz"]),
-                units="",
-            )
-        )
-    present = [clip for clip in clips if clip.path]
-    if not present:
-        raise Refusal(
-            f"none of the {len(rows)} recordings is on this machine",
-            where=options.raw,
-            expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
-        )
-    present.sort(key=lambda c: (c.source, c.person, c.name))
-    return _first_people(present, options.walkers) + [clip for clip in clips if not clip.path]
-
-
-def _folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
-    """Readable files below the user's folder."""
-    if not options.path:
-        raise Refusal("no folder is given", expected="data.path=<folder>", received="nothing")
-    folder = Path(options.path)
-    if not folder.is_dir():
-        raise Refusal("there is no such folder", where=options.path)
-    try:
-        files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
-    except (ValueError, NotImplementedError, IndexError):  # empty, or a path of its own: words differ by version
-        raise Refusal(
-            "not a pattern below the folder", where="data.pattern", expected="**/*.c3d, say", received=options.pattern
-        ) from None
-    readable = [p for p in files if p.suffix.lower() in formats.READERS]
-    if not readable:
-        raise Refusal(
-            "no motion capture in the folder",
-            where=f"{options.path}/{options.pattern}",
-            expected="files ending in " + " ".join(formats.READERS),
-            received=", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
-        )
-    try:
-        pattern = re.compile(options.person)
-    except re.error as error:
-        raise Refusal(
-            f"not a regular expression: {error}", where="data.person", received=options.person
-        ) from None
-    clips = []
-    for path in readable:
-        found = pattern.search(path.stem)
-        person = (found.group(1) if found.groups() else found.group(0)) if found else ""
-        clips.append(
-            Clip(
-                name=str(path.relative_to(folder)),
-                person=person or path.stem,
-                source="folder",
-                path=path,
-                sha256=_digest(path),
-                mapping=skeleton,
-                frame_rate_hz=options.frame_rate_hz,
-                units=options.units,
-            )
-        )
-    return _first_people(clips, options.walkers)
-
-
-def _first_people(clips: list[Clip], limit: int) -> list[Clip]:
-    people = list(dict.fromkeys(clip.person for clip in clips))
-    chosen = set(people[:limit] if limit > 0 else people)
-    return [clip for clip in clips if clip.person in chosen]
-
-
-def _digest(path: Path) -> str:
-    """sha256 of a recording; of an AMC together with the skeletons beside it, which it cannot be read without."""
-    try:
-        total = hashlib.sha256(path.read_bytes())
-        if path.suffix.lower() == ".amc":
-            for skeleton in sorted(path.parent.glob("*.[aA][sS][fF]")):
-                total.update(skeleton.read_bytes())
-    except OSError as error:
-        raise Refusal(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
-    return total.hexdigest()
 
 
 def _read_all(clips: Iterable[Clip], steady: Steady, workers: int) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -357,4 +235,4 @@ def _packed(
         "clip": column("clip"),
         "source": column("source"),
     }
-    return dict(arrays), {"report": rows, "inputs": inputs}
+    return dict(arrays), {"report": rows, "report_columns": list(REPORT_COLUMNS), "inputs": inputs}

@@ -27,7 +27,7 @@ from pipeline.ledger import judge_figure, write_claims
 from pipeline.provenance import provenance
 from pipeline.refusal import Refusal
 from pipeline.sealed_folders import canonical
-from pipeline.store import Store
+from pipeline.store import Store, packed
 
 
 def figure_module(report: Report) -> ModuleType:
@@ -93,13 +93,12 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
         for name, (columns, sort_by) in made_tables.items():
             tables.write(publication.folder / f"{name}.csv", columns, sort_by=sort_by)
         rows = made.ingest.notes["report"]
-        report = {name: _column([row[name] for row in rows]) for name in rows[0]}
+        report = {name: _column([row[name] for row in rows]) for name in made.ingest.notes["report_columns"]}
         tables.write(publication.folder / "table_ingest.csv", report, sort_by=["source", "person", "clip"])
         verdicts = judge_figure(config.figure, made_tables, config.data.name)
         write_claims(publication.folder / "claims.csv", verdicts)
-        with (publication.folder / "arrays.npz").open("wb") as file:
-            arrays: dict[str, Any] = {**made.sweep.arrays, "walker": np.array(made.walkers)}
-            np.savez(file, allow_pickle=False, **arrays)
+        arrays: dict[str, Any] = {**made.sweep.arrays, "walker": np.array(made.walkers)}
+        (publication.folder / "arrays.npz").write_bytes(packed(arrays))
         tabulated = time.perf_counter()
         if config.report.picture:
             module.picture(made, made_tables, publication.folder / "figure")

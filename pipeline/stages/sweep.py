@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import KnownViewSweep, NoSweep, Sweep, UnknownViewSweep
-from pipeline.core import camera, errors, fourier, observation, reconstruction, viewpoint
-from pipeline.core.linear_model import LinearModel, unflatten
+from pipeline.core import camera, errors, observation, reconstruction, viewpoint
+from pipeline.core.linear_model import unflatten
+from pipeline.phase_sources import PHASES, Motion3d, Observed2d, fold
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, Store
 from pipeline.threads import spread
 
 METHODS = ("least_squares", "map")
 PHASE_SOURCES = ("motion3d", "observed2d")
-PHASES = ("phase_rad", "phase_error_rad")
 
 
 def run(
@@ -78,99 +78,6 @@ def _check_methods(methods: list[str]) -> None:
         )
 
 
-def _fold(model: Artefact, r: int) -> LinearModel:
-    arrays = model.arrays
-    return LinearModel(
-        mean=arrays["fold_mean"][r],
-        components=arrays["fold_components"][r],
-        eigenvalues=arrays["fold_eigenvalues"][r],
-        total_variance=float(arrays["fold_total_variance"][r]),
-        last_scale=float(arrays["fold_last_scale"][r]),
-    )
-
-
-class _Motion3d:
-    """One walker from A known views, phase and frequency known from the 3D motion: the papers' way."""
-
-    def __init__(self, fold: LinearModel, sample: np.ndarray, residual: np.ndarray, view: np.ndarray) -> None:
-        self._fold, self._sample, self._residual, self._view = fold, sample, residual, view
-        self.residual_power = errors.along_missing(residual, view)
-
-    def missing_variance(
-        self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
-    ) -> np.ndarray:
-        """Variance (A,) of the missing dimension: of the motion, or of its Fourier part."""
-        covariance = temporal if of_motion else temporal - self._residual
-        return errors.missing_variance(covariance, average, self._view, kind=kind)
-
-    def reconstruct(
-        self, noise_variance: float | None
-    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """True less reconstructed, the missing dimension at phase zero, and what else was found."""
-        views = reconstruction.from_known_views(
-            self._fold, self._sample, self._view, noise_variance=noise_variance
-        )
-        return views.delta, views.missing, {}
-
-    def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
-        """E_a of MAP for every view and sigma², residual left out."""
-        return reconstruction.error_path(self._fold, self._sample, self._view, noise_variances)
-
-
-class _Observed2d:
-    """One walker from A views, phase and frequency from each view alone: what a 2D input allows."""
-
-    def __init__(
-        self, fold: LinearModel, ingest: Artefact, dataset: Artefact, r: int, view: np.ndarray
-    ) -> None:
-        data, first = dataset.arrays, ingest.arrays["first"]
-        walk = int(data["walk"][r])
-        motion = ingest.arrays["positions"][first[walk] : first[walk + 1]]
-        rate = float(ingest.arrays["frame_rate_hz"][walk])
-        self.fold = fold
-        self.clip = observation.observe(
-            data["scale"][r] * (motion - data["origin_mm"][r]),
-            rate,
-            view,
-            harmonics=data["coefficients"].shape[1] // 2,
-        )
-        self.residual_power = self.clip.residual_power
-        # Series of slightly different frequencies agree in the middle of the clip, not at its first frame.
-        to_middle_s = (len(motion) - 1) / (2 * rate)
-        drift = 2 * np.pi * (data["frequency_hz"][r] - self.clip.frequency_hz) * to_middle_s
-        self._phase = data["phase_rad"][r] + drift
-
-    def missing_variance(
-        self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool
-    ) -> np.ndarray:
-        """Variance (A,) of the missing dimension: of the motion, or of its Fourier part."""
-        variance = errors.missing_variance(temporal, average, self.clip.view_angle_rad, kind=kind)
-        return variance if of_motion else variance - errors.walker_error(self.residual_power)
-
-    def found(self, phase_rad: np.ndarray) -> dict[str, np.ndarray]:
-        """Phases (A,) of a fit and how far they are from the 3D motion's."""
-        off = np.mod(phase_rad - self._phase + np.pi, 2 * np.pi) - np.pi
-        return {"phase_rad": phase_rad, "phase_error_rad": off}
-
-    def reconstruct(
-        self, noise_variance: float | None
-    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """True less reconstructed, the missing dimension at phase zero, and what else was found."""
-        views = observation.from_known_views(
-            self.fold,
-            self.clip.image,
-            self.clip.view_angle_rad,
-            noise_variance=noise_variance,
-            frequency_hz=self.clip.frequency_hz,
-        )
-        missing = fourier.shift(views.missing[..., None], self._phase)[..., 0]
-        return self.clip.missing - views.missing, missing, self.found(views.phase_rad)
-
-    def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
-        """E_a of MAP for every view and sigma², each with the phase that it finds, residual left out."""
-        return observation.error_path(self.fold, self.clip, noise_variances)
-
-
 def _known(
     options: KnownViewSweep, ingest: Artefact, dataset: Artefact, model: Artefact, workers: int
 ) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -194,10 +101,10 @@ def _known(
     of_motion = options.truth == "motion"
     observed = options.phase_source == "observed2d"
 
-    def source(r: int, angles: np.ndarray) -> _Motion3d | _Observed2d:
+    def source(r: int, angles: np.ndarray) -> Motion3d | Observed2d:
         if observed:
-            return _Observed2d(_fold(model, r), ingest, dataset, r, angles)
-        return _Motion3d(_fold(model, r), samples[r], data["residual_covariance"][r], angles)
+            return Observed2d(fold(model, r), ingest, dataset, r, angles)
+        return Motion3d(fold(model, r), samples[r], data["residual_covariance"][r], angles)
 
     def one(r: int) -> dict[str, np.ndarray]:
         everywhere, demonstration = source(r, view), source(r, shown)
@@ -221,7 +128,7 @@ def _known(
             "missing_variance_mm2": variance,
             **{name: np.stack([extra[name] for extra in extras]) for name in extras[0]},
         }
-        if isinstance(everywhere, _Observed2d):
+        if isinstance(everywhere, Observed2d):
             found["frequency_hz"] = everywhere.clip.frequency_hz
         if "map" in options.methods:
             path = everywhere.error_path(sigma2)
@@ -231,7 +138,7 @@ def _known(
     folds = spread(one, range(len(samples)), workers)
 
     def stack(name: str, axis: int = 0) -> np.ndarray:
-        return np.stack([fold[name] for fold in folds], axis=axis)
+        return np.stack([found[name] for found in folds], axis=axis)
 
     absolute = stack("absolute_error_mm2", axis=1)
     variance = stack("missing_variance_mm2")
@@ -250,8 +157,8 @@ def _known(
         arrays |= {name: stack(name, axis=1) for name in PHASES}
         arrays["frequency_hz"] = stack("frequency_hz")
     if "map" in options.methods:
-        arrays["path_walker_mm2"] = np.stack([fold["path"].mean(axis=0) for fold in folds])
-        arrays["path_view_mm2"] = sum(fold["path"] for fold in folds) / len(folds)
+        arrays["path_walker_mm2"] = np.stack([found["path"].mean(axis=0) for found in folds])
+        arrays["path_view_mm2"] = sum(found["path"] for found in folds) / len(folds)
     return arrays, {"noise_variance_mm2": options.noise_variance_mm2}
 
 
@@ -280,7 +187,7 @@ def _unknown(
         )
 
     def from_2d(r: int) -> dict[str, np.ndarray]:
-        seen = _Observed2d(_fold(model, r), ingest, dataset, r, view)
+        seen = Observed2d(fold(model, r), ingest, dataset, r, view)
         estimates = [
             observation.estimate(
                 seen.fold,
@@ -310,7 +217,7 @@ def _unknown(
             observed = np.column_stack([observed, np.full(len(view), samples[r, -1])])
         estimates = [
             viewpoint.estimate(
-                _fold(model, r),
+                fold(model, r),
                 observed,
                 method=method,
                 noise_variance=options.noise_variance_mm2 if method == "map" else None,
@@ -324,11 +231,11 @@ def _unknown(
 
     folds = spread(one, range(len(samples)), workers)
     arrays = {
-        name: np.stack([fold[name] for fold in folds], axis=1)
+        name: np.stack([found[name] for found in folds], axis=1)
         for name in (*names, *(PHASES if observed2d else ()))
     }
     if observed2d:
-        arrays["frequency_hz"] = np.stack([fold["frequency_hz"] for fold in folds])
+        arrays["frequency_hz"] = np.stack([found["frequency_hz"] for found in folds])
     arrays["angle_deg"] = np.degrees(arrays.pop("angle_rad"))
     unconverged = int((~arrays["converged"]).sum())
     return {

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline import phase_sources
 from pipeline.__main__ import compose
 from pipeline.config import Config
 from pipeline.core import camera, circular, errors, fourier, reconstruction, viewpoint
@@ -108,7 +109,7 @@ def test_the_clip_is_the_one_that_the_sample_came_from(overrides: list[str], sto
     # Backwards, so that a walk is not its sample's number.
     turned_round = dataclasses.replace(samples, arrays={k: v[::-1] for k, v in samples.arrays.items()})
     for r, walk in enumerate(turned_round.arrays["walk"]):
-        seen = sweep._Observed2d(fold(learnt, r), walks, turned_round, r, np.array([0.0, np.pi / 2]))
+        seen = phase_sources.Observed2d(fold(learnt, r), walks, turned_round, r, np.array([0.0, np.pi / 2]))
         sample = turned_round.arrays["coefficients"][r]
         series = fourier.shift(seen.clip.coefficients, seen._phase)
         assert np.abs(series - sample).max() < 0.05 * np.abs(sample[1:]).max()

@@ -1,0 +1,244 @@
+"""A perspective camera: park2011 section 2, and the known camera of a tracker (mozerov2006 section 1).
+
+Symbols
+-------
+``K``  intrinsics, px: upper triangular, focal lengths on the diagonal, principal point in the last column
+``R``  rotation, world to camera: camera x to the right of the image, y down, z away from the camera
+``C``  centre of the camera in the world, mm
+``P``  ``K R [I | -C]``, 3 x 4: a homogeneous world point to a homogeneous image point
+
+What stands behind the camera has no image: its pixels are NaN, never the mirrored ones that the division gives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.refusal import Refusal
+
+_ROUNDING = 1e-6
+"""How far R R^T may be from the identity: rotations come from files with seven digits."""
+
+
+@dataclass(frozen=True)
+class Pinhole:
+    """One camera for all frames, or one for each of F frames; a frame of NaN is a camera that is not known.
+
+    Attributes
+    ----------
+    intrinsics : (3, 3) or (F, 3, 3)
+        K, px.
+    rotation : (3, 3) or (F, 3, 3)
+        R, world to camera.
+    centre : (3,) or (F, 3)
+        C, mm.
+
+    Raises
+    ------
+    Refusal
+        If a shape is wrong, frames disagree, K is not that of a camera, or R is not a rotation.
+
+    Examples
+    --------
+    >>> camera = Pinhole(np.diag([1000.0, 1000.0, 1.0]), np.eye(3), np.array([0.0, 0.0, -2000.0]))
+    >>> camera.project(np.array([[100.0, 50.0, 0.0], [0.0, 0.0, -3000.0]]))
+    array([[50., 25.],
+           [nan, nan]])
+    """
+
+    intrinsics: np.ndarray
+    rotation: np.ndarray
+    centre: np.ndarray
+
+    def __post_init__(self) -> None:
+        frames = set()
+        for name, shape in (("intrinsics", (3, 3)), ("rotation", (3, 3)), ("centre", (3,))):
+            # A copy that cannot be written to: the camera stays the one that was checked.
+            value = np.array(getattr(self, name), dtype=float)
+            if value.shape[-len(shape) :] != shape or value.ndim > len(shape) + 1:
+                words = ", ".join(map(str, shape))
+                raise Refusal(
+                    f"the array {name!r} of a camera has the wrong shape",
+                    expected=f"({words}{',' * (len(shape) == 1)}) or (F, {words})",
+                    received=str(value.shape),
+                )
+            if value.ndim > len(shape):
+                frames.add(len(value))
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        if len(frames) > 1:
+            raise Refusal(
+                "the parts of a camera disagree in their frames",
+                expected="one number of frames",
+                received=" and ".join(map(str, sorted(frames))),
+            )
+        _check_intrinsics(self.intrinsics)
+        _check_rotation(self.rotation)
+
+    @property
+    def frames(self) -> int | None:
+        """Number of frames F, or None where one camera serves all."""
+        per_frame = [
+            len(value)
+            for value, own in ((self.intrinsics, 2), (self.rotation, 2), (self.centre, 1))
+            if value.ndim > own
+        ]
+        return per_frame[0] if per_frame else None
+
+    @property
+    def known(self) -> np.ndarray:
+        """Where the camera is known: (F,) bool, or () for one camera."""
+        return (
+            np.isfinite(self.intrinsics).all(axis=(-2, -1))
+            & np.isfinite(self.rotation).all(axis=(-2, -1))
+            & np.isfinite(self.centre).all(axis=-1)
+        )
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """P = K R [I | -C]: (3, 4) or (F, 3, 4)."""
+        turned = self.intrinsics @ self.rotation
+        centre = np.broadcast_to(self.centre, (*turned.shape[:-2], 3)) if turned.ndim > 2 else self.centre
+        moved = -(turned @ centre[..., None])
+        return np.concatenate([np.broadcast_to(turned, (*moved.shape[:-1], 3)), moved], axis=-1)
+
+    def at(self, frame: int) -> Pinhole:
+        """The camera of one frame; itself where one serves all."""
+        if self.frames is None:
+            return self
+        return Pinhole(
+            self.intrinsics[frame] if self.intrinsics.ndim > 2 else self.intrinsics,
+            self.rotation[frame] if self.rotation.ndim > 2 else self.rotation,
+            self.centre[frame] if self.centre.ndim > 1 else self.centre,
+        )
+
+    def in_camera(self, points: np.ndarray) -> np.ndarray:
+        """Camera coordinates (…, 3) of world points (…, 3), mm; the last is the depth.
+
+        Cameras of F frames take points (F, …, 3).
+
+        Raises
+        ------
+        Refusal
+            If the points have no three coordinates or another number of frames than the cameras.
+        """
+        points, flat = self._by_frame(points, 3)
+        relative = flat - self.centre[..., None, :]
+        return (relative @ np.swapaxes(self.rotation, -1, -2)).reshape(points.shape)
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Pixels (…, 2) of world points (…, 3), NaN where a point is not in front of the camera.
+
+        Cameras of F frames take points (F, …, 3).
+        """
+        points, flat = self._by_frame(points, 3)
+        turned = self.intrinsics @ self.rotation
+        homogeneous = (flat - self.centre[..., None, :]) @ np.swapaxes(turned, -1, -2)
+        depth = homogeneous[..., 2:]
+        pixels = homogeneous[..., :2] / np.where(depth > 0, depth, np.nan)
+        return pixels.reshape(*points.shape[:-1], 2)
+
+    def rays(self, pixels: np.ndarray) -> np.ndarray:
+        """World directions (…, 3) of pixels (…, 2), of unit depth: the centre plus d times it lies at depth d.
+
+        Cameras of F frames take pixels (F, …, 2).
+        """
+        pixels, flat = self._by_frame(pixels, 2)
+        homogeneous = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
+        inverse = np.linalg.inv(self.intrinsics)  # triangular, three by three
+        directions = homogeneous @ np.swapaxes(inverse, -1, -2) @ self.rotation
+        return directions.reshape(*pixels.shape[:-1], 3)
+
+    def back_project(self, pixels: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
+        """World points (…, 3) that stand at a depth (…) in mm behind pixels (…, 2)."""
+        rays = self.rays(pixels)
+        ahead = np.asarray(depth, dtype=float)
+        between = rays.ndim - self.centre.ndim
+        centre = self.centre.reshape(*self.centre.shape[:-1], *([1] * between), 3)
+        return centre + rays * (ahead[..., None] if ahead.ndim else ahead)
+
+    def _by_frame(self, values: np.ndarray, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """`values` as floats, and reshaped to (n, last) or, for cameras of F frames, (F, n, last)."""
+        values = np.asarray(values, dtype=float)
+        frames = self.frames
+        if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
+            wanted = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
+            raise Refusal(
+                "points for a camera have the wrong shape", expected=wanted, received=str(values.shape)
+            )
+        if frames is None:
+            return values, values.reshape(-1, last)
+        if len(values) != frames:
+            raise Refusal(
+                "points and cameras disagree in their frames", expected=str(frames), received=str(len(values))
+            )
+        return values, values.reshape(frames, -1, last)
+
+
+def look_at(
+    centre: np.ndarray,
+    target: np.ndarray,
+    *,
+    focal_px: float,
+    principal_px: tuple[float, float] = (0.0, 0.0),
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0),
+) -> Pinhole:
+    """A camera that looks from a centre to a target with the world's vertical upright in the image.
+
+    Parameters
+    ----------
+    centre, target : (3,) or (F, 3)
+        mm.
+    focal_px : float
+    principal_px : (x, y)
+        Where the target appears, px.
+    up : (x, y, z)
+
+    Raises
+    ------
+    Refusal
+        If centre and target coincide, or the camera looks along the vertical.
+    """
+    centre, target = np.asarray(centre, dtype=float), np.asarray(target, dtype=float)
+    ahead = target - centre
+    right = np.cross(ahead, np.asarray(up, dtype=float))
+    distance, across = np.linalg.norm(ahead, axis=-1), np.linalg.norm(right, axis=-1)
+    if (across <= 1e-9 * np.maximum(distance, 1e-300)).any():
+        raise Refusal("a camera looks along the vertical, or at itself", expected="a target to its side")
+    ahead = ahead / distance[..., None]
+    right = right / across[..., None]
+    intrinsics = np.array(
+        [[focal_px, 0.0, principal_px[0]], [0.0, focal_px, principal_px[1]], [0.0, 0.0, 1.0]]
+    )
+    return Pinhole(intrinsics, np.stack([right, np.cross(ahead, right), ahead], axis=-2), centre)
+
+
+def _check_intrinsics(intrinsics: np.ndarray) -> None:
+    given = (
+        intrinsics[np.isfinite(intrinsics).all(axis=(-2, -1))] if intrinsics.ndim > 2 else intrinsics[None]
+    )
+    focal = given[:, [0, 1], [0, 1]]
+    if not (focal > 0).all():
+        raise Refusal("a focal length is not positive", expected="px > 0", received=f"{focal.min():g}")
+    if given[:, [1, 2, 2], [0, 0, 1]].any() or (given[:, 2, 2] != 1).any():
+        raise Refusal(
+            "the intrinsics are not those of a camera",
+            expected="zeros below the diagonal and a last row of 0, 0, 1",
+        )
+
+
+def _check_rotation(rotation: np.ndarray) -> None:
+    given = rotation[np.isfinite(rotation).all(axis=(-2, -1))] if rotation.ndim > 2 else rotation[None]
+    off = np.abs(given @ np.swapaxes(given, -1, -2) - np.eye(3)).max(initial=0.0)
+    if not off <= _ROUNDING:
+        raise Refusal(
+            "the rotation of a camera is not one",
+            expected="R R^T = I",
+            received=f"{off:.3g} away from it",
+        )
+    if (np.linalg.det(given) < 0).any():
+        raise Refusal(
+            "the rotation of a camera is a reflection", expected="a determinant of +1", received="-1"
+        )

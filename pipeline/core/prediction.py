@@ -1,0 +1,188 @@
+"""How postures are predicted: along the action model, within its bounds, at a rate that is the performer's own.
+
+Symbols
+-------
+``p``     phase: position along the mean performance, in samples, 0 … P - 1; ``v`` its rate, samples per frame
+``m, s``  mean and standard deviation of the action model at a phase, (b,), linear between samples
+``z``     deviation in units of the model: the posture in the aSpace is x = m(p) + s(p) z
+``e``     innovations: independent standard normal numbers, one for the rate and b for the posture
+``q``     the part of a standard deviation that a posture diffuses by from frame to frame
+
+With the prior, v walks at random between bounds and never runs backwards, as [mozerov2006 13] has it for
+synchronization (speeds and accelerations differ), p' = p + v', and z' = rho z + q e: the posture moves with the mean
+performance and diffuses by a fraction of the learnt standard deviation.  With `reversion` rho is sqrt(1 - q²), so
+that without an image particles keep the learnt variance; else rho is one and they fill the bounds.
+
+A prediction with a coordinate outside of m +- 3 s is pruned: rejected and redrawn.  Coordinates are independent, so
+it is enough to redraw those outside, from the normal truncated to the bounds: the same distribution as rejecting
+whole predictions until one is accepted, at a cost that is known beforehand.
+
+Without the prior x walks at random by steps of the same size (root mean square over phases), and nothing is pruned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from pipeline.refusal import Refusal
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """How particles move from one frame to the next.
+
+    Attributes
+    ----------
+    nominal_rate : float
+        Samples of the mean performance per frame: (P - 1) / (F - 1) for a performance of about F frames.
+    rate_bounds : (low, high)
+        Of the rate, times the nominal; at the start it is anything between.
+    rate_step : float
+        Standard deviation of its change from frame to frame, times the nominal.
+    diffusion : float
+        q: standard deviation of a posture's own step, as a fraction of the learnt one.
+    reversion : bool
+        Whether deviations return to the mean performance as fast as they diffuse.
+    bound : float
+        Predictions farther from the mean than this many standard deviations are pruned; infinite: none.
+    start_phase : (low, high)
+        Where performances may stand in the first frame, as fractions of the mean performance.
+    """
+
+    nominal_rate: float = 1.0
+    rate_bounds: tuple[float, float] = (0.0, 2.0)
+    rate_step: float = 0.1
+    diffusion: float = 0.2
+    reversion: bool = True
+    bound: float = 3.0
+    start_phase: tuple[float, float] = (0.0, 0.0)
+
+
+class Walk:
+    """Predictions from an action model; states (S, 2 + b) hold p, v, and z with the prior or x without it.
+
+    Parameters
+    ----------
+    mean, standard_deviation : (P, b)
+    dynamics : Dynamics
+    prior : bool
+
+    Raises
+    ------
+    Refusal
+        An action model of one sample, of shapes that disagree, with a negative or missing number, or dynamics out
+        of range.
+    """
+
+    def __init__(
+        self, mean: np.ndarray, standard_deviation: np.ndarray, dynamics: Dynamics, *, prior: bool
+    ) -> None:
+        self.mean, self.sd = _checked_model(mean, standard_deviation)
+        _check_dynamics(dynamics)
+        self.prior, self.dynamics = prior, dynamics
+        self.last = float(len(self.mean) - 1)
+        self.step = dynamics.diffusion * (1.0 if prior else np.sqrt((self.sd**2).mean(axis=0)))
+        self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior and dynamics.reversion else 1.0
+        self.bound = dynamics.bound if prior else np.inf
+
+    def draw(
+        self, state: np.ndarray | None, count: int, generator: np.random.Generator
+    ) -> tuple[np.ndarray, float]:
+        """Innovations (S, 2 + b) whose predictions the model accepts, and the fraction that it first rejected."""
+        innovations = generator.standard_normal((count, 2 + self.mean.shape[1]))
+        if not np.isfinite(self.bound) or (state is not None and self.dynamics.diffusion == 0.0):
+            return innovations, 0.0
+        e = innovations[:, 2:]
+        from_, step = (np.zeros_like(e), 1.0) if state is None else (self.keep * state[:, 2:], self.step)
+        outside = np.abs(from_ + step * e) > self.bound
+        if outside.any():
+            low, high = (ndtr((edge - from_[outside]) / step) for edge in (-self.bound, self.bound))
+            e[outside] = ndtri(low + generator.random(len(low)) * (high - low))
+        return innovations, float(outside.any(axis=1).mean())
+
+    def apply(self, state: np.ndarray | None, innovations: np.ndarray) -> np.ndarray:
+        """States that follow from states by innovations; those of the first frame follow from none."""
+        d = self.dynamics
+        after = np.empty_like(innovations)
+        low, high = np.multiply(d.rate_bounds, d.nominal_rate)
+        if state is None:
+            first, final = np.multiply(d.start_phase, self.last)
+            uniform = ndtr(innovations[:, :2])
+            after[:, 0] = first + (final - first) * uniform[:, 0]
+            after[:, 1] = low + (high - low) * uniform[:, 1]
+            after[:, 2:] = (
+                innovations[:, 2:] if self.prior else self.mean[0] + self.sd[0] * innovations[:, 2:]
+            )
+        else:
+            rate = state[:, 1] + d.rate_step * d.nominal_rate * innovations[:, 1]
+            after[:, 1] = _reflected(rate, low, high)
+            after[:, 0] = np.minimum(state[:, 0] + after[:, 1], self.last)
+            after[:, 2:] = self.keep * state[:, 2:] + self.step * innovations[:, 2:]
+        if not self.prior:
+            after[:, :2] = np.nan
+        return after
+
+    def accepted(self, state: np.ndarray) -> np.ndarray:
+        """Which states (S,) lie within the bounds of the action model."""
+        return (np.abs(state[:, 2:]) <= self.bound).all(axis=1)
+
+    def posture(self, state: np.ndarray) -> np.ndarray:
+        """x (S, b) in the aSpace."""
+        if not self.prior:
+            return state[:, 2:]
+        before = np.minimum(state[:, 0].astype(int), len(self.mean) - 2)
+        part = (state[:, 0] - before)[:, None]
+        mean = (1.0 - part) * self.mean[before] + part * self.mean[before + 1]
+        return mean + ((1.0 - part) * self.sd[before] + part * self.sd[before + 1]) * state[:, 2:]
+
+
+def at_phase(performance: np.ndarray, phase: np.ndarray) -> np.ndarray:
+    """Samples (T, …) of a performance (P, …) at phases (T,), linear between its samples [mozerov2006 6]."""
+    before = np.clip(phase.astype(int), 0, max(len(performance) - 2, 0))
+    after = np.minimum(before + 1, len(performance) - 1)
+    part = (phase - before).reshape(-1, *[1] * (performance.ndim - 1))
+    return (1.0 - part) * performance[before] + part * performance[after]
+
+
+def _reflected(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Values folded back at the bounds, so that a random walk stays between them and favours none."""
+    if high <= low:
+        return np.full_like(values, low)
+    offset = np.mod(values - low, 2.0 * (high - low))
+    return low + np.minimum(offset, 2.0 * (high - low) - offset)
+
+
+def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    mean, sd = np.asarray(mean, dtype=float), np.asarray(sd, dtype=float)
+    if mean.ndim != 2 or mean.shape != sd.shape or mean.shape[1] < 1:
+        raise Refusal(
+            "mean and standard deviation of the action model disagree",
+            expected="both (P, b)",
+            received=f"{mean.shape} and {sd.shape}",
+        )
+    if len(mean) < 2:
+        raise Refusal("the action model has one sample", expected="two or more", received=str(len(mean)))
+    if not (np.isfinite(mean).all() and np.isfinite(sd).all()):
+        sample = int((~(np.isfinite(mean) & np.isfinite(sd))).any(axis=1).argmax())
+        raise Refusal("the action model has a number that is not finite", where=f"sample {sample}")
+    if (sd < 0).any():
+        raise Refusal("a standard deviation of the action model is negative", received=f"{sd.min():g}")
+    return mean, sd
+
+
+def _check_dynamics(d: Dynamics) -> None:
+    numbers = (d.nominal_rate, *d.rate_bounds, d.rate_step, d.diffusion, *d.start_phase)
+    for wrong, what, expected in (
+        (not np.isfinite(numbers).all(), "a number of the dynamics is not finite", "numbers"),
+        (not d.nominal_rate > 0, "the nominal rate is not positive", "samples per frame > 0"),
+        (not 0 <= d.rate_bounds[0] <= d.rate_bounds[1], "the bounds of the rate", "0 <= low <= high"),
+        (not d.rate_step >= 0, "the step of the rate is negative", ">= 0"),
+        (not 0 <= d.diffusion <= 1, "the diffusion is out of range", "0 to 1 learnt standard deviations"),
+        (not d.bound > 0, "the bound of the action model is not positive", "standard deviations > 0"),
+        (not 0 <= d.start_phase[0] <= d.start_phase[1] <= 1, "the first phase", "0 <= low <= high <= 1"),
+    ):
+        if wrong:
+            raise Refusal(what, where="dynamics", expected=expected, received=str(d))

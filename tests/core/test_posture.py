@@ -1,0 +1,440 @@
+"""A posture is 37 numbers that know nothing of place, size and heading, and the way back is exact."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from pipeline.core import linear_model
+from pipeline.core.limb_frames import ARMS, FOREARMS, HIP, LEGS, NECK, REST, SHOULDER, THIGHS, TORSO
+from pipeline.core.posture import FRAMES, HEADINGS, PARAMETERS, LimbLengths, joints, limb_lengths, postures
+from pipeline.formats import asf_amc
+from pipeline.refusal import Refusal
+from pipeline.skeleton import POSTURE12, WALKER15, SourceMapping, map_joints
+from tests.strategies import seeds
+
+UP, AHEAD, RIGHT = np.eye(3)[[2, 1, 0]]
+SOMEWHERE = np.array([300.0, -2000.0, 55.0])
+BODY = LimbLengths(
+    np.array([180.0, 520.0, 350.0, 190.0, 430.0, 425.0, 410.0, 415.0, 320.0, 318.0, 250.0, 252.0]),
+    pelvis_mm=np.array([2.0, -5.0, 12.0]),
+    shoulders_mm=np.array([4.0, -20.0, -30.0]),
+)
+
+
+def body(directions: dict[str, np.ndarray], lengths: LimbLengths = BODY) -> np.ndarray:
+    """Joints (1, 15, 3) of limbs that point in given directions of the world; pelvis and sternum in the middle."""
+    ends = {name: POSTURE12.ends[k] for k, name in enumerate(POSTURE12.limbs)}
+    at = np.zeros((15, 3))
+    for limb in POSTURE12.limbs:
+        start, end = ends[limb]
+        span = lengths.limbs_mm[POSTURE12.limbs.index(limb)] * directions[limb]
+        if limb in ("hip", "shoulder"):
+            middle = at[WALKER15.index("pelvis" if limb == "hip" else "sternum")]
+            at[start], at[end] = middle - span / 2, middle + span / 2
+        else:
+            at[end] = at[start] + span
+    return at[None]
+
+
+def standing(**other: np.ndarray) -> np.ndarray:
+    """Upright, arms hanging, facing +y; some limbs otherwise."""
+    upright = dict.fromkeys(POSTURE12.limbs, -UP)
+    return body({**upright, "hip": RIGHT, "torso": UP, "shoulder": RIGHT, "neck": UP, **other})
+
+
+def cosines(posture: np.ndarray) -> np.ndarray:
+    return posture[..., 1:].reshape(*posture.shape[:-1], 12, 3)
+
+
+def moving(generator: np.random.Generator, frames: int, *, at_random: bool = False) -> np.ndarray:
+    """A clip (T, 15, 3) of a rigid body: limbs about standing, bent at random by up to a radian or two."""
+    means = np.array([RIGHT, UP, RIGHT, UP, *[-UP] * 8])
+    wander = np.cumsum(generator.standard_normal((frames, 12, 3)), axis=0) / np.sqrt(frames)
+    start = generator.standard_normal((12, 3))
+    limbs = means + (0.5 * start + 0.3 * wander) * (3.0 if at_random else 1.0)
+    limbs /= np.linalg.norm(limbs, axis=-1, keepdims=True)
+    posture = np.concatenate([generator.uniform(0.3, 1.1, (frames, 1)), limbs.reshape(frames, 36)], axis=1)
+    return joints(posture, BODY) + SOMEWHERE
+
+
+def turned(positions: np.ndarray, angle: float) -> np.ndarray:
+    return positions @ Rotation.from_euler("z", angle).as_matrix().T
+
+
+def mirrored(positions: np.ndarray) -> np.ndarray:
+    return positions[:, list(WALKER15.mirror)] * [-1.0, 1.0, 1.0]
+
+
+# --- what the numbers are ---------------------------------------------------------------------------------
+
+
+def test_the_tree_of_twelve_limbs_covers_fifteen_joints() -> None:
+    assert len(POSTURE12.limbs) == 12
+    assert PARAMETERS == 37
+    assert {joint for pair in POSTURE12.ends for joint in pair} == set(range(15))
+    assert [POSTURE12.mirror[m] for m in POSTURE12.mirror] == list(range(12))
+    assert all(parent < limb for limb, parent in enumerate(POSTURE12.parents))
+    assert POSTURE12.parents.count(-1) == 1
+    for limb, image in zip(POSTURE12.limbs, POSTURE12.mirror, strict=True):
+        swapped = limb.replace("left", "*").replace("right", "left").replace("*", "right")
+        assert POSTURE12.limbs[image] == swapped
+    for k, (limb, parent) in enumerate(zip(POSTURE12.limbs, POSTURE12.parents, strict=True)):
+        if limb not in ("hip", "torso", "shoulder"):  # an axis is in the middle of what it carries
+            assert POSTURE12.ends[k][0] in POSTURE12.ends[parent]
+
+
+def test_a_standing_person_has_cosines_of_zero_and_one() -> None:
+    posture = postures(standing())[0]
+    assert posture[0] == pytest.approx(1.0, abs=0.02)  # 840 mm of legs, one longer than the other by 5
+    told = cosines(posture)
+    np.testing.assert_allclose(told[[HIP, SHOULDER]], [RIGHT, RIGHT], atol=1e-12)
+    np.testing.assert_allclose(told[[TORSO, NECK]], [UP, UP], atol=1e-12)
+    np.testing.assert_allclose(told[[*THIGHS, *ARMS]], [-UP] * 4, atol=1e-12)
+
+
+def test_a_bow_is_a_torso_ahead_and_flexed_hips() -> None:
+    told = cosines(postures(standing(torso=AHEAD, neck=AHEAD))[0])
+    np.testing.assert_allclose(told[TORSO], AHEAD, atol=1e-12)
+    np.testing.assert_allclose(told[NECK], UP, atol=1e-12)  # in line with the torso
+    np.testing.assert_allclose(told[list(THIGHS)], [AHEAD] * 2, atol=1e-12)  # ahead of the trunk: flexed
+    np.testing.assert_allclose(told[list(ARMS)], [AHEAD] * 2, atol=1e-12)
+
+
+def test_a_turn_of_the_shoulders_is_told_in_the_torso_s_frame() -> None:
+    shoulders = np.cos(0.4) * RIGHT + np.sin(0.4) * AHEAD
+    told = cosines(postures(standing(shoulder=shoulders))[0])
+    np.testing.assert_allclose(told[SHOULDER], [np.cos(0.4), np.sin(0.4), 0.0], atol=1e-12)
+    np.testing.assert_allclose(told[list(ARMS)], [-UP] * 2, atol=1e-12)
+
+
+@given(seeds)
+def test_legs_and_forearms_are_told_in_a_frame_that_goes_with_their_parent(seed: int) -> None:
+    """The parent's own direction is its rest there, so the angle of knee and elbow is in the cosines."""
+    clip = moving(np.random.default_rng(seed), 5)
+    told = cosines(postures(clip))
+    for limb, over in zip((*LEGS, *FOREARMS), (*THIGHS, *ARMS), strict=True):
+        above, below = (np.diff(clip[:, POSTURE12.ends[k]], axis=1)[:, 0] for k in (over, limb))
+        angle = (above * below).sum(axis=1) / (BODY.limbs_mm[over] * BODY.limbs_mm[limb])
+        np.testing.assert_allclose((told[:, limb] * REST[over]).sum(axis=1), angle, atol=1e-9)
+
+
+@given(seeds)
+def test_the_smallest_rotation_is_that_of_an_independent_library(seed: int) -> None:
+    clip = moving(np.random.default_rng(seed), 3)
+    near, far = cosines(postures(clip)), cosines(postures(clip, frame="hip"))
+    for leg, thigh in zip(LEGS, THIGHS, strict=True):
+        for direction, in_hip, in_thigh in zip(near[:, thigh], far[:, leg], near[:, leg], strict=True):
+            axis = np.cross(REST[thigh], direction)
+            angle = np.arctan2(np.linalg.norm(axis), REST[thigh] @ direction)
+            rotation = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis))
+            np.testing.assert_allclose(rotation.apply(in_thigh), in_hip, atol=1e-9)
+
+
+def test_in_the_hip_frame_every_limb_but_the_torso_is_told_against_the_same_axes() -> None:
+    clip = moving(np.random.default_rng(3), 4)
+    told = cosines(postures(clip, frame="hip"))
+    rest = [k for k in range(12) if k not in (HIP, TORSO)]
+    limbs = np.stack([np.diff(clip[:, POSTURE12.ends[k]], axis=1)[:, 0] for k in rest], axis=1)
+    limbs /= np.linalg.norm(limbs, axis=-1, keepdims=True)
+    # One rotation per frame, so all angles between limbs stay.
+    np.testing.assert_allclose(
+        np.einsum("tai,tbi->tab", told[:, rest], told[:, rest]),
+        np.einsum("tai,tbi->tab", limbs, limbs),
+        atol=1e-12,
+    )
+
+
+# --- what they do not know --------------------------------------------------------------------------------
+
+
+@given(seeds, st.sampled_from(FRAMES), st.sampled_from(HEADINGS), st.floats(-7.0, 7.0))
+def test_place_and_heading_are_taken_out(seed: int, frame: str, heading: str, angle: float) -> None:
+    clip = moving(np.random.default_rng(seed), 6)
+    plain = postures(clip, frame=frame, heading=heading)
+    moved = postures(turned(clip, angle) + SOMEWHERE, frame=frame, heading=heading)
+    same = slice(None) if heading != "none" else [0, *range(4, 37)]
+    np.testing.assert_allclose(moved[:, same], plain[:, same], atol=1e-9)
+    if heading == "none":
+        np.testing.assert_allclose(cosines(moved)[:, HIP], turned(cosines(plain)[:, HIP], angle), atol=1e-9)
+
+
+def test_the_first_frame_s_heading_keeps_a_turn_and_every_frame_s_removes_it() -> None:
+    yaw = np.linspace(0.3, 3.9, 30)  # past 180 degrees, where the hip axis looks the other way
+    clip = np.concatenate([turned(standing(), angle) for angle in yaw])
+    first, every = (cosines(postures(clip, heading=h))[:, HIP] for h in ("first", "every"))
+    np.testing.assert_allclose(
+        first, np.stack([np.cos(yaw - 0.3), np.sin(yaw - 0.3), 0 * yaw], 1), atol=1e-12
+    )
+    np.testing.assert_allclose(every, [RIGHT] * 30, atol=1e-12)
+    others = postures(clip)[:, 4:]
+    np.testing.assert_allclose(others, others[:1].repeat(30, axis=0), atol=1e-12)
+
+
+@given(seeds, st.floats(0.5, 2.0), st.sampled_from(FRAMES))
+def test_size_is_taken_out(seed: int, scale: float, frame: str) -> None:
+    clip = moving(np.random.default_rng(seed), 4)
+    np.testing.assert_allclose(postures(scale * clip, frame=frame), postures(clip, frame=frame), atol=1e-9)
+    assert limb_lengths(scale * clip).leg_length_mm == pytest.approx(scale * BODY.leg_length_mm)
+
+
+@given(seeds, st.sampled_from(FRAMES))
+def test_a_mirror_image_swaps_the_sides_and_x(seed: int, frame: str) -> None:
+    clip = moving(np.random.default_rng(seed), 4)
+    told, image = (postures(c, frame=frame, heading="every") for c in (clip, mirrored(clip)))
+    np.testing.assert_allclose(image[:, 0], told[:, 0], atol=1e-12)
+    swapped = cosines(told)[:, list(POSTURE12.mirror)] * [-1.0, 1.0, 1.0]
+    swapped[:, [HIP, SHOULDER]] *= -1.0  # the axes run from left to right again
+    np.testing.assert_allclose(cosines(image), swapped, atol=1e-9)
+
+
+@given(seeds, st.sampled_from(FRAMES))
+def test_cosines_are_unit_vectors_and_inputs_are_left_alone(seed: int, frame: str) -> None:
+    clip = moving(np.random.default_rng(seed), 4)
+    before = clip.copy()
+    told = cosines(postures(clip, frame=frame))
+    np.testing.assert_allclose(np.linalg.norm(told, axis=-1), 1.0, atol=1e-12)
+    np.testing.assert_array_equal(clip, before)
+
+
+# --- the way back -----------------------------------------------------------------------------------------
+
+
+@given(seeds, st.sampled_from(FRAMES), st.sampled_from(HEADINGS), st.booleans())
+def test_joints_come_back_exactly(seed: int, frame: str, heading: str, at_random: bool) -> None:
+    clip = moving(np.random.default_rng(seed), 8, at_random=at_random)
+    floor = 40.0
+    posture = postures(clip, frame=frame, heading=heading, floor_mm=floor)
+    back = joints(posture, limb_lengths(clip), frame=frame)
+    pelvis = clip[:, WALKER15.index("pelvis")]
+    across = clip[:, WALKER15.index("right_hip")] - clip[:, WALKER15.index("left_hip")]
+    yaw = np.arctan2(across[:, 1], across[:, 0])
+    yaw = {"first": np.full(8, yaw[0]), "every": yaw, "none": np.zeros(8)}[heading]
+    there = clip - np.where([True, True, False], pelvis, floor)[:, None]
+    for frame_there, frame_back, angle in zip(there, back, yaw, strict=True):
+        np.testing.assert_allclose(frame_back, turned(frame_there, -angle), atol=1e-9 * 3000.0)
+
+
+@given(seeds, st.sampled_from(FRAMES))
+def test_postures_come_back_exactly(seed: int, frame: str) -> None:
+    generator = np.random.default_rng(seed)
+    clip = moving(generator, 5)
+    posture = postures(clip, frame=frame, heading="none", floor_mm=0.0)
+    back = joints(posture, limb_lengths(clip), frame=frame)
+    np.testing.assert_allclose(postures(back, frame=frame, heading="none", floor_mm=0.0), posture, atol=1e-9)
+
+
+def test_limb_lengths_are_those_of_the_body() -> None:
+    found = limb_lengths(moving(np.random.default_rng(5), 20))
+    np.testing.assert_allclose(found.limbs_mm, BODY.limbs_mm, atol=1e-9)
+    np.testing.assert_allclose(found.pelvis_mm, BODY.pelvis_mm, atol=1e-9)
+    np.testing.assert_allclose(found.shoulders_mm, BODY.shoulders_mm, atol=1e-9)
+    assert found.leg_length_mm == pytest.approx((430 + 425 + 410 + 415) / 2)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_blend_of_postures_is_drawn_with_limbs_of_full_length(frame: str) -> None:
+    clip = moving(np.random.default_rng(8), 40)
+    blend = postures(clip, frame=frame).mean(axis=0)
+    assert np.linalg.norm(cosines(blend), axis=-1).min() < 0.95
+    drawn = joints(blend, BODY, frame=frame)
+    assert drawn.shape == (15, 3)
+    np.testing.assert_allclose(limb_lengths(drawn[None]).limbs_mm, BODY.limbs_mm, atol=1e-9)
+    shrunk = blend * np.r_[1.0, np.full(36, 0.3)]
+    np.testing.assert_allclose(joints(shrunk, BODY, frame=frame), drawn, atol=1e-9)
+
+
+def test_any_leading_axes_are_kept() -> None:
+    posture = postures(moving(np.random.default_rng(9), 6))
+    many = joints(posture.reshape(2, 3, 37), BODY)
+    assert many.shape == (2, 3, 15, 3)
+    np.testing.assert_array_equal(many.reshape(6, 15, 3), joints(posture, BODY))
+    np.testing.assert_array_equal(joints(posture[4], BODY), many[1, 1])
+
+
+# --- the floor --------------------------------------------------------------------------------------------
+
+
+def test_the_floor_is_the_level_of_the_standing_ankle() -> None:
+    clip = standing().repeat(100, axis=0)
+    clip[:, :, 2] += 500.0
+    clip[40:60, :, 2] += 300.0  # a jump, and one frame in which an ankle is lost to below
+    clip[70, WALKER15.index("left_ankle"), 2] -= 200.0
+    u = postures(clip)[:, 0]
+    assert u[0] == pytest.approx(1.0, abs=0.02)
+    assert u[50] - u[0] == pytest.approx(300.0 / 840.0, rel=0.01)
+    given_floor = postures(clip, floor_mm=0.0)[:, 0]
+    np.testing.assert_allclose(given_floor * limb_lengths(clip).leg_length_mm, clip[:, 8, 2])
+
+
+# --- no discontinuities -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_deep_squat_is_smooth_where_angles_would_jump(frame: str) -> None:
+    """Thighs go from hanging to behind the line of the trunk, knees beside it, and back."""
+    flexion = np.radians(np.concatenate([np.linspace(-20, 225, 120), np.linspace(225, -20, 120)]))
+    clip = []
+    for angle in flexion:
+        thigh = {
+            side: np.array([0.6 * x * np.sin(angle / 2.2) ** 2, np.sin(angle), -np.cos(angle)])
+            for side, x in (("left", -1.0), ("right", 1.0))
+        }
+        thigh = {side: v / np.linalg.norm(v) for side, v in thigh.items()}
+        clip.append(standing(left_thigh=thigh["left"], right_thigh=thigh["right"])[0])
+    steps = np.abs(np.diff(postures(np.array(clip), frame=frame)[:, 1:], axis=0)).max(axis=1)
+    assert steps.max() < 4.0 * np.radians(245 / 120)
+
+
+# --- bad input --------------------------------------------------------------------------------------------
+
+
+def test_a_missing_joint_is_refused_by_frame_and_name() -> None:
+    clip = moving(np.random.default_rng(2), 9)
+    clip[4, WALKER15.index("left_knee"), 1] = np.nan
+    clip[6, WALKER15.index("head")] = np.inf
+    for use in (postures, limb_lengths):
+        with pytest.raises(Refusal, match=r"^frame 4: the joint left_knee is missing$"):
+            use(clip)
+
+
+@pytest.mark.parametrize("shape", [(0, 15, 3), (15, 3), (4, 14, 3), (4, 15, 2)])
+def test_what_is_no_clip_is_refused(shape: tuple[int, ...]) -> None:
+    with pytest.raises(Refusal, match=re.escape(f"(expected (T, 15, 3), T >= 1, received {shape})")):
+        postures(np.zeros(shape))
+
+
+def test_what_makes_no_frame_is_refused_by_frame() -> None:
+    good = standing()
+    for limbs, sentence in (
+        ({"hip": UP}, "frame 1: the hip axis is vertical, so its frame is not defined"),
+        ({"torso": -RIGHT}, "frame 1: the torso lies along the hip axis, so its frame is not defined"),
+        ({"shoulder": UP}, "frame 1: the shoulder axis lies along the torso, so its frame is not defined"),
+        (
+            {"right_thigh": -REST[5]},
+            "frame 1: the limb right_thigh points against its rest direction, so its frame is not defined",
+        ),
+    ):
+        with pytest.raises(Refusal, match=f"^{sentence}$"):
+            postures(np.concatenate([good, standing(**limbs)]))
+
+
+def test_near_the_singular_directions_the_way_back_is_still_exact() -> None:
+    for tilt in (2e-3, 1e-2):
+        away = REST[4] + tilt * np.cross(REST[4], UP)
+        clip = standing(left_thigh=-away / np.linalg.norm(away))
+        back = joints(postures(clip, heading="none", floor_mm=0.0), limb_lengths(clip))
+        np.testing.assert_allclose(back, clip, atol=1e-6)
+
+
+def test_a_limb_without_length_is_refused() -> None:
+    clip = moving(np.random.default_rng(2), 3)
+    clip[2, WALKER15.index("right_wrist")] = clip[2, WALKER15.index("right_elbow")]
+    with pytest.raises(Refusal, match=r"^frame 2, right_forearm: a limb has no length$"):
+        postures(clip)
+
+
+def test_unknown_choices_and_floors_are_refused() -> None:
+    clip = standing()
+    with pytest.raises(Refusal, match=r"^the frame is unknown \(expected parent or hip, received 'world'\)$"):
+        postures(clip, frame="world")
+    with pytest.raises(Refusal, match="the frame is unknown"):
+        joints(np.ones(37), BODY, frame="world")
+    with pytest.raises(Refusal, match=r"expected first or every or none, received 'last'"):
+        postures(clip, heading="last")
+    with pytest.raises(Refusal, match="the floor has no height"):
+        postures(clip, floor_mm=np.nan)
+
+
+def test_what_is_no_posture_is_refused() -> None:
+    posture = postures(moving(np.random.default_rng(2), 3))
+    with pytest.raises(Refusal, match=r"expected \(…, 37\) numbers, received \(3, 36\)"):
+        joints(posture[:, 1:], BODY)
+    missing = posture.copy()
+    missing[1, 20] = np.nan
+    with pytest.raises(Refusal, match=r"^frame 1: a posture has a number that is not finite$"):
+        joints(missing, BODY)
+    missing[1, 1 + 3 * NECK : 4 + 3 * NECK] = 0.0
+    missing[1, 20] = 0.5
+    with pytest.raises(Refusal, match=r"^frame 1, neck: the cosines of a limb are all zero$"):
+        joints(missing, BODY)
+
+
+# --- real performances ------------------------------------------------------------------------------------
+
+
+needs_recordings = pytest.mark.skipif(
+    not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR"
+)
+
+
+def recordings(action: str) -> list[np.ndarray]:
+    """Joints of all performances of an action in HDM05."""
+    folder = Path(os.environ["MOCAP_MIRROR"]) / "hdm05"
+    points = {
+        "head": "head",
+        "sternum": "lowerneck",
+        **{f"{side}_shoulder": f"{side[0]}clavicle" for side in ("left", "right")},
+        **{f"{side}_elbow": f"{side[0]}humerus" for side in ("left", "right")},
+        **{f"{side}_wrist": f"{side[0]}wrist" for side in ("left", "right")},
+        **{f"{side}_hip": f"{side[0]}hipjoint" for side in ("left", "right")},
+        **{f"{side}_knee": f"{side[0]}femur" for side in ("left", "right")},
+        **{f"{side}_ankle": f"{side[0]}tibia" for side in ("left", "right")},
+    }
+    rules = {joint: {point: 1.0} for joint, point in points.items()}
+    rules["pelvis"] = {"lhipjoint": 0.5, "rhipjoint": 0.5}
+    mapping = SourceMapping(name="hdm05", up="y", joints=rules)
+    return [
+        map_joints(asf_amc.read(path, skeleton_path=folder / f"{path.stem[:6]}.asf"), mapping)[0]
+        for path in sorted((folder / action).glob("*.amc"))
+    ]
+
+
+def dimensions(samples: np.ndarray) -> int:
+    """Smallest b whose eigenvalues reach 95 % of the variance [mozerov2006 4]."""
+    model = linear_model.fit(samples, 37)
+    return int(np.searchsorted(np.cumsum(model.eigenvalues) / model.total_variance, 0.95)) + 1
+
+
+@needs_recordings
+@pytest.mark.parametrize(
+    ("action", "count", "expected"),
+    [
+        ("squat1Reps", 52, {"parent": (6, 6, 6), "hip": (8, 8, 8)}),
+        ("depositFloorR", 32, {"parent": (12, 11, 11), "hip": (12, 12, 12)}),
+    ],
+)
+def test_real_actions_need_a_third_of_the_dimensions_at_most(
+    action: str, count: int, expected: dict[str, tuple[int, ...]]
+) -> None:
+    clips = recordings(action)
+    assert len(clips) == count
+    found = {
+        frame: tuple(
+            dimensions(np.concatenate([postures(c, frame=frame, heading=h) for c in clips])) for h in HEADINGS
+        )
+        for frame in FRAMES
+    }
+    assert found == expected
+    for clip in clips:
+        told = postures(clip)
+        assert 0.85 < told[0, 0] < 1.12  # stands at the start
+        assert told[:, 0].min() < 0.9  # goes down
+        for limb in (*THIGHS, *ARMS):
+            assert (cosines(told)[:, limb] @ REST[limb]).min() > -0.5  # 60 degrees from where it has no frame
+        assert np.abs(np.diff(told[:, 1:], axis=0)).max() < 0.25  # no discontinuity at 120 Hz
+
+
+@needs_recordings
+def test_real_bodies_come_back_to_within_the_play_of_their_shoulders() -> None:
+    for clip in recordings("squat1Reps")[::10]:
+        back = joints(postures(clip, heading="none"), limb_lengths(clip))
+        difference = (back - back[:, 8:9]) - (clip - clip[:, 8:9])
+        assert np.sqrt((difference**2).sum(axis=-1).mean()) < 15.0

@@ -1,0 +1,259 @@
+"""Every preset at smoke scale leaves exactly what is promised: files, columns, manifest, picture, recording."""
+
+from __future__ import annotations
+
+import getpass
+import json
+import platform
+import struct
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline import recording_check, tables
+from pipeline.__main__ import presets
+from pipeline.sealed_folders import complaints_about
+from pipeline.skeleton import WALKER15
+from pipeline.stages.ingest import REPORT_COLUMNS
+
+GOLDEN = Path(__file__).resolve().parent.parent / "golden"
+WALKERS, VIEWS, VARIANCES = 12, 13, 28
+"""Of the smoke scale."""
+
+SPECTRUM = {
+    "table": ["component", "eigenvalue_mm2", "variance_fraction", "cumulative_fraction"],
+    "table_harmonics": ["walker", "harmonic", "variance_fraction", "residual_fraction", "frequency_hz"],
+}
+POSTURES = [
+    "walker", "view_angle_deg", "method", "instant", "joint",
+    *(f"{which}_{axis}_mm" for which in ("original", "reconstructed") for axis in "xyz"),
+]  # fmt: skip
+VIEW_ERRORS = {
+    "table": [
+        "method", "view_angle_deg", "absolute_error_mm2", "absolute_error_sd_mm2", "rms_error_mm", "relative_error",
+        "relative_error_sd", "missing_variance_mm2", "missing_variance_sd_mm2",
+    ],
+    "table_walkers": ["walker", "method", "absolute_error_mm2", "relative_error"],
+}  # fmt: skip
+VIEW_ANGLES = {
+    "table": [
+        "method", "view_angle_deg", "estimated_mean_deg", "estimated_sd_deg", "absolute_angle_error_median_deg",
+        "failures", "walkers",
+    ],
+    "table_walkers": [
+        "walker", "method", "mean_error_deg", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
+        "failures", "runner_up_cost_ratio_min", "not_converged",
+    ],
+}  # fmt: skip
+PROMISED: dict[str, dict[str, list[str]]] = {
+    "zhang2004_fig2": SPECTRUM,
+    "zhang2004_fig3": {
+        "table": POSTURES,
+        "table_demonstrations": ["walker", "view_angle_deg", "rms_error_least_squares_mm"],
+    },
+    "zhang2004_fig4": VIEW_ERRORS,
+    "zhang2004_fig5": VIEW_ANGLES,
+    "zhang2007_fig2": SPECTRUM,
+    "zhang2007_fig3": {
+        "table": ["sigma2_mm2", "absolute_error_mm2", "absolute_error_se_mm2"],
+        "table_views": ["view_angle_deg", "sigma2_mm2", "absolute_error_mm2"],
+        "table_nested": ["walker", "sigma2_mm2", "absolute_error_mm2"],
+    },
+    "zhang2007_fig4": {
+        "table": POSTURES,
+        "table_demonstrations": [
+            "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_map_mm", "rms_between_methods_mm",
+        ],
+    },
+    "zhang2007_fig5": VIEW_ERRORS,
+    "zhang2007_fig6": VIEW_ANGLES,
+}  # fmt: skip
+ROWS = {
+    "zhang2007_fig3": {"table": VARIANCES, "table_views": VIEWS * VARIANCES, "table_nested": WALKERS},
+    "zhang2007_fig4": {"table": 2 * 3 * 5 * 15, "table_demonstrations": 3 * WALKERS},
+    "zhang2007_fig5": {"table": 2 * VIEWS, "table_walkers": 2 * WALKERS},
+    "zhang2007_fig6": {"table": 2 * VIEWS, "table_walkers": 2 * WALKERS},
+    "zhang2004_fig3": {"table": 3 * 5 * 15, "table_demonstrations": 3 * WALKERS},
+    "zhang2004_fig4": {"table": VIEWS, "table_walkers": WALKERS},
+    "zhang2004_fig5": {"table": VIEWS, "table_walkers": WALKERS},
+}
+ENTITIES = {
+    "zhang2004_fig2": {"world/average", "world/eigenwalker_1/plus_2_sd", "cumulative/variance_percent"},
+    "zhang2007_fig3": {"curves/absolute_error_mm2/map", "matrices/error_by_view_and_sigma2"},
+    "zhang2007_fig4": {
+        f"{entity}/synthetic_{walker:03d}"
+        for walker in range(1, WALKERS + 1)
+        for entity in (
+            "world/original",
+            *(f"world/reconstructed/{m}/view_{v}" for m in ("least_squares", "map") for v in (0, 30, 90)),
+            *(f"image/observed/view_{v}" for v in (0, 30, 90)),
+        )
+    },
+    "zhang2007_fig5": {
+        "world/original", "world/reconstructed/least_squares", "world/reconstructed/map", "image/observed",
+        "curves/absolute_error_mm2/least_squares", "curves/absolute_error_mm2/map",
+        "curves/relative_error/least_squares", "curves/relative_error/map", "curves/missing_variance_mm2/truth",
+    },
+    "zhang2007_fig6": {
+        f"curves/{curve}/{method}"
+        for curve in ("estimated_deg", "error_deg", "absolute_error_median_deg")
+        for method in ("least_squares", "map")
+    },
+}  # fmt: skip
+ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
+for _ours, _theirs in (("fig3", "fig4"), ("fig4", "fig5"), ("fig5", "fig6")):
+    ENTITIES[f"zhang2004_{_ours}"] = {e for e in ENTITIES[f"zhang2007_{_theirs}"] if "/map" not in e}
+ABSCISSA = {"zhang2007_fig3": "sigma2_mm2"} | dict.fromkeys(
+    ("zhang2004_fig4", "zhang2004_fig5", "zhang2007_fig5", "zhang2007_fig6"), "view_angle_deg"
+)
+
+
+def test_every_preset_is_promised_here() -> None:
+    assert set(PROMISED) == set(ENTITIES) == set(presets())
+
+
+@pytest.fixture(params=presets())
+def folder(request: pytest.FixtureRequest, smoke_results: Path) -> Path:
+    """One figure's folder."""
+    return smoke_results / "synthetic" / "smoke" / str(request.param)
+
+
+def test_the_files_are_those_promised_and_as_they_were_sealed(folder: Path) -> None:
+    wanted = {f"{table}.csv" for table in PROMISED[folder.name]} | {
+        "table_ingest.csv", "claims.csv", "arrays.npz", "figure.svg", "figure.png", "recording.rrd", "manifest.json"
+    }  # fmt: skip
+    assert {path.name for path in folder.iterdir()} == wanted
+    assert complaints_about(folder) == []
+
+
+def test_the_tables_have_the_columns_and_rows_promised(folder: Path) -> None:
+    for name, columns in PROMISED[folder.name].items():
+        table = tables.read(folder / f"{name}.csv")
+        assert list(table) == columns
+        for column, values in table.items():
+            assert values.dtype.kind == "U" or np.isfinite(values).all(), column
+        if folder.name in ROWS:
+            assert len(values) == ROWS[folder.name][name], name
+
+
+def test_the_values_are_what_their_names_say(folder: Path) -> None:
+    for name in PROMISED[folder.name]:
+        table = tables.read(folder / f"{name}.csv")
+        for column, values in table.items():
+            if column.endswith(("_mm2", "_sd", "_error", "_fraction", "_hz", "failures")):
+                assert (values >= 0).all(), column
+            if column.endswith("_fraction"):
+                assert (values <= 1 + 1e-9).all(), column
+            if column == "view_angle_deg":
+                assert set(values) <= set(range(-90, 91, 15))
+            if column == "walker":
+                assert set(values) <= {f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)}
+            if column == "joint":
+                assert set(values) == set(WALKER15.joints)
+
+
+def test_every_clip_has_its_row_in_the_ingest_report(folder: Path) -> None:
+    report = tables.read(folder / "table_ingest.csv")
+    assert tuple(report) == REPORT_COLUMNS
+    assert sorted(report["clip"]) == [f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)]
+    assert set(report["verdict"]) == {"kept"}
+    np.testing.assert_array_less(0.9, report["fundamental_share"] + report["second_share"])
+
+
+def test_the_arrays_hold_every_walker_and_joint(folder: Path) -> None:
+    with np.load(folder / "arrays.npz", allow_pickle=False) as arrays:
+        assert list(arrays["walker"]) == [f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)]
+        if folder.name in ("zhang2004_fig4", "zhang2007_fig5"):
+            methods = len(arrays["methods"])
+            assert arrays["absolute_error_mm2"].shape == (methods, WALKERS, VIEWS, 15)
+            table = tables.read(folder / "table.csv")
+            mean = arrays["absolute_error_mm2"].mean(axis=(1, 3))
+            np.testing.assert_allclose(table["absolute_error_mm2"], mean.ravel(), rtol=1e-9)
+
+
+def test_the_manifest_says_with_what_it_was_made(folder: Path, smoke_results: Path) -> None:
+    text = (folder / "manifest.json").read_text(encoding="utf-8")
+    manifest: dict[str, Any] = json.loads(text)
+    assert manifest["figure"] == folder.name
+    assert (manifest["data"], manifest["scale"], manifest["seed"]) == ("synthetic", "smoke", 2007)
+    assert manifest["configuration"]["scale"]["walkers"] == WALKERS
+    assert set(manifest["stages"]) == {"ingest", "dataset", "model", "sweep"}
+    for stage in manifest["stages"].values():
+        assert len(stage["key"]) == 16
+        assert stage["seconds"] >= 0
+    provenance = manifest["provenance"]
+    assert provenance["python"] == platform.python_version()
+    assert provenance["packages"]["numpy"] == np.__version__
+    assert provenance["threads"]["OPENBLAS_NUM_THREADS"] == "1"
+    assert len(provenance["lock_sha256"]) == 64
+    assert provenance["commit"] == "unknown" or len(provenance["commit"]) == 40
+    assert manifest["inputs"] == {}, "an embedded population has no files"
+
+
+def test_nothing_that_is_published_names_the_machine(folder: Path, smoke_results: Path) -> None:
+    strange = [str(smoke_results), str(Path.home()), str(Path(__file__).resolve().parents[2])]
+    if len(platform.node()) > 3:
+        strange.append(platform.node())
+    if len(getpass.getuser()) > 4:  # "root" is a word too
+        strange.append(getpass.getuser())
+    for path in folder.iterdir():
+        content = path.read_bytes()
+        assert [word for word in strange if word.encode() in content and len(word) > 1] == [], path.name
+
+
+def test_the_picture_is_there_as_vectors_and_as_points(folder: Path) -> None:
+    png = (folder / "figure.png").read_bytes()
+    assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    width, height = struct.unpack(">II", png[16:24])
+    assert min(width, height) >= 400
+    svg = ElementTree.parse(folder / "figure.svg").getroot()
+    assert svg.tag.endswith("svg")
+    assert len(list(svg.iter())) > 50
+
+
+def test_the_recording_is_whole_and_holds_what_is_promised(folder: Path) -> None:
+    path = folder / "recording.rrd"
+    recording_check.verify(path)
+    found = set(recording_check.entities(path))
+    assert {"about"} | ENTITIES[folder.name] <= found, sorted(ENTITIES[folder.name] - found)
+    text = recording_check.read_column(path, "about", "TextDocument:text")[1]
+    words = str(text.ravel()[0])
+    assert folder.name in words
+    assert "smoke" in words
+    assert recording_check.views(path), "the layout opens on something"
+
+
+CURVES = {
+    "absolute_error_mm2": ("absolute_error_mm2", "Measurements:values"),
+    "relative_error": ("relative_error", "Measurements:values"),
+    "estimated_deg": ("estimated_mean_deg", "Measurements:values"),
+    "absolute_error_median_deg": ("absolute_angle_error_median_deg", "Scalars:scalars"),
+}
+"""Column of the table behind each curve, and how it is logged: with a spread around it or without."""
+
+
+def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
+    curves = [e.split("/") for e in sorted(ENTITIES[folder.name]) if e.startswith("curves/")]
+    shown = [(name, method) for _, name, method in curves if name in CURVES]
+    table, timeline = tables.read(folder / "table.csv"), ABSCISSA.get(folder.name)
+    assert bool(shown) == (timeline is not None)
+    for name, method in shown:
+        column, component = CURVES[name]
+        of_method = table["method"] == method if "method" in table else slice(None)
+        at, values = recording_check.read_column(
+            folder / "recording.rrd", f"curves/{name}/{method}", component, timeline
+        )
+        np.testing.assert_array_equal(at, table[str(timeline)][of_method])
+        np.testing.assert_allclose(values.ravel(), table[column][of_method], rtol=1e-6)
+
+
+def test_the_smoke_table_is_the_golden_one(folder: Path) -> None:
+    """Changed numbers need `make golden` and a line under "Scientific changes"."""
+    assert tables.compare(GOLDEN / f"{folder.name}.csv", folder / "table.csv", relative=1e-6) == []
+
+
+def test_there_is_a_golden_table_for_each_preset_and_no_other() -> None:
+    assert {path.stem for path in GOLDEN.glob("*.csv")} == set(presets())

@@ -1,0 +1,115 @@
+"""What was made is found again, what changed is made again, and neither threads nor repetition move a bit."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline import recording_check, tables
+from pipeline.__main__ import presets
+from pipeline.run import Outcome
+
+STAGES = ("ingest", "dataset", "model", "sweep")
+
+
+def made(folder: Path, *suffixes: str) -> dict[str, bytes]:
+    """Content of a figure's files of some kinds, claims included."""
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.suffix in suffixes}
+
+
+def keys(outcome: Outcome) -> dict[str, str]:
+    """Key of each stage's artefact."""
+    manifest: dict[str, Any] = json.loads((outcome.folder / "manifest.json").read_bytes())
+    return {stage: told["key"] for stage, told in manifest["stages"].items()}
+
+
+@pytest.mark.parametrize("name", presets())
+def test_the_second_run_computes_nothing_and_gives_the_same_tables(
+    figure: Callable[..., Outcome], smoke_results: Path, name: str
+) -> None:
+    outcome = figure(smoke_results, name)
+    assert outcome.reused == STAGES
+    first = smoke_results / "synthetic" / "smoke" / name
+    assert made(outcome.folder, ".csv", ".npz") == made(first, ".csv", ".npz")
+
+
+def test_drawing_and_logging_again_gives_the_same_picture_and_recording(
+    figure: Callable[..., Outcome], smoke_results: Path
+) -> None:
+    outcome = figure(smoke_results, "zhang2007_fig5", "scale=smoke", quick=False)
+    first = smoke_results / "synthetic" / "smoke" / "zhang2007_fig5"
+    assert made(outcome.folder, ".svg", ".png") == made(first, ".svg", ".png")
+    digests = {recording_check.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
+    assert len(digests) == 1
+
+
+@pytest.mark.parametrize(
+    ("override", "remade"),
+    [
+        ("sweep.sigma2_mm2.step=46", ("sweep",)),
+        ("sweep.view_angle_deg.step=30", ("sweep",)),
+        ("sweep.noise_variance_mm2=100", ("sweep",)),
+        ("model.components=5", ("model", "sweep")),
+        ("dataset.origin=floor", ("dataset", "model", "sweep")),
+        ("data.marker_noise_mm=1", STAGES),
+        ("seed=1", STAGES),
+        ("workers=1", ()),
+        ("report.picture=true", ()),
+    ],
+)
+def test_a_changed_option_remakes_its_stage_and_what_follows(
+    figure: Callable[..., Outcome], smoke_results: Path, override: str, remade: tuple[str, ...]
+) -> None:
+    before = keys(figure(smoke_results, "zhang2007_fig5"))
+    after = keys(figure(smoke_results, "zhang2007_fig5", override))
+    assert tuple(stage for stage in STAGES if before[stage] != after[stage]) == remade
+
+
+@pytest.mark.parametrize("name", ["zhang2007_fig3", "zhang2007_fig5", "zhang2007_fig6", "zhang2004_fig4"])
+def test_one_worker_and_three_give_the_same_bits(
+    figure: Callable[..., Outcome], tmp_path: Path, name: str
+) -> None:
+    alone, together = (figure(tmp_path / workers, name, f"workers={workers}") for workers in ("1", "3"))
+    assert alone.reused == together.reused == ()
+    assert made(alone.folder, ".csv", ".npz") == made(together.folder, ".csv", ".npz")
+
+
+def test_another_seed_makes_other_walkers(figure: Callable[..., Outcome], smoke_results: Path) -> None:
+    ingested, paces = [], []
+    for seed in (1, 2):
+        outcome = figure(smoke_results, "zhang2007_fig2", f"seed={seed}")
+        ingested.append(keys(outcome)["ingest"])
+        paces.append(set(tables.read(outcome.folder / "table_harmonics.csv")["frequency_hz"]))
+    assert ingested[0] != ingested[1]
+    assert not paces[0] & paces[1]
+
+
+def test_a_damaged_artefact_is_set_aside_and_made_again(
+    figure: Callable[..., Outcome], tmp_path: Path
+) -> None:
+    first = figure(tmp_path, "zhang2007_fig5")
+    before = made(first.folder, ".csv")
+    (arrays,) = (tmp_path / "cache").glob("model-*/arrays.npz")
+    content = bytearray(arrays.read_bytes())
+    content[len(content) // 2] ^= 1
+    arrays.write_bytes(content)
+    again = figure(tmp_path, "zhang2007_fig5")
+    assert again.reused == ("ingest", "dataset", "sweep")
+    assert made(again.folder, ".csv") == before
+    assert len(list((tmp_path / "cache" / "damaged").iterdir())) == 1
+
+
+def test_without_a_cache_the_figure_stands_and_is_made_again(
+    figure: Callable[..., Outcome], tmp_path: Path
+) -> None:
+    first = figure(tmp_path, "zhang2007_fig2")
+    before = made(first.folder, ".csv", ".npz")
+    shutil.rmtree(tmp_path / "cache")
+    again = figure(tmp_path, "zhang2007_fig2")
+    assert again.reused == ()
+    assert made(again.folder, ".csv", ".npz") == before

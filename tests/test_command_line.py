@@ -1,0 +1,782 @@
+"""The command line: help without waiting, one sentence for what is wrong, nothing half-written, ever."""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import sealed_folders, store, tables
+from pipeline.__main__ import presets
+from pipeline.commands import VERBS
+from pipeline.core.synthetic import WalkingPopulation, walking_population
+from pipeline.formats import csv, trc
+from pipeline.refusal import Refusal
+from pipeline.sealed_folders import is_complete
+from pipeline.skeleton import WALKER15
+
+ROOT = Path(__file__).resolve().parent.parent
+FIXTURES = Path(__file__).resolve().parent / "fixtures"
+RATE_HZ = 60.0
+QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
+
+
+def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """``python -m pipeline …`` as a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "pipeline", *arguments],
+        cwd=ROOT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def leftovers(folder: Path) -> list[str]:
+    """What a run must not leave behind."""
+    return [
+        str(path.relative_to(folder))
+        for path in folder.rglob("*")
+        if path.name.startswith((".tmp", ".old")) or path.name.endswith((".tmp", ".part", ".part.rrd"))
+    ]
+
+
+def assert_one_sentence(said: str, *words: str) -> None:
+    """What was said is a line of words for a person."""
+    assert "Traceback" not in said
+    assert "HYDRA_FULL_ERROR" not in said
+    assert len(said.strip().splitlines()) == 1, said
+    assert [word for word in words if word not in said] == [], said
+
+
+# --- help and commands ------------------------------------------------------------------------------------
+
+
+def test_help_waits_for_no_library() -> None:
+    heavy = ["numpy", "scipy", "pandas", "rerun", "matplotlib", "hydra", "omegaconf", "rich", "pyarrow"]
+    code = f"""
+        import runpy, sys
+        sys.argv = ["pipeline", "--help"]
+        try:
+            runpy.run_module("pipeline", run_name="__main__")
+        except SystemExit as end:
+            assert end.code == 0
+        print("imported:", [name for name in {heavy} if name in sys.modules])
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.endswith("imported: []\n")
+    assert done.stderr == ""
+
+
+def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
+    said = say("--help")
+    assert said.status == 0
+    assert said.out == say().out == say("-h").out == say("help").out
+    for word in (*presets(), *VERBS, "figures", "-m", "Exit status"):
+        assert word in said.out
+    assert "{figures}" not in said.out
+    assert max(map(len, said.out.splitlines())) <= 120
+
+
+def test_help_on_a_terminal_that_knows_only_ascii() -> None:
+    done = run("--help", PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["frobnicate"], ["command is unknown", "figures", "verify", "frobnicate"]),
+        (["=3"], ["command is unknown"]),
+        (["scale=smoke"], ["no figure is chosen", *presets()]),
+        (["experiment=zhang2007_fig9"], ["experiment:", "zhang2007_fig5", "received zhang2007_fig9"]),
+        (["experiment=zhang2007_fig5", "model.component=3"], ["model.component:", "components"]),
+        (["experiment=zhang2007_fig5", "model.components=x"], ["model.components:", "Integer"]),
+        (["experiment=zhang2007_fig5", "+x=1"], ["x:", "no such option"]),
+        (["experiment=zhang2007_fig5", "model.components=1,2"], ["-m in front"]),
+        (["figures", "data=nowhere"], ["data:", "synthetic", "received nowhere"]),
+        (["figures", "walk"], ["not an override", "walk"]),
+        (["claims", "scale=huge"], ["scale:", "full", "received huge"]),
+        (["view"], ["no figure is named"]),
+        (["view", "zhang2007_fig5", "results=nowhere"], ["no such recording yet"]),
+        (["verify"], ["no archive is named"]),
+        (["verify", "results/archive/nowhere"], ["nowhere"]),
+        (["equations", "newton1687"], ["no paper", "zhang2004"]),
+        (["fetch", "data=synthetic"], ["needs no fetching"]),
+    ],
+)
+def test_a_wrong_command_is_answered_in_one_sentence(
+    say: Callable, arguments: list[str], words: list[str]
+) -> None:
+    said = say(*arguments)
+    assert said.status == 1
+    assert said.out == ""
+    assert_one_sentence(said.err, *words)
+
+
+def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
+    said = say("equations", "zhang2007")
+    assert said.status == 0
+    assert "(3.15)" in said.out
+    assert "pipeline/core/reconstruction.py:" in said.out
+
+
+def test_the_claims_are_judged_where_the_figures_are(say: Callable, smoke_results: Path) -> None:
+    said = say("claims", "scale=smoke", f"results={smoke_results}")
+    assert said.status == 0
+    assert "zhang2007_two_harmonics_share" in said.out
+    assert is_table(smoke_results / "synthetic" / "smoke" / "claims.csv")
+
+
+def is_table(path: Path) -> bool:
+    """Whether the file reads as a table of at least one row."""
+    return len(next(iter(tables.read(path).values()))) > 0
+
+
+# --- options that compose, and cannot work ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("figure", "override", "words"),
+    [
+        ("zhang2007_fig5", "sweep.noise_variance_mm2=0", ["sigma²", "> 0"]),
+        ("zhang2007_fig5", "sweep.noise_variance_mm2=-70", ["sigma²", "received -70"]),
+        ("zhang2007_fig5", "sweep.noise_variance_mm2=nan", ["noise_variance_mm2", "not finite"]),
+        ("zhang2007_fig3", "sweep.sigma2_mm2.start=0", ["sigma²", "> 0"]),
+        ("zhang2007_fig3", "sweep.methods=[least_squares]", ["sweep.methods", "map"]),
+        ("zhang2007_fig5", "sweep.view_angle_deg.stop=-90", ["sweep.view_angle_deg", "length zero"]),
+        ("zhang2007_fig6", "sweep.view_angle_deg.step=0", ["sweep.view_angle_deg", "step"]),
+        ("zhang2007_fig5", "sweep.methods=[]", ["sweep.methods", "none"]),
+        ("zhang2007_fig5", "sweep.methods=[map,map]", ["sweep.methods", "twice"]),
+        ("zhang2007_fig5", "sweep.methods=[mpa]", ["sweep.methods", "least_squares", "mpa"]),
+        ("zhang2007_fig5", "sweep.truth=video", ["sweep.truth", "motion or fourier"]),
+        ("zhang2007_fig5", "sweep.missing_variance=x", ["temporal or overall"]),
+        ("zhang2007_fig5", "sweep.phase_source=x", ["sweep.phase_source", "motion3d or observed2d"]),
+        ("zhang2007_fig4", "sweep.demonstration_views_deg=[]", ["sweep.demonstration_views_deg"]),
+        ("zhang2007_fig6", "sweep.solver=guess", ["global or published"]),
+        ("zhang2007_fig6", "sweep.angle_range_deg=[0]", ["sweep.angle_range_deg", "[low, high]"]),
+        ("zhang2007_fig6", "sweep.angle_range_deg=[90,-90]", ["range of view angles is empty"]),
+        ("zhang2007_fig5", "sweep=unknown_view", ["sweep", "sweep=known_view"]),
+        ("zhang2007_fig6", "sweep=known_view", ["sweep", "sweep=unknown_view"]),
+        ("zhang2007_fig4", "sweep=none", ["sweep", "sweep=known_view"]),
+        ("zhang2007_fig4", "report.walker=12", ["report.walker", "0 to 11"]),
+        ("zhang2007_fig4", "report.instants=0", ["report.instants"]),
+        ("zhang2007_fig5", "model.components=0", ["1 or more"]),
+        ("zhang2007_fig5", "model.divisor=R-2", ["R-1 or R"]),
+        ("zhang2004_fig4", "model.omega_scale_mm=0", ["model.omega_scale_mm", "> 0"]),
+        ("zhang2007_fig5", "dataset.harmonics=0", ["1 or more"]),
+        ("zhang2007_fig5", "dataset.walks=some", ["dataset.walks", "best or all"]),
+        ("zhang2007_fig5", "dataset.size=big", ["dataset.size", "absolute or stature"]),
+        ("zhang2007_fig5", "dataset.origin=moon", ["pelvis_mean or floor"]),
+        ("zhang2007_fig5", "data.population=0", ["data.population"]),
+        ("zhang2007_fig5", "data.walkers=-1", ["data.walkers"]),
+        ("zhang2007_fig5", "data.walkers=1", ["at least three walkers", "received 1"]),
+        ("zhang2007_fig5", "data.walkers=2", ["at least three walkers", "received 2"]),
+        ("zhang2007_fig5", "data.duration_s=0.2", ["too short"]),
+        ("zhang2007_fig5", "data.marker_noise_mm=-1", ["noise is negative"]),
+        ("zhang2007_fig5", "workers=0", ["workers"]),
+        ("zhang2007_fig5", "data=folder", ["data.path="]),
+        ("zhang2007_fig5", "data=optical data.raw=nowhere", ["nowhere", "make data", "MOCAP_MIRROR"]),
+    ],
+)
+def test_options_that_cannot_work_end_in_one_sentence(
+    say: Callable,
+    smoke_cache: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    figure: str,
+    override: str,
+    words: list[str],
+) -> None:
+    monkeypatch.delenv("MOCAP_MIRROR", raising=False)
+    said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", *override.split())
+    assert said.status == 1
+    assert said.out == ""
+    assert_one_sentence(said.err, figure, *words)
+    assert leftovers(smoke_cache) == []
+
+
+@pytest.mark.parametrize(
+    ("figure", "override"),
+    [("zhang2007_fig5", "sweep.view_angle_deg.step=7.5"), ("zhang2007_fig3", "sweep.sigma2_mm2.start=0.5")],
+)
+def test_a_broken_step_suits_a_table_and_not_a_recording(
+    say: Callable, smoke_cache: Path, figure: str, override: str
+) -> None:
+    said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
+    assert_one_sentence(said.err, "whole numbers", "report.recording=false")
+    assert say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", override).status == 0
+
+
+@pytest.mark.parametrize("figure", presets())
+def test_three_walkers_make_every_figure_and_it_is_said_that_components_are_fewer(
+    say: Callable, smoke_cache: Path, figure: str
+) -> None:
+    said = say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", "data.walkers=3")
+    assert (said.status, said.err) == (0, "")
+    asked = 28 if "2004" in figure else 30
+    assert f"1 eigenwalkers instead of {asked}: leave-one-out has only 2 people to learn from" in said.out
+
+
+def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache: Path) -> None:
+    said = say(
+        "figures", "experiment=zhang2007_fig5,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "workers=1",
+        "data.walkers=3", "model.components=0",
+    )  # fmt: skip
+    assert said.status == 1
+    assert_one_sentence(said.err, "refused (zhang2007_fig5, zhang2007_fig2)", "no components")
+    said = say(
+        "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "report.picture=false",
+        "dataset.size=stature",
+    )  # fmt: skip
+    assert said.status == 0
+
+
+@pytest.fixture(scope="session")
+def smoke_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A results folder that these tests share, so that walkers are drawn once."""
+    return tmp_path_factory.mktemp("command_line")
+
+
+# --- the user's own files ---------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def people() -> WalkingPopulation:
+    """Eight walkers of four seconds."""
+    return walking_population(
+        np.random.default_rng(7), male=3, female=5, duration_s=4.0, frame_rate_hz=RATE_HZ
+    )
+
+
+def overground(people: WalkingPopulation, walker: int, heading: float = 0.7) -> np.ndarray:
+    """A walker (T, 15, 3) in mm who leaves the belt and walks straight across the room."""
+    motion = people.positions_mm[walker].copy()
+    motion[..., 1] += (people.speed_mm_s[walker] * np.arange(len(motion)) / RATE_HZ)[:, None]
+    c, s = np.cos(heading), np.sin(heading)
+    return motion @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+
+
+@pytest.fixture
+def walks(tmp_path: Path, people: WalkingPopulation) -> Path:
+    """A folder of four good walks, two on the belt and two across the room, as TRC and CSV."""
+    folder = tmp_path / "walks"
+    folder.mkdir()
+    trc.write(folder / "anna_1.trc", WALKER15.joints, people.positions_mm[0], RATE_HZ)
+    csv.write(folder / "bela_1.csv", WALKER15.joints, people.positions_mm[1], RATE_HZ)
+    trc.write(folder / "cleo_1.trc", WALKER15.joints, overground(people, 2), RATE_HZ)
+    csv.write(folder / "dora_1.csv", WALKER15.joints, overground(people, 3, heading=-2.5), RATE_HZ)
+    return folder
+
+
+def of_folder(folder: Path, results: Path, *overrides: str) -> list[str]:
+    """Arguments that make a figure of the files in a folder."""
+    return [
+        "experiment=zhang2007_fig2", *QUICK, "data=folder", f"data.path={folder}", f"results={results}", *overrides
+    ]  # fmt: skip
+
+
+def ingest_report(results: Path) -> dict[str, Mapping[str, str]]:
+    """Rows of the one ``table_ingest.csv`` below `results`, by clip."""
+    (path,) = results.glob("scratch/*/*/table_ingest.csv")
+    return {row["clip"]: row for row in tables.read_rows(path)}
+
+
+def test_a_folder_of_walks_is_enough(say: Callable, walks: Path, tmp_path: Path) -> None:
+    said = say(*of_folder(walks, tmp_path / "results"))
+    assert (said.status, said.err) == (0, "")
+    report = ingest_report(tmp_path / "results")
+    assert {row["verdict"] for row in report.values()} == {"kept"}
+    assert {name: row["person"] for name, row in report.items()} == {
+        "anna_1.trc": "anna", "bela_1.csv": "bela", "cleo_1.trc": "cleo", "dora_1.csv": "dora"
+    }  # fmt: skip
+    assert [report[n]["locomotion"] for n in ("anna_1.trc", "cleo_1.trc")] == ["treadmill", "overground"]
+
+
+def metres(people: WalkingPopulation, folder: Path) -> None:
+    path = folder / "bad_1.csv"
+    csv.write(path, WALKER15.joints, overground(people, 7) / 1000.0, RATE_HZ)
+    path.write_text(path.read_text().replace("_mm", "", 3))  # the header no longer says what they are
+
+
+def missing_joint(people: WalkingPopulation, folder: Path) -> None:
+    kept = [j for j, name in enumerate(WALKER15.joints) if name != "left_knee"]
+    trc.write(
+        folder / "bad_1.trc", [WALKER15.joints[j] for j in kept], overground(people, 7)[:, kept], RATE_HZ
+    )
+
+
+def joint_never_seen(people: WalkingPopulation, folder: Path) -> None:
+    motion = overground(people, 7)
+    motion[:, WALKER15.index("left_knee")] = np.nan
+    trc.write(folder / "bad_1.trc", WALKER15.joints, motion, RATE_HZ)
+
+
+def head_never_seen(people: WalkingPopulation, folder: Path) -> None:
+    motion = overground(people, 7)
+    motion[:, WALKER15.index("head")] = np.nan
+    trc.write(folder / "bad_1.trc", WALKER15.joints, motion, RATE_HZ)
+
+
+def two_people(people: WalkingPopulation, folder: Path) -> None:
+    names = [f"{who}:{joint}" for who in ("A", "B") for joint in WALKER15.joints]
+    both = np.concatenate([overground(people, 6), overground(people, 7)], axis=1)
+    trc.write(folder / "bad_1.trc", names, both, RATE_HZ)
+
+
+def standing(people: WalkingPopulation, folder: Path) -> None:
+    still = np.repeat(overground(people, 7)[:1], 240, axis=0)
+    trc.write(folder / "bad_1.trc", WALKER15.joints, still, RATE_HZ)
+
+
+def backwards(people: WalkingPopulation, folder: Path) -> None:
+    trc.write(folder / "bad_1.trc", WALKER15.joints, overground(people, 7)[::-1], RATE_HZ)
+
+
+def few_frames(people: WalkingPopulation, folder: Path) -> None:
+    trc.write(folder / "bad_1.trc", WALKER15.joints, overground(people, 7)[:30], RATE_HZ)
+
+
+def one_frame(people: WalkingPopulation, folder: Path) -> None:
+    trc.write(folder / "bad_1.trc", WALKER15.joints, overground(people, 7)[:1], RATE_HZ)
+
+
+def half_the_rate(people: WalkingPopulation, folder: Path) -> None:
+    trc.write(folder / "bad_1.trc", WALKER15.joints, overground(people, 7), RATE_HZ / 2)
+
+
+def truncated_c3d(people: WalkingPopulation, folder: Path) -> None:
+    (folder / "bad_1.c3d").write_bytes((FIXTURES / "c3d_intel_reals.c3d").read_bytes()[:1100])
+
+
+def empty_file(people: WalkingPopulation, folder: Path) -> None:
+    (folder / "bad_1.bvh").write_bytes(b"")
+
+
+def amc_without_its_skeleton(people: WalkingPopulation, folder: Path) -> None:
+    (folder / "bad_1.amc").write_bytes((FIXTURES / "amc_by_hand.amc").read_bytes())
+
+
+BAD_CLIPS: list[tuple[Callable[[WalkingPopulation, Path], None], str]] = [
+    (metres, "looks like metres"),
+    (missing_joint, "needs the point 'left_knee'"),
+    (joint_never_seen, "legs were never seen whole"),
+    (head_never_seen, "too few frames in which every joint is seen"),
+    (two_people, "one person to a file"),
+    (standing, "no steady walking"),
+    (backwards, "not forwards"),
+    (few_frames, "no steady walking"),
+    (one_frame, "no steady walking"),
+    (half_the_rate, "far from the other walkers'"),
+    (truncated_c3d, "truncated"),
+    (empty_file, "empty"),
+    (amc_without_its_skeleton, "expected one .asf beside it"),
+]
+
+
+@pytest.mark.parametrize(("write", "words"), BAD_CLIPS, ids=[write.__name__ for write, _ in BAD_CLIPS])
+def test_one_bad_clip_among_good_ones_is_listed_with_its_reason(
+    say: Callable, walks: Path, tmp_path: Path, people: WalkingPopulation, write: Callable, words: str
+) -> None:
+    write(people, walks)
+    said = say(*of_folder(walks, tmp_path / "results"))
+    assert (said.status, said.err) == (0, "")
+    assert "1 of 5 clips refused, with reasons, in table_ingest.csv" in said.out
+    report = ingest_report(tmp_path / "results")
+    (bad,) = [row for name, row in report.items() if name.startswith("bad_1")]
+    assert bad["verdict"] == "refused"
+    assert words in bad["reason"]
+    assert str(tmp_path) not in bad["reason"], "a table names no folder of this machine"
+    assert sum(row["verdict"] == "kept" for row in report.values()) == 4
+
+
+def test_nothing_but_bad_clips_is_refused_with_reasons(
+    say: Callable, tmp_path: Path, people: WalkingPopulation
+) -> None:
+    folder = tmp_path / "walks"
+    folder.mkdir()
+    metres(people, folder)
+    truncated_c3d(people, folder)
+    said = say(*of_folder(folder, tmp_path / "results"))
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, "none of the 2 clips", "looks like metres", "truncated")
+    assert leftovers(tmp_path) == []
+
+
+def test_short_gaps_are_bridged_and_long_ones_end_the_stretch(
+    say: Callable, walks: Path, tmp_path: Path, people: WalkingPopulation
+) -> None:
+    short, long = people.positions_mm[4].copy(), people.positions_mm[5].copy()
+    short[50:55, WALKER15.index("left_wrist")] = np.nan
+    long[150:200, WALKER15.index("left_wrist")] = np.nan
+    trc.write(walks / "emil_1.trc", WALKER15.joints, short, RATE_HZ)
+    trc.write(walks / "fritz_1.trc", WALKER15.joints, long, RATE_HZ)
+    assert say(*of_folder(walks, tmp_path / "results")).status == 0
+    report = ingest_report(tmp_path / "results")
+    assert [report["emil_1.trc"][c] for c in ("verdict", "bridged_values", "last_frame")] == [
+        "kept",
+        "5",
+        "239",
+    ]
+    assert [report["fritz_1.trc"][c] for c in ("verdict", "bridged_values", "last_frame")] == [
+        "kept",
+        "0",
+        "149",
+    ]
+
+
+def test_metres_that_are_said_to_be_metres_are_read(
+    say: Callable, walks: Path, tmp_path: Path, people: WalkingPopulation
+) -> None:
+    metres(people, walks)
+    overrides = ["data.pattern=bad*", "data.units=m", "data.walkers=0"]
+    said = say(*of_folder(walks, tmp_path / "results", *overrides))
+    assert_one_sentence(said.err, "three walkers", "received 1")  # it was kept: there is only one
+
+
+@pytest.mark.parametrize(
+    ("make", "overrides", "words"),
+    [
+        (lambda folder: None, [], ["no such folder"]),
+        (lambda folder: folder.mkdir(), [], ["no motion capture", ".c3d", "an empty folder"]),
+        (
+            lambda folder: (folder.mkdir(), (folder / "walk.fbx").write_text("x")),
+            [],
+            ["no motion capture", ".fbx"],
+        ),
+        (lambda folder: folder.write_text("x"), [], ["no such folder"]),
+        (lambda folder: folder.mkdir(), ["data.pattern="], ["data.pattern"]),
+        (lambda folder: folder.mkdir(), ["data.pattern=/*.c3d"], ["data.pattern"]),
+        (
+            lambda folder: (folder.mkdir(), (folder / "a.trc").write_text("x")),
+            ["data.person='('"],
+            ["data.person"],
+        ),
+    ],
+)
+def test_a_folder_without_walks_is_refused(
+    say: Callable, tmp_path: Path, make: Callable, overrides: list[str], words: list[str]
+) -> None:
+    make(tmp_path / "walks")
+    said = say(*of_folder(tmp_path / "walks", tmp_path / "results", *overrides))
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, *words)
+    assert leftovers(tmp_path) == []
+
+
+def test_a_file_that_may_not_be_read_is_named(
+    say: Callable, walks: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forbidden(path: Path) -> bytes:
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", forbidden)
+    said = say(*of_folder(walks, tmp_path / "results"))
+    assert said.status == 1
+    assert_one_sentence(said.err, "anna_1.trc", "Permission denied")
+
+
+def test_a_person_is_what_the_expression_finds(say: Callable, walks: Path, tmp_path: Path) -> None:
+    """A group that takes no part names nobody: then each file is a person."""
+    said = say(*of_folder(walks, tmp_path / "results", "data.person='(anna)?(bela)?'"))
+    assert said.status == 0
+    people = {row["person"] for row in ingest_report(tmp_path / "results").values()}
+    assert people == {"anna", "bela_1", "cleo_1", "dora_1"}
+
+
+def test_a_listed_recording_that_is_not_here_is_listed_as_such(
+    say: Callable, walks: Path, tmp_path: Path
+) -> None:
+    said = say(
+        "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}", "data=cmu", "data.sources=[mine]",
+        f"data.table={sources(tmp_path, walks, 'gone_1.trc')}", f"data.raw={walks}", "data.mirror=",
+        "+skeleton@data.skeletons.walker15=walker15",
+    )  # fmt: skip
+    assert (said.status, said.err) == (0, "")
+    report = ingest_report(tmp_path / "results")
+    assert "not on this machine" in report["gone_1"]["reason"]
+    assert "1 of 5 clips refused" in said.out
+
+
+def sources(folder: Path, walks: Path, *gone: str) -> Path:
+    """A table of sources that lists the files in a folder, and some that are not there."""
+    (like,) = tables.read_rows(ROOT / "data" / "sources.csv")[:1]
+    rows = [
+        {**like, "path": path.name, "source": "mine", "subject": path.stem, "trial": path.stem, "skeleton": "walker15",
+         "frame_rate_hz": "60", "bytes": str(path.stat().st_size if path.exists() else 1)}
+        for path in [*sorted(walks.iterdir()), *(walks / name for name in gone)]
+    ]  # fmt: skip
+    lines = [",".join(rows[0]), *(",".join(f'"{value}"' for value in row.values()) for row in rows)]
+    path = folder / "sources.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+# --- disks ------------------------------------------------------------------------------------------------
+
+
+def test_a_file_in_the_place_of_the_results_folder(say: Callable, tmp_path: Path) -> None:
+    (tmp_path / "results").write_text("mine")
+    said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}")
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, "cannot write results")
+    assert (tmp_path / "results").read_text() == "mine"
+
+
+def test_a_results_folder_that_may_not_be_written(say: Callable, tmp_path: Path) -> None:
+    if os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    tmp_path.chmod(0o500)
+    try:
+        said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}")
+    finally:
+        tmp_path.chmod(0o700)
+    assert said.status == 1
+    assert_one_sentence(said.err, "cannot write results", "ermission")
+
+
+def test_a_read_only_results_folder_is_noticed_before_the_work(
+    say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(store.os, "access", lambda path, mode: False)
+    monkeypatch.setattr("pipeline.stages.ingest.synthetic.walking_population", _not_called)
+    said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}")
+    assert said.status == 1
+    assert_one_sentence(said.err, "cannot write results", "Permission denied")
+
+
+def _not_called(*arguments: object, **options: object) -> None:
+    raise AssertionError("the work began although its result cannot be kept")
+
+
+@pytest.mark.parametrize("part", ["arrays.npz", "table.csv", "manifest.json"])
+def test_a_full_disk_leaves_nothing_half_written_and_the_next_run_picks_up(
+    say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str
+) -> None:
+    arguments = ["experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}"]
+    really_open = Path.open
+
+    def full(path: Path, mode: str = "r", *others: object, **options: object) -> object:
+        if "w" in mode and part in path.name:
+            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+        return really_open(path, mode, *others, **options)  # type: ignore[call-overload]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", full)
+        said = say(*arguments)
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, "cannot write results", "No space left on device")
+    assert leftovers(tmp_path) == []
+    assert list(tmp_path.glob("scratch/*/*/*")) == []
+    assert say(*arguments).status == 0
+
+
+FULL_DISK = """
+    import resource, sys
+    from pipeline import __main__ as command_line
+
+    arguments = ["experiment=zhang2007_fig4", "scale=smoke", f"results={sys.argv[1]}"]
+
+    def publish():
+        return command_line.main(arguments)
+
+    assert publish() == 0
+    resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
+    sys.exit(publish())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
+def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -> None:
+    """The viewer's library writes in a thread of its own and only logs what goes wrong there."""
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(FULL_DISK), str(tmp_path)],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "cannot write results: the recording was cut short" in done.stderr.splitlines()[-1]
+    figure = tmp_path / "synthetic" / "smoke" / "zhang2007_fig4"
+    assert sealed_folders.complaints_about(figure) == [], "the older figure stands as it was"
+    assert (figure / "recording.rrd").stat().st_size > 400_000
+    assert leftovers(tmp_path) == []
+
+
+# --- interruptions ----------------------------------------------------------------------------------------
+
+
+SLOW = """
+    import sys, time
+    from pipeline import __main__ as command_line
+    from pipeline.stages import {stage} as stage
+
+    really = stage.{function}
+    def slow(*arguments, **options):
+        made = really(*arguments, **options)
+        print("here", flush=True)
+        time.sleep(60)
+        return made
+    stage.{function} = slow
+    sys.exit(command_line.main(sys.argv[1:]))
+"""
+
+
+def interrupted(stage: str, function: str, number: int, *arguments: str) -> tuple[int, str]:
+    """Exit status and last words of a run that gets a signal in the middle of a stage."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(SLOW).format(stage=stage, function=function), *arguments],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    process.send_signal(number)
+    try:
+        _, err = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert line == "here\n", err
+    return process.returncode, err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(tmp_path: Path) -> None:
+    arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
+    status, err = interrupted("sweep", "_known", signal.SIGINT, *arguments)
+    assert status == 130
+    assert_one_sentence(err, "interrupted", "goes on from there")
+    assert leftovers(tmp_path) == []
+    assert list(tmp_path.glob("scratch/*/*")) == []
+    kept = sorted(path.name.split("-")[0] for path in (tmp_path / "cache").iterdir())
+    assert kept == ["dataset", "ingest", "model"]
+    assert all(is_complete(path) for path in (tmp_path / "cache").iterdir())
+    done = run(*arguments)
+    assert done.returncode == 0
+    assert "ingest dataset model " in done.stdout, "the next run goes on from there"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_a_run_that_was_killed_while_it_published_resumes(tmp_path: Path) -> None:
+    arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
+    status, _ = interrupted("report", "judge_figure", signal.SIGKILL, *arguments)
+    assert status == -signal.SIGKILL
+    assert len(leftovers(tmp_path)) == 1, (
+        "the kill left its temporary folder, which nothing takes for a result"
+    )
+    (scratch,) = (tmp_path / "scratch").iterdir()
+    assert [path.name for path in scratch.iterdir()] == leftovers(scratch)
+    sealed_folders.remove_stale(scratch)
+    assert leftovers(tmp_path) == []
+    done = run(*arguments)
+    assert done.returncode == 0
+    assert "ingest dataset model sweep" in done.stdout
+
+
+def test_ctrl_c_while_options_are_read_is_no_traceback(
+    say: Callable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ctrl_c(*arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pipeline.__main__.compose", ctrl_c)
+    said = say("figures")
+    assert said.status == 130
+    assert_one_sentence(said.err, "interrupted")
+
+
+# --- variants ---------------------------------------------------------------------------------------------
+
+
+def has_launcher(name: str) -> bool:
+    """Whether the extra that brings this launcher is installed."""
+    return importlib.util.find_spec(f"hydra_plugins.hydra_{name}_launcher") is not None
+
+
+@pytest.mark.parametrize(
+    "launcher",
+    [
+        "basic",
+        pytest.param(
+            "joblib", marks=pytest.mark.skipif(not has_launcher("joblib"), reason="needs the extra `joblib`")
+        ),
+        pytest.param(
+            "submitit_local",
+            marks=pytest.mark.skipif(not has_launcher("submitit"), reason="needs the extra `cluster`"),
+        ),
+    ],
+)
+def test_variants_by_every_launcher(launcher: str, smoke_results: Path, tmp_path: Path) -> None:
+    done = run(
+        "-m", f"hydra/launcher={launcher}", "experiment=zhang2007_fig2", *QUICK, f"results={smoke_results}",
+        f"hydra.sweep.dir={tmp_path}", "model.components=5,10", MALLOC_ARENA_MAX="2",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    folders = sorted(path.parent for path in tmp_path.glob("*/zhang2007_fig2/manifest.json"))
+    assert [folder.parent.name.split(",")[0] for folder in folders] == [
+        "0_model.components=5",
+        "1_model.components=10",
+    ]
+    assert all(is_complete(folder) for folder in folders)
+    first, second = (tables.read(folder / "table.csv") for folder in folders)
+    np.testing.assert_array_equal(first["eigenvalue_mm2"], second["eigenvalue_mm2"])
+
+
+def test_a_refused_variant_ends_non_zero_and_the_others_are_made(
+    say: Callable, smoke_results: Path, tmp_path: Path
+) -> None:
+    said = say(
+        "-m", "experiment=zhang2007_fig2", *QUICK, f"results={smoke_results}", f"hydra.sweep.dir={tmp_path}",
+        "model.components=0,5",
+    )  # fmt: skip
+    assert said.status == 1
+    assert "Traceback" not in said.err
+    assert said.err.splitlines()[-1].startswith("model.components=0,")
+    assert "no components (expected 1 or more, received 0)" in said.err
+    assert [path.parts[-3] for path in tmp_path.glob("*/*/table.csv")] == [
+        next(tmp_path.glob("1_model.components=5*")).name
+    ]
+
+
+def test_variants_go_below_the_results_folder_that_is_named(say: Callable, tmp_path: Path) -> None:
+    said = say("-m", "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", "data.walkers=3,4")
+    assert (said.status, said.err) == (0, "")
+    found = sorted(path.parts[-3] for path in tmp_path.glob("scratch/*/*/zhang2007_fig2/table.csv"))
+    assert [name.split(",")[0] for name in found] == ["0_data.walkers=3", "1_data.walkers=4"]
+
+
+def test_a_run_leaves_nothing_in_the_folder_it_is_started_from(
+    say: Callable, smoke_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert say("experiment=zhang2007_fig2", *QUICK, f"results={smoke_results}").status == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_preset_goes_to_its_own_folder_and_anything_else_to_scratch(say: Callable, tmp_path: Path) -> None:
+    assert say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path}").status == 0
+    assert is_complete(tmp_path / "synthetic" / "smoke" / "zhang2007_fig2")
+    assert not (tmp_path / "scratch").exists()
+    started = time.time()
+    assert say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", "seed=1").status == 0
+    (scratch,) = tmp_path.glob("scratch/*/zhang2007_fig2")
+    assert is_complete(scratch)
+    assert scratch.stat().st_mtime >= started - 2
+
+
+def test_a_refusal_survives_the_way_back_from_another_process() -> None:
+    import pickle
+
+    refusal = pickle.loads(pickle.dumps(Refusal("no", where="here", expected="yes", received="no")))
+    assert (str(refusal), refusal.where) == ("here: no (expected yes, received no)", "here")
