@@ -6,14 +6,19 @@ The map of the house, from the ground up; a module imports only from lower layer
        skeleton           joints, world frame, units, how source points become joints
        papers*            the papers as data: equations with their homes, claims with their verdicts
     1  core/              the mathematics: pure functions on arrays
-         fourier            frequency, phase, harmonics                      zhang2007 3.1-3.4
+         frequency          the frequency of a walk                          zhang2007 3.1
+         fourier            phase, harmonics, synthesis                      zhang2007 3.1-3.4
          linear_model       mean, components, leave-one-out                  zhang2007 3.3
          camera             how 3D becomes 2D                                zhang2007 3.5, 3.16, B.2, B.3
          reconstruction     coefficients from one known view                 zhang2007 3.6-3.15, A.1-A.5
+         noise_path         its error for every sigma²                       zhang2007 3.15, 4.2
          viewpoint          view angle and coefficients together             zhang2007 4.5, 4.6, B.1-B.3
          view_search        the search over the angle behind it
-         observation        frequency and phase from the 2D view alone
+         observation        what one view shows, its frequency from it alone
+         observed_phase     one known view, the phase unknown too
+         observed_viewpoint the view unknown as well
          errors, circular   how wrong it is                                  zhang2007 4.1-4.4
+         usable_clip        units, sizes and gaps of a clip
          walking            steady walking, treadmill equivalent             zhang2007 section 2
          synthetic …        the embedded population of walkers
     2  formats/           one reader to a file format, all return the same value
@@ -21,7 +26,7 @@ The map of the house, from the ground up; a module imports only from lower layer
        tables             the only pandas
        recording*         the only rerun
        pictures*          the only matplotlib
-       fetch, threads     the public recordings; work over threads
+       fetch*, threads    the public recordings; work over threads
     3  config             the options of every stage
        corpus             which recordings a data set names, and where they are
        phase_sources      one walker seen from known views, phase from 3D or from the view

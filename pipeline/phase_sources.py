@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core import errors, fourier, observation, reconstruction
+from pipeline.core import errors, fourier, noise_path, observation, observed_phase, reconstruction
 from pipeline.core.linear_model import LinearModel
 from pipeline.store import Artefact
 
@@ -53,7 +53,7 @@ class Motion3d:
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², residual left out."""
-        return reconstruction.error_path(self._fold, self._sample, self._view, noise_variances)
+        return noise_path.error_path(self._fold, self._sample, self._view, noise_variances)
 
 
 class Observed2d:
@@ -95,7 +95,7 @@ class Observed2d:
         self, noise_variance: float | None
     ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """True less reconstructed, the missing dimension at phase zero, and what else was found."""
-        views = observation.from_known_views(
+        views = observed_phase.from_known_views(
             self.fold,
             self.clip.image,
             self.clip.view_angle_rad,
@@ -107,4 +107,4 @@ class Observed2d:
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², each with the phase that it finds, residual left out."""
-        return observation.error_path(self.fold, self.clip, noise_variances)
+        return observed_phase.error_path(self.fold, self.clip, noise_variances)

@@ -64,7 +64,7 @@ def family(module: str) -> str:
     head = module.split(".")[0]
     if head in ("store", "archive", "provenance", "sealed_folders"):
         return "store"
-    return re.sub(r"^(papers|recording|pictures)_\w+$", r"\1", head)
+    return re.sub(r"^(fetch|papers|recording|pictures)_\w+$", r"\1", head)
 
 
 LAYERS = {
@@ -98,7 +98,7 @@ NEIGHBOURS = {
     "core": {"core"},
     "formats": {"formats"},
     "store": {"store"},
-    "fetch": set(),
+    "fetch": {"fetch"},
     "tables": set(),
     "recording": {"recording"},
     "pictures": {"pictures"},

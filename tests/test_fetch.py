@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline import fetch as fetch_module
+from pipeline import fetch_transfer
 from pipeline.fetch import NEEDED_COLUMNS, FetchReport, Progress, fetch, open_http, read_sources, resolve
 from pipeline.refusal import Refusal
 
@@ -578,4 +578,4 @@ def test_requests_wait_only_so_long(case: Case) -> None:
     assert case.fetch(opener).failed[0][1] == (
         "http://127.0.0.1:9/a: no whole answer (TimeoutError('timed out'))"
     )
-    assert waits == [fetch_module.TIMEOUT_S]
+    assert waits == [fetch_transfer.TIMEOUT_S]

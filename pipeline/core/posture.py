@@ -101,6 +101,7 @@ def postures(
         raise Refusal("the floor has no height", expected="mm", received=str(floor_mm))
     directions, lengths = _limbs(positions)
     h, t, s = (directions[:, limb] for limb in (HIP, TORSO, SHOULDER))
+    stance = limb_frames.stance(h)
     hip, torso = limb_frames.hip_and_torso(h, t)
     shoulder = limb_frames.shoulder(s, t)
 
@@ -108,7 +109,7 @@ def postures(
     result[:, 0] = (positions[:, _PELVIS, 2] - floor_mm) / LimbLengths(lengths.mean(axis=0)).leg_length_mm
     cosines = result[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
     cosines[:, HIP] = _without_heading(h, heading)
-    cosines[:, TORSO] = limb_frames.told(limb_frames.stance(h), t)
+    cosines[:, TORSO] = limb_frames.told(stance, t)
     cosines[:, SHOULDER] = limb_frames.told(torso if frame == "parent" else hip, s)
     for limb, parent in _told_in(hip, torso, shoulder, frame).items():
         cosines[:, limb] = limb_frames.told(parent, directions[:, limb])

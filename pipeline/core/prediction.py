@@ -43,7 +43,7 @@ class Dynamics:
     rate_step : float
         Standard deviation of its change from frame to frame, times the nominal.
     diffusion : float
-        q: standard deviation of a posture's own step, as a fraction of the learnt one.
+        q: standard deviation of a posture's own step, as a fraction of the learnt one; `learnt_diffusion` gives it.
     reversion : bool
         Whether deviations return to the mean performance as fast as they diffuse.
     bound : float
@@ -81,7 +81,7 @@ class Walk:
         self, mean: np.ndarray, standard_deviation: np.ndarray, dynamics: Dynamics, *, prior: bool
     ) -> None:
         self.mean, self.sd = _checked_model(mean, standard_deviation)
-        _check_dynamics(dynamics)
+        _check_dynamics(dynamics, prior)
         self.prior, self.dynamics = prior, dynamics
         self.last = float(len(self.mean) - 1)
         self.step = dynamics.diffusion * (1.0 if prior else np.sqrt((self.sd**2).mean(axis=0)))
@@ -96,10 +96,10 @@ class Walk:
         if not np.isfinite(self.bound) or (state is not None and self.dynamics.diffusion == 0.0):
             return innovations, 0.0
         e = innovations[:, 2:]
-        from_, step = (np.zeros_like(e), 1.0) if state is None else (self.keep * state[:, 2:], self.step)
-        outside = np.abs(from_ + step * e) > self.bound
+        centre, step = (np.zeros_like(e), 1.0) if state is None else (self.keep * state[:, 2:], self.step)
+        outside = np.abs(centre + step * e) > self.bound
         if outside.any():
-            low, high = (ndtr((edge - from_[outside]) / step) for edge in (-self.bound, self.bound))
+            low, high = (ndtr((edge - centre[outside]) / step) for edge in (-self.bound, self.bound))
             e[outside] = ndtri(low + generator.random(len(low)) * (high - low))
         return innovations, float(outside.any(axis=1).mean())
 
@@ -133,10 +133,42 @@ class Walk:
         """x (S, b) in the aSpace."""
         if not self.prior:
             return state[:, 2:]
-        before = np.minimum(state[:, 0].astype(int), len(self.mean) - 2)
-        part = (state[:, 0] - before)[:, None]
-        mean = (1.0 - part) * self.mean[before] + part * self.mean[before + 1]
-        return mean + ((1.0 - part) * self.sd[before] + part * self.sd[before + 1]) * state[:, 2:]
+        phase = state[:, 0]
+        return at_phase(self.mean, phase) + at_phase(self.sd, phase) * state[:, 2:]
+
+
+def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
+    """q of the performances that the action model was learnt from: how fast deviations change, per sample.
+
+    Parameters
+    ----------
+    performances : (M, P, b)
+        Synchronized, the ones of the model.
+    mean, standard_deviation : (P, b)
+
+    Raises
+    ------
+    Refusal
+        If the model is none, the performances have another shape, or nothing deviates from the mean.
+
+    Notes
+    -----
+    From the correlation of the deviations z with those one sample on, rho = sqrt(1 - q²).
+    """
+    mean, sd = _checked_model(mean, standard_deviation)
+    performances = np.asarray(performances, dtype=float)
+    if performances.ndim != 3 or performances.shape[1:] != mean.shape:
+        raise Refusal(
+            "performances and action model disagree",
+            expected=f"(M, {mean.shape[0]}, {mean.shape[1]})",
+            received=str(performances.shape),
+        )
+    z = (performances - mean) / np.where(sd > 0, sd, np.inf)
+    power = np.sqrt((z[:, 1:] ** 2).sum() * (z[:, :-1] ** 2).sum())
+    if not power > 0:
+        raise Refusal("the performances do not deviate from their mean", where="learnt diffusion")
+    rho = (z[:, 1:] * z[:, :-1]).sum() / power
+    return float(np.sqrt(max(0.0, 1.0 - rho**2)))
 
 
 def at_phase(performance: np.ndarray, phase: np.ndarray) -> np.ndarray:
@@ -173,16 +205,17 @@ def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.nda
     return mean, sd
 
 
-def _check_dynamics(d: Dynamics) -> None:
-    numbers = (d.nominal_rate, *d.rate_bounds, d.rate_step, d.diffusion, *d.start_phase)
-    for wrong, what, expected in (
-        (not np.isfinite(numbers).all(), "a number of the dynamics is not finite", "numbers"),
-        (not d.nominal_rate > 0, "the nominal rate is not positive", "samples per frame > 0"),
-        (not 0 <= d.rate_bounds[0] <= d.rate_bounds[1], "the bounds of the rate", "0 <= low <= high"),
-        (not d.rate_step >= 0, "the step of the rate is negative", ">= 0"),
-        (not 0 <= d.diffusion <= 1, "the diffusion is out of range", "0 to 1 learnt standard deviations"),
-        (not d.bound > 0, "the bound of the action model is not positive", "standard deviations > 0"),
-        (not 0 <= d.start_phase[0] <= d.start_phase[1] <= 1, "the first phase", "0 <= low <= high <= 1"),
+def _check_dynamics(d: Dynamics, prior: bool) -> None:
+    low, high = d.rate_bounds
+    first, final = d.start_phase
+    most = 1.0 if prior and d.reversion else np.inf  # what returns cannot diffuse by more than is learnt
+    for name, value, right, expected in (
+        ("nominal rate", d.nominal_rate, 0 < d.nominal_rate < np.inf, "samples per frame > 0"),
+        ("bounds of the rate", d.rate_bounds, 0 <= low <= high < np.inf, "0 <= low <= high"),
+        ("step of the rate", d.rate_step, 0 <= d.rate_step < np.inf, ">= 0"),
+        ("diffusion", d.diffusion, 0 <= d.diffusion <= min(most, 1e6), f"0 to {most:g}"),
+        ("bound", d.bound, d.bound > 0, "standard deviations > 0"),
+        ("first phase", d.start_phase, 0 <= first <= final <= 1, "0 <= low <= high <= 1"),
     ):
-        if wrong:
-            raise Refusal(what, where="dynamics", expected=expected, received=str(d))
+        if not right:
+            raise Refusal(f"out of range: {name}", where="dynamics", expected=expected, received=str(value))

@@ -14,11 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.point_table import notes_on_the_end, number_in, positions_to_write, read_characters
+from pipeline.formats.text import LARGEST
 from pipeline.refusal import Refusal
 from pipeline.skeleton import MILLIMETRES, MotionCapture
-
-_LARGEST = 1e9
-"""No position of a person is so many units away; a damaged file's may be, and would overflow later."""
 
 
 def read(path: str | Path) -> MotionCapture:
@@ -40,7 +39,7 @@ def read(path: str | Path) -> MotionCapture:
         of length that is not in `pipeline.skeleton.MILLIMETRES`, or its times contradict its frame rate.
     """
     where = str(path)
-    text, notes = _text(Path(path))
+    text, notes = read_characters(Path(path))
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise Refusal(
@@ -79,8 +78,7 @@ def read(path: str | Path) -> MotionCapture:
             expected=f"{frames} frames" if frames else "at least one frame",
             received=f"{len(rows)}",
         )
-    if not text.endswith(("\n", "\r")):
-        notes.append("The last line has no line end: if the file was cut, its last number may be short.")
+    notes += notes_on_the_end(text)
     numbers = _numbers(rows, 2 + 3 * markers, where)
     _check_times(numbers[:, 0], numbers[:, 1], rate, rows, where)
     positions: np.ndarray = numbers[:, 2:].reshape(frames, markers, 3) * MILLIMETRES[unit]
@@ -115,20 +113,14 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     Refusal
         If the shapes do not fit each other, or a name, a rate or a coordinate cannot be written.
     """
-    positions = np.asarray(positions_mm, dtype=float)
-    where = str(path)
-    if positions.ndim != 3 or positions.shape[1:] != (len(names), 3) or 0 in positions.shape:
-        raise Refusal(
-            "the positions do not have the shape of the names",
-            where=where,
-            expected=f"(frames, {len(names)}, 3), none zero",
-            received=str(positions.shape),
-        )
-    for name in names:
-        if not name or name != name.strip() or not name.isprintable() or name.splitlines() != [name]:
-            raise Refusal("TRC cannot hold the marker name", where=where, received=repr(name))
-    if not (math.isfinite(frame_rate_hz) and frame_rate_hz > 0) or np.isinf(positions).any():
-        raise Refusal("the frame rate and the positions must be finite", where=where)
+    positions = positions_to_write(
+        names,
+        positions_mm,
+        frame_rate_hz,
+        str(path),
+        cannot_hold="TRC cannot hold the marker name",
+        distinct=False,
+    )
     rate = repr(float(frame_rate_hz))
     frames, markers = positions.shape[:2]
     axes = (f"{axis}{k}" for k in range(1, markers + 1) for axis in "XYZ")
@@ -156,21 +148,6 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     )
     text = "".join("\t".join(cells) + "\n" for cells in itertools.chain(header, rows))
     Path(path).write_text(text, encoding="utf-8", newline="\n")
-
-
-def _text(path: Path) -> tuple[str, list[str]]:
-    if not path.is_file():
-        raise Refusal("there is no such file", where=str(path))
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise Refusal("the file cannot be read", where=str(path), received=str(error.strerror)) from error
-    if b"\0" in raw:
-        raise Refusal("this is not a text file", where=f"{path}, byte {raw.index(0)}", received="a zero byte")
-    try:
-        return raw.decode("utf-8-sig"), []
-    except UnicodeDecodeError:
-        return raw.decode("latin-1"), ["The text is not UTF-8; its names were read as Latin-1."]
 
 
 def _cells(line: str) -> list[str]:
@@ -207,16 +184,14 @@ def _numbers(rows: list[tuple[int, str]], columns: int, where: str) -> np.ndarra
                 expected=f"{columns}",
                 received=f"{len(cells)}",
             )
-        try:
-            if "_" in line:  # Python reads 1_0 as ten
-                raise ValueError
-            table[k] = [float(cell) if cell else math.nan for cell in cells]
-        except ValueError:
-            cell = next(cell for cell in cells if not _is_number(cell))
+        values = list(map(number_in, cells))
+        if None in values:
+            cell = cells[values.index(None)]
             raise Refusal(
                 "the cell is not a number", where=f"{where}, line {number}", received=repr(cell[:30])
-            ) from None
-    beyond = np.argwhere(np.abs(table) > _LARGEST)
+            )
+        table[k] = values
+    beyond = np.argwhere(np.abs(table) > LARGEST)
     if beyond.size:
         k, column = beyond[0]
         raise Refusal(
@@ -225,14 +200,6 @@ def _numbers(rows: list[tuple[int, str]], columns: int, where: str) -> np.ndarra
             received=f"{table[k, column]:g}",
         )
     return table
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell or "nan")
-    except ValueError:
-        return False
-    return "_" not in cell
 
 
 def _check_times(

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipeline import formats
 from pipeline.config import Data, FolderData, RecordedData, Steady, SyntheticData
-from pipeline.core import fourier, synthetic, walking
+from pipeline.core import fourier, synthetic, usable_clip, walking
 from pipeline.corpus import Clip, folder_clips, recorded_clips
 from pipeline.refusal import Refusal
 from pipeline.skeleton import SourceMapping, map_joints
@@ -127,9 +127,9 @@ def _steady_walk(
     """The steady stretch of one clip as its treadmill equivalent, with its row of the report."""
     row = row | {"frames": len(positions), "verdict": "refused"}
     try:
-        walking.check_units(positions)
-        row["leg_length_mm"] = walking.leg_length(positions)
-        filled, whole, bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=steady.gap_s)
+        usable_clip.check_units(positions)
+        row["leg_length_mm"] = usable_clip.leg_length(positions)
+        filled, whole, bridged = usable_clip.bridge_gaps(positions, valid, frame_rate_hz, gap_s=steady.gap_s)
         row["bridged_values"] = bridged
         stretch = walking.steady_stretch(
             filled,
@@ -227,7 +227,7 @@ def _packed(
         "positions": np.concatenate(positions),
         "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
         "frame_rate_hz": np.array([w.frame_rate_hz for w in kept]),
-        "stature_mm": np.array([walking.stature(p) for p in positions]),
+        "stature_mm": np.array([usable_clip.stature(p) for p in positions]),
         "frequency_hz": column("frequency_hz"),
         "residual_share": column("residual_share"),
         "leg_length_mm": column("leg_length_mm"),

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import KnownViewSweep, NoSweep, Sweep, UnknownViewSweep
-from pipeline.core import camera, errors, observation, reconstruction, viewpoint
+from pipeline.core import camera, errors, observed_viewpoint, reconstruction, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.phase_sources import PHASES, Motion3d, Observed2d, fold
 from pipeline.refusal import Refusal
@@ -189,7 +189,7 @@ def _unknown(
     def from_2d(r: int) -> dict[str, np.ndarray]:
         seen = Observed2d(fold(model, r), ingest, dataset, r, view)
         estimates = [
-            observation.estimate(
+            observed_viewpoint.estimate(
                 seen.fold,
                 seen.clip.image,
                 noise_variance=options.noise_variance_mm2 if method == "map" else None,

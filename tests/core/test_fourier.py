@@ -7,21 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import fourier
+from pipeline.core import fourier, frequency
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
+from tests.core.walks import clip
 from tests.strategies import seeds, walker
 
 LEFT, RIGHT = WALKER15.index("left_ankle"), WALKER15.index("right_ankle")
 frequencies = st.floats(min_value=0.6, max_value=1.4)
-
-
-def clip(
-    coefficients: np.ndarray, frequency_hz: float, rate_hz: float, cycles: float, phase_rad: float = 0.0
-) -> np.ndarray:
-    """Positions of a walker, begun at a phase of the cycle."""
-    times = np.arange(int(np.ceil(cycles / frequency_hz * rate_hz))) / rate_hz
-    return fourier.synthesise(coefficients, frequency_hz, times + phase_rad / (2 * np.pi * frequency_hz))
 
 
 @given(
@@ -92,21 +85,6 @@ def test_phase_zero_is_where_the_left_ankle_passes_the_right_going_forwards(
     assert difference[2] == pytest.approx(0.0, abs=1e-9 * difference[1])
 
 
-@pytest.mark.parametrize("cycles", [3.3, 8.6, 27.4, 63.7])
-@pytest.mark.parametrize("second", [1.0, 5.0])
-def test_the_frequency_is_found_in_noise(cycles: float, second: float) -> None:
-    """Long clips too: there the fit has side lobes, and a search downhill may end in one."""
-    for seed in range(4):
-        generator = np.random.default_rng(seed)
-        coefficients = walker(generator)
-        coefficients[3:] *= second
-        frequency_hz = generator.uniform(0.7, 1.3)
-        positions = clip(coefficients, frequency_hz, 30.0, cycles, generator.uniform(-3, 3))
-        positions += generator.standard_normal(positions.shape)
-        found = fourier.fundamental_frequency(positions, 30.0)
-        assert found == pytest.approx(frequency_hz, rel=1e-4 * max(1.0, (8.0 / cycles) ** 1.5))
-
-
 @given(seed=seeds, frequency_hz=st.floats(min_value=0.5, max_value=1.5))
 @settings(max_examples=25, deadline=None)
 def test_neither_half_nor_double_the_frequency_is_taken(seed: int, frequency_hz: float) -> None:
@@ -124,19 +102,6 @@ def test_neither_half_nor_double_the_frequency_is_taken(seed: int, frequency_hz:
     symmetric[1, LEFT, 1], symmetric[1, RIGHT, 1] = 250.0, -250.0
     found = fourier.represent(clip(symmetric, frequency_hz, 60.0, 5.5), 60.0)
     assert found.frequency_hz == pytest.approx(frequency_hz, rel=1e-6)
-
-
-@pytest.mark.parametrize("factor", [0.5, 2.0])
-@pytest.mark.parametrize("seed", range(3))
-def test_a_wander_at_half_or_double_the_frequency_is_not_taken_for_the_walk(seed: int, factor: float) -> None:
-    """Where the body wanders more than it strides, the best fit of all is not the stride."""
-    generator = np.random.default_rng(seed)
-    positions = clip(walker(generator), 0.8, 60.0, 9.0)
-    wander = np.zeros((3, 15, 3))
-    wander[1, :, 0] = 300.0
-    positions += clip(wander, factor * 0.8, 60.0, 9.0 * factor)[: len(positions)]
-    found = fourier.fundamental_frequency(positions, 60.0)
-    assert found == pytest.approx(0.8, rel=0.02)
 
 
 @given(seed=seeds, cycles=st.floats(min_value=1.3, max_value=6.0), harmonics=st.integers(1, 4))
@@ -168,20 +133,12 @@ def test_the_residual_is_orthogonal_to_every_column_of_the_series(seed: int) -> 
         found.coefficients, found.frequency_hz, times + found.phase_rad / (2 * np.pi * found.frequency_hz)
     )
     residual = (positions - own).reshape(len(positions), -1)
-    columns = fourier.design(found.frequency_hz, times, 2)
+    columns = frequency.design(found.frequency_hz, times, 2)
     assert np.abs(columns.T @ residual).max() < 1e-7 * np.abs(positions).sum()
     residual = residual.reshape(positions.shape)
     np.testing.assert_allclose(
         found.residual_covariance, np.einsum("tja,tjb->jab", residual, residual) / len(times), rtol=1e-6
     )
-
-
-def test_the_columns_are_printed_ones() -> None:
-    """[zhang2007 3.1]: p with the sine, q with the cosine."""
-    t = np.array([0.1, 0.7])
-    wt = 2 * np.pi * 0.8 * t
-    printed = np.stack([np.ones(2), np.sin(wt), np.cos(wt), np.sin(2 * wt), np.cos(2 * wt)], axis=1)
-    np.testing.assert_allclose(fourier.design(0.8, t, 2), printed, rtol=1e-15)
 
 
 @given(seed=seeds)
@@ -204,17 +161,6 @@ def test_the_mirror_image_is_the_representation_of_the_mirrored_motion(seed: int
     np.testing.assert_allclose(found.coefficients, fourier.mirrored(coefficients), rtol=0, atol=1e-4)
     # Half a cycle lies between the walker's phase zero and the image's.
     assert abs(found.phase_rad) == pytest.approx(np.pi, abs=1e-6)
-
-
-def test_one_sinusoid_explains_what_a_regression_says() -> None:
-    generator = np.random.default_rng(3)
-    times = np.arange(170) / 50.0
-    signal = 5.0 + np.sin(2 * np.pi * 0.9 * times) + generator.standard_normal(170)
-    found = fourier.single_frequency_power(np.array([0.5, 0.9]), times, signal)
-    for frequency_hz, power in zip((0.5, 0.9), found, strict=True):
-        columns = fourier.design(frequency_hz, times, 1)
-        fitted = columns @ np.linalg.lstsq(columns, signal, rcond=None)[0]
-        assert power == pytest.approx(((fitted - signal.mean()) ** 2).sum(), rel=1e-9)
 
 
 def test_a_known_frequency_is_kept() -> None:

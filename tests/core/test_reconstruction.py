@@ -9,13 +9,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import camera, errors, fourier, reconstruction
+from pipeline.core import camera, errors, noise_path, reconstruction
 from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
 from pipeline.refusal import Refusal
+from tests.core.printed import printed
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
 variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**exponent)
-TIMES = np.arange(40) / 40.0  # a cycle of one hertz
 
 
 def problem(seed: int, numbers: int = 150, unknowns: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -26,28 +26,6 @@ def problem(seed: int, numbers: int = 150, unknowns: int = 12) -> tuple[np.ndarr
         300.0 * generator.standard_normal(numbers),
         10.0 ** generator.uniform(2, 5, unknowns),
     )
-
-
-def printed(
-    model: LinearModel, sample: np.ndarray, angle: float, noise_variance: float | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """k (N,), missing coefficients (5, 15) and true less reconstructed, as the papers write it.
-
-    Build C, project the model, subtract, solve, and take the missing dimension of the sum of eigenwalkers.
-    """
-    trailing = sample.size - 225
-    scaled = np.append(sample[:225], model.last_scale * sample[225:])
-    C = camera.projection_matrix(angle, trailing=trailing)
-    E_hat, d = C @ model.components.T, C @ scaled - C @ model.mean
-    if noise_variance is None:
-        k = np.zeros(len(model.eigenvalues))
-        varying = np.sqrt(model.eigenvalues) > 1e-12 * np.sqrt(model.eigenvalues.max())
-        k[varying] = reconstruction.least_squares(E_hat[:, varying], d)
-    else:
-        k = reconstruction.maximum_a_posteriori(E_hat, d, model.eigenvalues, noise_variance=noise_variance)
-    whole = unflatten(model.mean + k @ model.components)
-    missing = camera.missing_dimension(whole, angle)
-    return k, missing, camera.missing_dimension(unflatten(sample), angle) - missing
 
 
 # The two estimators
@@ -159,39 +137,6 @@ def test_the_sweep_equals_the_printed_way(
         np.testing.assert_allclose(found.delta[a], delta, rtol=0, atol=1e-9 * size)
 
 
-@given(
-    fold=folds(),
-    view=st.lists(angles, min_size=1, max_size=4),
-    sweep=st.lists(variances, min_size=1, max_size=5),
-)
-@settings(max_examples=60, deadline=None)
-def test_the_path_of_errors_equals_the_naive_loop_over_time(
-    fold: Fold, view: list[float], sweep: list[float]
-) -> None:
-    """Every view and sigma²: solve, synthesise, difference, square, mean over a cycle and the joints."""
-    path = reconstruction.error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
-    truth = fourier.synthesise(unflatten(fold.sample), 1.0, TIMES)
-    size = max(np.square(unflatten(fold.sample - fold.model.mean)).mean(), 1e-6)
-    for a, angle in enumerate(view):
-        for s, noise_variance in enumerate(sweep):
-            k, _, _ = printed(fold.model, fold.sample, angle, noise_variance)
-            guess = fourier.synthesise(unflatten(fold.model.mean + k @ fold.model.components), 1.0, TIMES)
-            error = errors.absolute_error_over_time(
-                camera.missing_dimension(truth, angle), camera.missing_dimension(guess, angle)
-            )
-            assert path[a, s] == pytest.approx(error.mean(), rel=1e-9, abs=1e-9 * size)
-
-
-def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
-    people = flatten(walkers(np.random.default_rng(4), 40))
-    model, view, sweep = fit(people[1:], 30), np.radians([-90, -20, 0, 45]), np.array([1.0, 70.0, 625.0])
-    path = reconstruction.error_path(model, people[0], view, sweep)
-    for s, noise_variance in enumerate(sweep):
-        one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
-        expected = errors.walker_error(errors.absolute_error(one.delta))
-        np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)
-
-
 @given(fold=folds(styles=("generic",)), angle=angles)
 @settings(max_examples=30, deadline=None)
 def test_small_noise_variances_lead_to_least_squares(fold: Fold, angle: float) -> None:
@@ -231,8 +176,8 @@ def test_metres_give_the_same_walker(fold: Fold, angle: float, noise_variance: f
     in_metres = dataclasses.replace(
         model, mean=model.mean * 1e-3, eigenvalues=model.eigenvalues * 1e-6, total_variance=0.0
     )
-    path = reconstruction.error_path(model, fold.sample, view, np.array([noise_variance]))
-    other = reconstruction.error_path(in_metres, fold.sample * 1e-3, view, np.array([noise_variance * 1e-6]))
+    path = noise_path.error_path(model, fold.sample, view, np.array([noise_variance]))
+    other = noise_path.error_path(in_metres, fold.sample * 1e-3, view, np.array([noise_variance * 1e-6]))
     np.testing.assert_allclose(other, path * 1e-6, rtol=1e-8)
     one = reconstruction.from_known_views(model, fold.sample, view, noise_variance=None)
     two = reconstruction.from_known_views(in_metres, fold.sample * 1e-3, view, noise_variance=None)
@@ -288,7 +233,7 @@ def test_what_a_view_does_not_show_is_left_out(
         k = np.linalg.pinv(E_hat, rcond=1e-9) @ d
     else:
         k = reconstruction.maximum_a_posteriori(E_hat, d, model.eigenvalues, noise_variance=noise_variance)
-        path = reconstruction.error_path(model, sample, view, np.array([noise_variance]))
+        path = noise_path.error_path(model, sample, view, np.array([noise_variance]))
         delta = camera.missing_dimension(unflatten(sample - model.mean - k @ model.components), angle)
         assert path[0, 0] == pytest.approx(errors.absolute_error(delta).mean(), rel=1e-9)
     np.testing.assert_allclose(found.coefficients[0], k, rtol=0, atol=1e-7 * np.abs(k).max())
@@ -340,6 +285,7 @@ def test_the_missing_dimension_of_the_walker_does_not_reach_the_estimate(
 
 # Refusals
 
+
 MODEL = fit(flatten(walkers(np.random.default_rng(1), 5)), 3)
 HOLED = MODEL.mean.copy()
 HOLED[8] = np.nan
@@ -354,7 +300,7 @@ def test_a_noise_variance_that_is_not_positive_is_refused(noise_variance: float)
     with pytest.raises(Refusal, match=sentence):
         reconstruction.from_known_views(MODEL, MODEL.mean, view, noise_variance=noise_variance)
     with pytest.raises(Refusal, match=sentence):
-        reconstruction.error_path(MODEL, MODEL.mean, view, np.array([70.0, noise_variance]))
+        noise_path.error_path(MODEL, MODEL.mean, view, np.array([70.0, noise_variance]))
 
 
 @pytest.mark.parametrize(
@@ -369,7 +315,7 @@ def test_a_walker_who_does_not_fit_the_model_is_refused(sample: np.ndarray, sent
     with pytest.raises(Refusal, match=sentence):
         reconstruction.from_known_views(MODEL, sample, np.zeros(1), noise_variance=None)
     with pytest.raises(Refusal, match=sentence):
-        reconstruction.error_path(MODEL, sample, np.zeros(1), np.array([70.0]))
+        noise_path.error_path(MODEL, sample, np.zeros(1), np.array([70.0]))
 
 
 @pytest.mark.parametrize(

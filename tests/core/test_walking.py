@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,77 +12,20 @@ from hypothesis import strategies as st
 from pipeline.core import fourier, walking
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
+from tests.core.walks import (
+    HIP_MM,
+    LEFT_HIP,
+    RATE_HZ,
+    RIGHT_HIP,
+    SPEED_MM_S,
+    STRIDE_HZ,
+    Clip,
+    overground,
+    turned,
+)
 from tests.strategies import seeds, walker
 
-RATE_HZ, STRIDE_HZ, SPEED_MM_S = 100.0, 0.9, 1300.0
-HIP_MM = 900.0
-LEFT_HIP, RIGHT_HIP = WALKER15.index("left_hip"), WALKER15.index("right_hip")
 PATHS = ("cubic", "moving_average")
-
-
-@dataclass(frozen=True)
-class Clip:
-    """An overground clip with its answer: what a treadmill would have shown, and where the walk is steady."""
-
-    positions: np.ndarray
-    treadmill: np.ndarray
-    steady: np.ndarray
-    coefficients: np.ndarray
-
-
-def turned(positions: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
-    """Positions (T, J, 3) turned about the vertical, each frame by its angle."""
-    c, s = np.cos(angle), np.sin(angle)
-    if np.ndim(angle):
-        c, s = c[:, None], s[:, None]
-    x, y, z = np.moveaxis(positions, -1, 0)
-    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
-
-
-def overground(
-    seed: int,
-    *,
-    standing_s: tuple[float, float] = (1.5, 1.5),
-    walking_s: float = 8.0,
-    stop_s: float = 0.0,
-    veer: float = 0.25,
-    heading: float = 0.4,
-    backwards: bool = False,
-    excursion: float = 1.0,
-) -> Clip:
-    """Somebody who stands, sets off along a curve, may stop for a while on the way, walks on, and stands.
-
-    The legs' phase and excursion follow the speed, so that who stands has both feet together.
-    """
-    coefficients = walker(np.random.default_rng(seed), individual=0.3)
-    total = standing_s[0] + walking_s + standing_s[1]
-    t = np.arange(int(total * RATE_HZ)) / RATE_HZ
-    begin, end, ramp = standing_s[0], standing_s[0] + walking_s, 0.8
-    pace = np.clip((t - begin) / ramp, 0, 1) * np.clip((end - t) / ramp, 0, 1)
-    if stop_s:
-        middle = begin + 0.65 * walking_s
-        pace *= np.clip((np.abs(t - middle) - stop_s / 2) / ramp, 0, 1)
-    pace = pace**2 * (3 - 2 * pace)
-
-    def integral(values: np.ndarray) -> np.ndarray:
-        return np.concatenate([values[:1] * 0, np.cumsum((values[1:] + values[:-1]) / 2, axis=0) / RATE_HZ])
-
-    walked = fourier.synthesise(coefficients, STRIDE_HZ, integral(pace))
-    body = coefficients[0] + excursion * pace[:, None, None] * (walked - coefficients[0])
-    along = heading + veer * np.sin(np.pi * t / total)
-    path = integral(SPEED_MM_S * pace[:, None] * np.stack([np.cos(along), np.sin(along)], axis=1))
-    if backwards:
-        path = -path
-    positions = turned(body, along - np.pi / 2)
-    positions[..., :2] += path[:, None]
-    positions[..., 2] += HIP_MM
-    return Clip(positions, body, pace >= 1.0, coefficients)
-
-
-def whole(positions: np.ndarray) -> np.ndarray:
-    return np.ones(len(positions), dtype=bool)
-
-
 CLIPS: dict[str, dict[str, Any]] = {
     "curve": {},
     "veering": {"veer": 0.6},
@@ -91,6 +33,10 @@ CLIPS: dict[str, dict[str, Any]] = {
     "stop on the way": {"walking_s": 16.0, "stop_s": 2.0},
     "stands nearly all the time": {"standing_s": (40.0, 40.0), "walking_s": 5.5},
 }
+
+
+def whole(positions: np.ndarray) -> np.ndarray:
+    return np.ones(len(positions), dtype=bool)
 
 
 @pytest.mark.parametrize("name", CLIPS)
@@ -197,110 +143,6 @@ def test_frames_in_which_a_joint_is_hidden_end_the_stretch() -> None:
     found = walking.steady_stretch(positions, seen, RATE_HZ)
     assert seen[found.start : found.stop].all()
     assert found.start == 501  # the longer part, up to the hidden frame
-
-
-# Gaps
-
-
-def test_short_gaps_are_bridged_and_long_ones_are_not() -> None:
-    clip = overground(0)
-    valid = np.ones(clip.positions.shape[:2], dtype=bool)
-    valid[300:310, 4] = False  # 0.10 s
-    valid[500:511, 4] = False  # 0.11 s
-    valid[700:705, 9] = False
-    valid[:6, 2] = False  # nothing before it
-    valid[-6:, 2] = False
-    holed = np.where(valid[..., None], clip.positions, np.nan)
-    filled, complete, count = walking.bridge_gaps(holed, valid, RATE_HZ, gap_s=0.1)
-    assert count == 10 + 5
-    expected = np.ones(len(valid), dtype=bool)
-    expected[500:511] = False
-    expected[:6] = expected[-6:] = False
-    np.testing.assert_array_equal(complete, expected)
-    np.testing.assert_array_equal(
-        filled[complete & valid.all(axis=1)], clip.positions[complete & valid.all(axis=1)]
-    )
-    np.testing.assert_allclose(filled[300:310, 4], clip.positions[300:310, 4], atol=2.0)
-    np.testing.assert_allclose(filled[700:705, 9], clip.positions[700:705, 9], atol=1.0)
-    assert np.isnan(filled[500:511, 4]).all()
-    assert np.isnan(holed[300:310, 4]).all()  # the argument is as it was
-
-
-@pytest.mark.parametrize(
-    ("rate_hz", "gap_s", "frames"), [(100.0, 0.29, 29), (30.0, 0.1, 3), (120.0, 0.1, 12)]
-)
-def test_a_gap_of_exactly_the_limit_is_bridged(rate_hz: float, gap_s: float, frames: int) -> None:
-    positions = np.cumsum(np.ones((80, 2, 3)), axis=0)
-    for longer in (0, 1):
-        valid = np.ones((80, 2), dtype=bool)
-        valid[20 : 20 + frames + longer, 1] = False
-        holed = np.where(valid[..., None], positions, np.nan)
-        filled, complete, count = walking.bridge_gaps(holed, valid, rate_hz, gap_s=gap_s)
-        assert count == (0 if longer else frames)
-        assert complete.all() == (not longer)
-        if not longer:
-            np.testing.assert_allclose(filled, positions, rtol=1e-12)
-
-
-def test_a_joint_seen_in_three_frames_is_left_alone() -> None:
-    valid = np.zeros((10, 1), dtype=bool)
-    valid[[2, 4, 6]] = True
-    positions = np.where(valid[..., None], 1.0, np.nan) * np.ones(3)
-    _, complete, count = walking.bridge_gaps(positions, valid, RATE_HZ, gap_s=0.1)
-    assert count == 0
-    np.testing.assert_array_equal(complete, valid[:, 0])
-
-
-# Sizes and units
-
-
-def test_sizes_worked_out_in_the_head() -> None:
-    positions = np.zeros((4, 15, 3))
-    heights = {"head": 1700.0, "hip": 900.0, "knee": 500.0, "ankle": 80.0, "pelvis": 900.0}
-    for j, name in enumerate(WALKER15.joints):
-        positions[:, j, 2] = heights.get(name.split("_")[-1], 1200.0)
-    assert walking.leg_length(positions) == pytest.approx(820.0)
-    assert walking.stature(positions) == pytest.approx(1620.0)
-    positions[1:, WALKER15.index("left_knee")] = np.nan
-    positions[0, WALKER15.index("left_knee"), 0] = 300.0  # 500 + √(300² + 420²) = 500 + 516.1
-    assert walking.leg_length(positions) == pytest.approx((1016.14 + 820.0) / 2, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("mm_to_unit", "looks"),
-    [
-        (1e-3, "looks like metres"),
-        (0.1, "looks like centimetres"),
-        (1 / 25.4, "looks like inches"),
-        (1 / 304.8, "looks like feet"),
-        (50.0, "unit of length is wrong \\(expected legs of 350 to 1300 mm"),
-        (1e-6, "unit of length is wrong \\(expected"),
-    ],
-)
-def test_other_units_are_refused_by_name(mm_to_unit: float, looks: str) -> None:
-    positions = overground(0).positions
-    walking.check_units(positions)
-    with pytest.raises(Refusal, match=looks):
-        walking.check_units(positions * mm_to_unit)
-
-
-def test_legs_of_36_are_inches_rather_than_the_centimetres_of_a_small_child() -> None:
-    positions = overground(0).positions
-    with pytest.raises(Refusal, match=r"looks like inches .*received 36 mm"):
-        walking.check_units(positions * 36.0 / walking.leg_length(positions))
-
-
-@pytest.mark.parametrize("hidden", ["left_knee", "right_ankle"])
-def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
-    positions = overground(0).positions.copy()
-    positions[:, WALKER15.index(hidden)] = np.nan
-    with pytest.raises(Refusal, match="never seen whole"):
-        walking.check_units(positions)
-
-
-def test_no_size_at_all_is_refused() -> None:
-    with pytest.raises(Refusal, match="unit of length is wrong"):
-        walking.check_units(np.zeros((9, 15, 3)))
 
 
 @pytest.mark.parametrize("origin", ["pelvis_mean", "floor"])

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from pipeline.formats import c3d
+from pipeline.formats import c3d, c3d_header
 from pipeline.refusal import Refusal
 from pipeline.skeleton import MILLIMETRES
 
@@ -157,7 +157,7 @@ def test_every_encoding_gives_the_same_recording(
 def test_vax_reals_by_the_published_examples() -> None:
     # 1.0 is 80 40 00 00 and -1.0 is 80 C0 00 00 in memory; exponent 0 is zero, and with the sign set a trap.
     raw = np.frombuffer(bytes.fromhex("80400000 80c00000 00000000 00800000"), dtype=np.uint8)
-    np.testing.assert_array_equal(c3d._floats(raw, DEC), [1.0, -1.0, 0.0, np.nan])
+    np.testing.assert_array_equal(c3d_header.floats(raw, DEC), [1.0, -1.0, 0.0, np.nan])
 
 
 @pytest.mark.parametrize("unit", MILLIMETRES)

@@ -1,0 +1,60 @@
+"""Smooth monotone changes of time with known truth: performances that speed up and slow down [mozerov2006 8, 9].
+
+A warp is a phase w(x) in [0, 1] of the relative time x in [0, 1]: w(0) = 0, w(1) = 1, never backwards.  Its rate
+is the exponential of a few slow waves, so it is positive and as likely doubled as halved; relative to a constant
+rate it is not bounded by 2, as [mozerov2006 13] would have it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+WAVES = 4
+"""Half periods within the performance; the k-th has a k-th of the spread of the first."""
+
+_GRID = 2001
+
+
+def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
+    """Amplitudes (2, K) of cosine and sine waves of the logarithm of a rate; their standard deviation is `spread`.
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator
+    spread : float
+        Standard deviation of the logarithm of the rate, over time and draws.
+    """
+    scale = 1.0 / np.arange(1, WAVES + 1)
+    return spread / np.sqrt((scale**2).sum()) * scale * generator.standard_normal((2, WAVES))
+
+
+def warp(waves: np.ndarray, frames: int) -> np.ndarray:
+    """Phase (F,) in [0, 1] at equally spaced instants, both ends included.
+
+    Parameters
+    ----------
+    waves : (2, K)
+        Sums of `draw_waves`: the pacing of a person and that of a performance add up.
+    frames : int
+    """
+    x = np.linspace(0.0, 1.0, _GRID)
+    angles = np.pi * np.outer(x, np.arange(1, waves.shape[1] + 1))
+    rate = np.exp(np.cos(angles) @ waves[0] + np.sin(angles) @ waves[1])
+    passed = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2.0)])
+    return np.interp(np.linspace(0.0, 1.0, frames), x, passed / passed[-1])
+
+
+def correspondence(phase_n: np.ndarray, phase_m: np.ndarray) -> np.ndarray:
+    """Frames (F_n,) of performance m, fractional, at the phases of performance n.
+
+    Parameters
+    ----------
+    phase_n, phase_m : (F_n,), (F_m,)
+        Increasing phases of the frames.
+
+    Examples
+    --------
+    >>> correspondence(np.array([0.0, 0.5, 1.0]), np.array([0.0, 0.25, 0.5, 0.75, 1.0])).tolist()
+    [0.0, 2.0, 4.0]
+    """
+    return np.interp(phase_n, phase_m, np.arange(len(phase_m), dtype=float))

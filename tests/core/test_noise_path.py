@@ -1,0 +1,49 @@
+"""The error along a path of noise variances: the fast path against the printed one [zhang2007 3.15, 4.2]."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import camera, errors, fourier, noise_path, reconstruction
+from pipeline.core.linear_model import fit, flatten, unflatten
+from tests.core.printed import printed
+from tests.strategies import Fold, angles, folds, walkers
+
+variances = st.floats(min_value=0.0, max_value=3.0).map(lambda exponent: 10.0**exponent)
+TIMES = np.arange(40) / 40.0  # a cycle of one hertz
+
+
+@given(
+    fold=folds(),
+    view=st.lists(angles, min_size=1, max_size=4),
+    sweep=st.lists(variances, min_size=1, max_size=5),
+)
+@settings(max_examples=60, deadline=None)
+def test_the_path_of_errors_equals_the_naive_loop_over_time(
+    fold: Fold, view: list[float], sweep: list[float]
+) -> None:
+    """Every view and sigma²: solve, synthesise, difference, square, mean over a cycle and the joints."""
+    path = noise_path.error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
+    truth = fourier.synthesise(unflatten(fold.sample), 1.0, TIMES)
+    size = max(np.square(unflatten(fold.sample - fold.model.mean)).mean(), 1e-6)
+    for a, angle in enumerate(view):
+        for s, noise_variance in enumerate(sweep):
+            k, _, _ = printed(fold.model, fold.sample, angle, noise_variance)
+            guess = fourier.synthesise(unflatten(fold.model.mean + k @ fold.model.components), 1.0, TIMES)
+            error = errors.absolute_error_over_time(
+                camera.missing_dimension(truth, angle), camera.missing_dimension(guess, angle)
+            )
+            assert path[a, s] == pytest.approx(error.mean(), rel=1e-9, abs=1e-9 * size)
+
+
+def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
+    people = flatten(walkers(np.random.default_rng(4), 40))
+    model, view, sweep = fit(people[1:], 30), np.radians([-90, -20, 0, 45]), np.array([1.0, 70.0, 625.0])
+    path = noise_path.error_path(model, people[0], view, sweep)
+    for s, noise_variance in enumerate(sweep):
+        one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
+        expected = errors.walker_error(errors.absolute_error(one.delta))
+        np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)

@@ -1,0 +1,525 @@
+"""The particle filter against the exact one, its parts against their definitions, and what the prior is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from pipeline.core import camera, particles
+from pipeline.core.image_likelihood import Likelihood
+from pipeline.core.pinhole import look_at
+from pipeline.core.prediction import Dynamics, Walk, at_phase, learnt_diffusion
+from pipeline.core.tracking import Track, track
+from pipeline.core.tracking_error import best_phase, joint_error, linear_phase
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15
+from tests.strategies import seeds
+
+VIEW = 0.7  # rad
+JOINTS = len(WALKER15.joints)
+
+
+# --- toys -------------------------------------------------------------------------------------------------
+
+
+def linear_joints(generator: np.random.Generator, dimensions: int) -> Callable[[np.ndarray], np.ndarray]:
+    """A linear map from the aSpace to joints, mm."""
+    matrix = 100.0 * generator.standard_normal((JOINTS * 3, dimensions))
+    return lambda x: (x @ matrix.T).reshape(len(x), JOINTS, 3)
+
+
+def limbs(x: np.ndarray) -> np.ndarray:
+    """Joints (S, 15, 3) of a body whose limbs turn by mixtures of x (S, b): curved, as postures are."""
+    generator = np.random.default_rng(5)
+    turn = generator.standard_normal((2, 15, x.shape[1])) * 0.5
+    up, round_ = generator.uniform(-2, 2, (2, 1, 15)) + np.einsum("ajb,sb->asj", turn, x)
+    direction = np.stack([np.cos(up) * np.cos(round_), np.cos(up) * np.sin(round_), np.sin(up)], axis=-1)
+    positions = np.zeros((len(x), JOINTS, 3))
+    positions[:, 8, 2] = 900.0
+    for joint in (1, 9, 12, 0, 2, 5, 3, 6, 4, 7, 10, 13, 11, 14):  # parents first
+        positions[:, joint] = positions[:, WALKER15.parents[joint]] + 300.0 * direction[:, joint]
+    return positions
+
+
+def performances(seed: int, count: int, *, samples: int = 60, dimensions: int = 5) -> np.ndarray:
+    """Synchronized performances (M, P, b): one action, and each performer's own smooth way of it."""
+    generator = np.random.default_rng(seed)
+    t = np.linspace(0, 1, samples)[:, None]
+    scale = 0.7 ** np.arange(dimensions)
+    action = np.sin(np.pi * t * [1, 2, 1, 3, 2][:dimensions]) * scale * 1.5
+    own = generator.standard_normal((count, 2, dimensions)) * 0.3 * scale
+    return action + own[:, :1] + own[:, 1:] * np.cos(np.pi * t)
+
+
+def seen(
+    x: np.ndarray, generator: np.random.Generator, *, noise: float, occluded: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """True joints (T, 15, 3), and their image (T, 15, 2)."""
+    true = limbs(x)
+    image = camera.project(true, VIEW) + noise * generator.standard_normal((len(x), JOINTS, 2))
+    image[generator.random((len(x), JOINTS)) < occluded] = np.nan
+    return true, image
+
+
+def model(train: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return train.mean(axis=0), train.std(axis=0, ddof=1)
+
+
+# --- weighted samples -------------------------------------------------------------------------------------
+
+
+@given(seed=seeds, count=st.integers(1, 50))
+def test_systematic_counts_are_the_expected_ones_rounded(seed: int, count: int) -> None:
+    generator = np.random.default_rng(seed)
+    weights = generator.dirichlet(np.full(count, 0.3))
+    with np.errstate(divide="ignore"):
+        chosen = particles.resample_systematically(np.log(weights), generator.random())
+    counts = np.bincount(chosen, minlength=count)
+    assert len(chosen) == count
+    assert (np.abs(counts - count * weights) < 1 + 1e-9).all()
+    assert not counts[weights == 0].any()
+
+
+@given(seed=seeds, count=st.integers(1, 12))
+@settings(max_examples=30)
+def test_systematic_resampling_is_unbiased_in_whatever_order(seed: int, count: int) -> None:
+    """Over all offsets the mean count of a particle is S w, and it does not matter where the particle stands."""
+    generator = np.random.default_rng(seed)
+    weights = generator.dirichlet(np.ones(count))
+    order = generator.permutation(count)
+    offsets = (np.arange(4000) + 0.5) / 4000
+
+    def mean_counts(weights: np.ndarray) -> np.ndarray:
+        chosen = [particles.resample_systematically(np.log(weights), u) for u in offsets]
+        return np.bincount(np.concatenate(chosen), minlength=count) / len(offsets)
+
+    np.testing.assert_allclose(mean_counts(weights), count * weights, atol=2e-3)
+    np.testing.assert_allclose(mean_counts(weights[order]), count * weights[order], atol=2e-3)
+
+
+def test_log_weights_keep_what_weights_would_lose() -> None:
+    log_weights, total = particles.normalise(np.array([-9000.0, -9000.0, -9100.0]))
+    assert total == pytest.approx(-9000.0 + np.log(2))
+    assert particles.effective_sample_size(log_weights) == pytest.approx(2.0)
+    with pytest.raises(Refusal, match="weights cannot be normalised"):
+        particles.normalise(np.array([-np.inf, -np.inf]))
+    with pytest.raises(Refusal, match=r"offset .* \(expected \[0, 1\), received 1\)"):
+        particles.resample_systematically(np.zeros(1), 1.0)
+
+
+# --- prediction -------------------------------------------------------------------------------------------
+
+
+def test_pruned_predictions_are_redrawn_as_by_rejecting_until_accepted() -> None:
+    """Against the naive loop that draws whole predictions again, for a posture at the edge of the model."""
+    walk = Walk(np.zeros((9, 2)), np.ones((9, 2)), Dynamics(diffusion=0.5), prior=True)
+    state = np.tile([3.0, 1.0, 2.9, -1.0], (4000, 1))
+    generator = np.random.default_rng(1)
+    innovations, pruned = walk.draw(state, len(state), generator)
+    z = walk.apply(state, innovations)[:, 2:]
+    assert np.abs(z).max() <= 3.0 + 1e-9
+
+    naive = np.empty((4000, 2))
+    rejected = 0
+    for i in range(len(naive)):
+        for attempt in range(1000):
+            naive[i] = np.sqrt(0.75) * state[i, 2:] + 0.5 * generator.standard_normal(2)
+            if (np.abs(naive[i]) <= 3.0).all():
+                break
+            rejected += attempt == 0
+    assert pruned == pytest.approx(rejected / 4000, abs=0.03)
+    assert pruned > 0.05
+    for coordinate in range(2):
+        assert stats.ks_2samp(z[:, coordinate], naive[:, coordinate]).pvalue > 1e-3
+
+
+def test_without_an_image_particles_keep_the_learnt_variance() -> None:
+    walk = Walk(np.zeros((2, 3)), np.ones((2, 3)), Dynamics(diffusion=0.4), prior=True)
+    generator = np.random.default_rng(2)
+    state = None
+    for _ in range(60):
+        innovations, _ = walk.draw(state, 4000, generator)
+        state = walk.apply(state, innovations)
+    assert state is not None
+    assert state[:, 2:].std(axis=0) == pytest.approx(np.full(3, stats.truncnorm.std(-3, 3)), abs=0.05)
+
+
+@given(seed=seeds)
+@settings(max_examples=20)
+def test_phases_never_run_backwards_nor_past_the_end_and_rates_stay_bounded(seed: int) -> None:
+    d = Dynamics(nominal_rate=2.0, rate_bounds=(0.25, 1.5), rate_step=0.7, start_phase=(0.1, 0.4))
+    walk = Walk(np.zeros((30, 2)), np.ones((30, 2)), d, prior=True)
+    generator = np.random.default_rng(seed)
+    state = walk.apply(None, walk.draw(None, 50, generator)[0])
+    assert ((state[:, 0] >= 2.9 - 1e-9) & (state[:, 0] <= 11.6 + 1e-9)).all()
+    for _ in range(20):
+        before, state = state, walk.apply(state, walk.draw(state, 50, generator)[0])
+        assert ((state[:, 1] >= 0.5 - 1e-9) & (state[:, 1] <= 3.0 + 1e-9)).all()
+        np.testing.assert_allclose(state[:, 0], np.minimum(before[:, 0] + state[:, 1], 29.0))
+
+
+def test_the_diffusion_of_an_autoregression_is_learnt_back() -> None:
+    generator = np.random.default_rng(3)
+    z = generator.standard_normal((200, 50, 4))
+    for p in range(1, 50):
+        z[:, p] = np.sqrt(1 - 0.3**2) * z[:, p - 1] + 0.3 * z[:, p]
+    mean, sd = np.arange(200.0).reshape(50, 4), np.full((50, 4), 7.0)
+    sd[:, 3] = 0.0  # a coordinate that does not vary has no say
+    assert learnt_diffusion(mean + sd * z, mean, sd) == pytest.approx(0.3, abs=0.01)
+    with pytest.raises(Refusal, match="do not deviate"):
+        learnt_diffusion(mean[None], mean, sd)
+    with pytest.raises(Refusal, match=r"performances and action model disagree .*\(M, 50, 4\)"):
+        learnt_diffusion(z[:, 1:], mean, sd)
+
+
+# --- the exact filter -------------------------------------------------------------------------------------
+
+
+def kalman(
+    start: tuple[np.ndarray, np.ndarray],
+    steps: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
+    images: np.ndarray,
+    matrix: np.ndarray,
+    noise: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means, variances and log evidence of x' = F x + c + N(0, Q), image = matrix x + N(0, noise²)."""
+    (x, covariance), means, variances, evidence = start, [], [], []
+    for frame, image in enumerate(images):
+        if frame:
+            F, c, Q = steps[frame - 1]
+            x, covariance = F @ x + c, F @ covariance @ F.T + Q
+        here = np.isfinite(image)
+        if here.any():
+            H = matrix[here]
+            S = H @ covariance @ H.T + noise**2 * np.eye(here.sum())
+            evidence.append(stats.multivariate_normal.logpdf(image[here], H @ x, S))
+            gain = np.linalg.solve(S, H @ covariance).T
+            x, covariance = x + gain @ (image[here] - H @ x), covariance - gain @ H @ covariance
+        else:
+            evidence.append(0.0)
+        means.append(x)
+        variances.append(np.diag(covariance))
+    return np.array(means), np.array(variances), np.array(evidence)
+
+
+@pytest.mark.parametrize("prior", [True, False])
+@pytest.mark.parametrize(("noise", "n_particles", "moves"), [(400.0, 20000, 0), (60.0, 2000, 6)])
+def test_the_filter_is_the_kalman_filter_where_that_is_exact(
+    prior: bool, noise: float, n_particles: int, moves: int
+) -> None:
+    """Linear joints, a known rate, no bounds: mean, variance and evidence, plain and with moves, frames unseen."""
+    generator = np.random.default_rng(11)
+    b, frames, q = 3, 10, 0.5
+    to_joints = linear_joints(generator, b)
+    mean = np.cumsum(generator.standard_normal((frames, b)), axis=0)
+    sd = generator.uniform(0.5, 1.5, (frames, b))
+    dynamics = Dynamics(rate_bounds=(1.0, 1.0), diffusion=q, bound=np.inf)
+    if prior:
+        keep, size = np.sqrt(1 - q**2), sd
+        F = [np.diag(keep * sd[t] / sd[t - 1]) for t in range(1, frames)]
+        c = [mean[t] - F[t - 1] @ mean[t - 1] for t in range(1, frames)]
+    else:
+        size = np.tile(np.sqrt((sd**2).mean(axis=0)), (frames, 1))
+        F, c = [np.eye(b)] * (frames - 1), [np.zeros(b)] * (frames - 1)
+    Q = [np.diag((q * size[t]) ** 2) for t in range(1, frames)]
+    matrix = camera.project(to_joints(np.eye(b)), VIEW).reshape(b, -1).T
+    x = mean + 0.7 * sd * generator.standard_normal((frames, b)) if prior else mean[:1] + np.zeros((frames, b))
+    image = camera.project(to_joints(x), VIEW) + noise * generator.standard_normal((frames, JOINTS, 2))
+    image[generator.random((frames, JOINTS)) < 0.3] = np.nan
+    image[4] = np.nan
+
+    start = (mean[0], np.diag(sd[0] ** 2))
+    expected, variance, evidence = kalman(
+        start, list(zip(F, c, Q, strict=True)), image.reshape(frames, -1), matrix, noise
+    )
+    found = track(
+        mean,
+        sd,
+        Likelihood(image, VIEW, noise),
+        to_joints=to_joints,
+        n_particles=n_particles,
+        generator=generator,
+        dynamics=dynamics,
+        prior=prior,
+        moves=moves,
+    )
+    # Errors of n independent samples would be sqrt(variance / n); effective samples are a tenth of n or more.
+    tolerance = 4.0 / np.sqrt(n_particles / 10)
+    assert (np.abs(found.posture - expected) < tolerance * np.sqrt(variance)).all()
+    np.testing.assert_allclose(found.spread, np.sqrt(variance), rtol=tolerance)
+    np.testing.assert_allclose(found.log_evidence, evidence, atol=3 * tolerance)
+    assert found.log_evidence[4] == 0.0
+    assert not found.lost.any()
+    assert not found.pruned_fraction.any()
+
+
+# --- what is not seen -------------------------------------------------------------------------------------
+
+
+def run(
+    likelihood: Likelihood,
+    *,
+    prior: bool = True,
+    n_particles: int = 300,
+    moves: int = 0,
+    dynamics: Dynamics | None = None,
+    seed: int = 1,
+) -> Track:
+    """Track of the toy's held-out performance, by a model of its other twenty-four performances."""
+    train = performances(0, 25)[1:]
+    return track(
+        *model(train),
+        likelihood,
+        to_joints=limbs,
+        n_particles=n_particles,
+        generator=np.random.default_rng(seed),
+        dynamics=dynamics or Dynamics(diffusion=0.1),
+        prior=prior,
+        moves=moves,
+    )
+
+
+def test_a_joint_that_was_not_seen_says_nothing() -> None:
+    """Whatever the joint does, weights and evidence are those of the others."""
+    generator = np.random.default_rng(4)
+    _, image = seen(performances(0, 25)[0], generator, noise=10.0)
+    image[:, [4, 7]] = np.nan
+    likelihood = Likelihood(image, VIEW, 10.0)
+    found = run(likelihood)
+    moved = track(
+        *model(performances(0, 25)[1:]),
+        likelihood,
+        to_joints=lambda x: limbs(x) + np.isin(np.arange(15), [4, 7])[:, None] * 1e5,
+        n_particles=300,
+        generator=np.random.default_rng(1),
+        dynamics=Dynamics(diffusion=0.1),
+    )
+    np.testing.assert_array_equal(found.posture, moved.posture)
+    np.testing.assert_array_equal(found.log_evidence, moved.log_evidence)
+    assert (found.seen == 13).all()
+
+
+def test_a_frame_with_nothing_seen_coasts_on_the_prediction() -> None:
+    generator = np.random.default_rng(4)
+    x = performances(0, 25)[0]
+    _, image = seen(x, generator, noise=5.0)
+    image[20:30] = np.nan
+    found = run(Likelihood(image, VIEW, 5.0), n_particles=1000, moves=1)
+    assert (found.seen[20:30] == 0).all()
+    assert not found.lost.any()
+    assert (found.log_evidence[20:30] == 0).all()
+    assert (np.diff(found.phase[19:30]) > 0.3).all()  # the action goes on unseen
+    growth = found.spread[29].mean() / found.spread[19].mean()
+    assert growth > 1.5
+    mean, _ = model(performances(0, 25)[1:])
+    stayed = np.abs(found.posture[19] - x[29]).mean()
+    assert np.abs(found.posture[29] - x[29]).mean() < 0.5 * stayed
+    assert joint_error(limbs(found.posture), limbs(x))[35:].mean() < joint_error(limbs(mean), limbs(x))[35:].mean()
+
+
+def test_a_performance_that_is_no_such_action_is_lost_and_said_so() -> None:
+    generator = np.random.default_rng(4)
+    x = performances(0, 25)[0]
+    _, image = seen(x, generator, noise=1.0)
+    image[30:] = camera.project(limbs(x[30:] + 2.5), VIEW)
+    found = run(Likelihood(image, VIEW, 5.0))
+    assert found.lost[35:].all()
+    assert not found.lost[:30].any()
+    assert np.isfinite(found.posture).all()
+    assert found.effective_sample_size[35:].max() >= 1.0 - 1e-9
+
+
+def test_a_body_behind_the_camera_is_lost_and_the_prediction_stands() -> None:
+    image = np.zeros((3, JOINTS, 2))
+    pinhole = look_at(np.array([0.0, -4000.0, 1000.0]), np.array([0.0, -8000.0, 1000.0]), focal_px=1000.0)
+    for moves in (0, 2):
+        found = run(Likelihood(image, pinhole, 5.0), moves=moves)
+        assert found.lost.all()
+        assert np.isneginf(found.log_evidence).all()
+        np.testing.assert_allclose(found.effective_sample_size, 300.0)
+
+
+# --- what the prior is worth ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("perspective", [False, True])
+def test_a_held_out_performance_is_tracked_without_noise(perspective: bool) -> None:
+    """Many particles: within a few millimetres, at another rate than the model's, in either camera."""
+    x = at_phase(performances(0, 25)[0], linear_phase(45, 60) ** 1.2 / 59**0.2)
+    true = limbs(x)
+    if perspective:
+        pinhole = look_at(np.array([4000.0, 500.0, 1200.0]), np.array([0.0, 0.0, 900.0]), focal_px=1000.0)
+        likelihood = Likelihood(pinhole.project(true + [50.0, 0.0, 0.0]), pinhole, 2.0, np.array([50.0, 0.0, 0.0]))
+    else:
+        likelihood = Likelihood(camera.project(true, VIEW), VIEW, 5.0)
+    mean, _ = model(performances(0, 25)[1:])
+    dynamics = Dynamics(nominal_rate=59 / 44, diffusion=0.1)
+    found = run(likelihood, n_particles=2000, moves=2, dynamics=dynamics)
+    error = joint_error(limbs(found.posture), true)
+    alone = joint_error(limbs(at_phase(mean, best_phase(true, limbs(mean)))), true)
+    assert error.mean() < 12.0
+    assert error.mean() < alone.mean() / 5
+    assert not found.lost.any()
+
+
+@pytest.mark.parametrize(("noise", "occluded", "n_particles"), [(20.0, 0.7, 300), (20.0, 0.0, 50)])
+def test_the_prior_helps_where_particles_or_joints_are_few(
+    noise: float, occluded: float, n_particles: int
+) -> None:
+    """Against the filter without it, at the same diffusion and at the best of three others, and the mean alone."""
+    mean, _ = model(performances(0, 25)[1:])
+    errors: dict[object, list[float]] = {"mean": []}
+    for seed in range(4):
+        true, image = seen(
+            performances(0, 25)[0], np.random.default_rng(seed), noise=noise, occluded=occluded
+        )
+        likelihood = Likelihood(image, VIEW, noise)
+        for prior, q in ((True, 0.1), (False, 0.1), (False, 0.2), (False, 0.4), (False, 0.8)):
+            found = run(
+                likelihood, prior=prior, n_particles=n_particles, seed=seed, dynamics=Dynamics(diffusion=q)
+            )
+            errors.setdefault((prior, q), []).append(joint_error(limbs(found.posture), true).mean())
+        errors["mean"].append(
+            joint_error(limbs(at_phase(mean, best_phase(true, limbs(mean)))), true).mean()
+        )
+    means = {key: np.mean(value) for key, value in errors.items()}
+    with_prior = means.pop((True, 0.1))
+    assert with_prior < 0.8 * min(means.values()), (with_prior, means)
+
+
+def test_the_evidence_says_which_action_it_was() -> None:
+    x = performances(0, 25)[0]
+    _, image = seen(x, np.random.default_rng(6), noise=20.0, occluded=0.5)
+    likelihood = Likelihood(image, VIEW, 20.0)
+    mean, sd = model(performances(0, 25)[1:])
+
+    def evidence(mean: np.ndarray) -> float:
+        found = track(
+            mean, sd, likelihood, to_joints=limbs, n_particles=300, generator=np.random.default_rng(0), moves=1
+        )
+        return float(found.log_evidence.sum())
+
+    assert evidence(mean) > evidence(mean[::-1]) + 10
+    assert evidence(mean) > evidence(mean[:, ::-1]) + 10
+
+
+def test_moves_lower_the_error_of_a_sharp_image() -> None:
+    _, image = seen(performances(0, 25)[0], np.random.default_rng(7), noise=2.0)
+    likelihood = Likelihood(image, VIEW, 2.0)
+    true = limbs(performances(0, 25)[0])
+    plain, moved = (
+        [
+            joint_error(limbs(run(likelihood, moves=moves, n_particles=200, seed=s).posture), true).mean()
+            for s in range(3)
+        ]
+        for moves in (0, 2)
+    )
+    assert np.mean(moved) < 0.5 * np.mean(plain)
+
+
+def test_the_same_seed_gives_the_same_track_and_nothing_is_changed() -> None:
+    _, image = seen(performances(0, 25)[0], np.random.default_rng(8), noise=5.0, occluded=0.2)
+    mean, sd = model(performances(0, 25)[1:])
+    kept = image.copy(), mean.copy(), sd.copy()
+    first, second, other = (
+        track(
+            mean,
+            sd,
+            Likelihood(image, VIEW, 5.0),
+            to_joints=limbs,
+            n_particles=100,
+            generator=np.random.default_rng(seed),
+            moves=1,
+        )
+        for seed in (3, 3, 4)
+    )
+    for name in vars(first):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+    assert not np.array_equal(first.posture, other.posture)
+    for before, after in zip(kept, (image, mean, sd), strict=True):
+        np.testing.assert_array_equal(before, after)
+
+
+def test_one_particle_follows_its_own_prediction() -> None:
+    _, image = seen(performances(0, 25)[0], np.random.default_rng(8), noise=5.0)
+    found = run(Likelihood(image, VIEW, 500.0), n_particles=1)
+    np.testing.assert_allclose(found.effective_sample_size, 1.0)
+    np.testing.assert_allclose(found.spread, 0.0, atol=1e-12)
+    assert (np.diff(found.phase) >= 0).all()
+
+
+# --- what a track is measured by --------------------------------------------------------------------------
+
+
+@given(seed=seeds)
+@settings(max_examples=20)
+def test_the_best_phase_is_the_best_of_all(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    performance, mean = generator.standard_normal((6, 4, 3)), generator.standard_normal((9, 4, 3))
+    performance[generator.random((6, 4)) < 0.3] = np.nan
+    performance[:, 0] = 1.0
+    distances = np.nansum((performance[:, None] - mean) ** 2, axis=(2, 3))
+    np.testing.assert_array_equal(best_phase(performance, mean), distances.argmin(axis=1))
+
+
+def test_errors_are_of_the_joints_and_not_of_the_place() -> None:
+    true = np.random.default_rng(0).standard_normal((4, JOINTS, 3))
+    np.testing.assert_allclose(joint_error(true + [3.0, 4.0, 0.0], true), 0.0, atol=1e-12)
+    np.testing.assert_allclose(joint_error(true + [3.0, 4.0, 0.0], true, root=None), 5.0)
+    moved = true.copy()
+    moved[:, 0, 0] += 14.0
+    np.testing.assert_allclose(joint_error(moved, true), 1.0)  # one of fourteen joints
+    np.testing.assert_allclose(at_phase(true, np.array([0.0, 1.5, 3.0])), [true[0], true[1:3].mean(0), true[3]])
+    with pytest.raises(Refusal, match="frame 1: no joint is known"):
+        best_phase(np.array([[[0.0]], [[np.nan]]]), np.zeros((2, 1, 1)))
+    with pytest.raises(Refusal, match="have different joints"):
+        best_phase(np.zeros((2, 3, 3)), np.zeros((2, 4, 3)))
+
+
+# --- bad input --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"n_particles": 0}, r"there are no particles \(expected n_particles >= 1, received 0\)"),
+        ({"moves": -1}, r"the number of moves is negative \(expected moves >= 0, received -1\)"),
+        ({"mean": np.zeros((9, 4))}, r"disagree \(expected both \(P, b\), received \(9, 4\) and \(9, 5\)\)"),
+        ({"mean": np.full((9, 5), np.nan)}, "sample 0: the action model has a number that is not finite"),
+        ({"sd": np.full((9, 5), -1.0)}, r"a standard deviation .* is negative \(received -1\)"),
+        ({"mean": np.zeros((1, 5)), "sd": np.ones((1, 5))}, r"one sample \(expected two or more, received 1\)"),
+        ({"to_joints": lambda x: np.zeros((len(x), 14, 3))}, r"different joints \(expected \(9, 15, 3\) for 9"),
+        ({"to_joints": lambda x: np.full((len(x), 15, 3), np.inf)}, "sample 0 of the mean: .* not finite"),
+        ({"frames": 1}, r"one frame is no performance to track \(expected two or more, received 1\)"),
+        ({"nominal_rate": 0.0}, "dynamics: out of range: nominal rate .*received 0.0"),
+        ({"rate_bounds": (2.0, 1.0)}, r"out of range: bounds of the rate \(expected 0 <= low <= high"),
+        ({"rate_step": np.nan}, "out of range: step of the rate"),
+        ({"diffusion": 1.5}, r"out of range: diffusion \(expected 0 to 1, received 1.5\)"),
+        ({"bound": 0.0}, "out of range: bound"),
+        ({"start_phase": (0.0, 1.1)}, "out of range: first phase"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(change: dict, sentence: str) -> None:
+    given = {"mean": np.zeros((9, 5)), "sd": np.ones((9, 5)), "frames": 4, "to_joints": limbs, **change}
+    settings = {name: given.pop(name) for name in list(given) if hasattr(Dynamics(), name)}
+    frames = given.pop("frames")
+    with pytest.raises(Refusal, match=sentence):
+        track(
+            given.pop("mean"),
+            given.pop("sd"),
+            Likelihood(np.zeros((frames, JOINTS, 2)), VIEW, 1.0),
+            generator=np.random.default_rng(0),
+            dynamics=replace(Dynamics(), **settings),
+            **{"n_particles": 10, **given},
+        )
+
+
+def test_a_random_walk_may_step_by_more_than_the_learnt_deviation() -> None:
+    Walk(np.zeros((2, 1)), np.ones((2, 1)), Dynamics(diffusion=2.0), prior=False)
+    Walk(np.zeros((2, 1)), np.ones((2, 1)), Dynamics(diffusion=2.0, reversion=False), prior=True)

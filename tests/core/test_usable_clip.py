@@ -1,0 +1,114 @@
+"""Units, sizes and gaps of a clip, before walking is looked for in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipeline.core import usable_clip
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15
+from tests.core.walks import RATE_HZ, overground
+
+# Gaps
+
+
+def test_short_gaps_are_bridged_and_long_ones_are_not() -> None:
+    clip = overground(0)
+    valid = np.ones(clip.positions.shape[:2], dtype=bool)
+    valid[300:310, 4] = False  # 0.10 s
+    valid[500:511, 4] = False  # 0.11 s
+    valid[700:705, 9] = False
+    valid[:6, 2] = False  # nothing before it
+    valid[-6:, 2] = False
+    holed = np.where(valid[..., None], clip.positions, np.nan)
+    filled, complete, count = usable_clip.bridge_gaps(holed, valid, RATE_HZ, gap_s=0.1)
+    assert count == 10 + 5
+    expected = np.ones(len(valid), dtype=bool)
+    expected[500:511] = False
+    expected[:6] = expected[-6:] = False
+    np.testing.assert_array_equal(complete, expected)
+    np.testing.assert_array_equal(
+        filled[complete & valid.all(axis=1)], clip.positions[complete & valid.all(axis=1)]
+    )
+    np.testing.assert_allclose(filled[300:310, 4], clip.positions[300:310, 4], atol=2.0)
+    np.testing.assert_allclose(filled[700:705, 9], clip.positions[700:705, 9], atol=1.0)
+    assert np.isnan(filled[500:511, 4]).all()
+    assert np.isnan(holed[300:310, 4]).all()  # the argument is as it was
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "gap_s", "frames"), [(100.0, 0.29, 29), (30.0, 0.1, 3), (120.0, 0.1, 12)]
+)
+def test_a_gap_of_exactly_the_limit_is_bridged(rate_hz: float, gap_s: float, frames: int) -> None:
+    positions = np.cumsum(np.ones((80, 2, 3)), axis=0)
+    for longer in (0, 1):
+        valid = np.ones((80, 2), dtype=bool)
+        valid[20 : 20 + frames + longer, 1] = False
+        holed = np.where(valid[..., None], positions, np.nan)
+        filled, complete, count = usable_clip.bridge_gaps(holed, valid, rate_hz, gap_s=gap_s)
+        assert count == (0 if longer else frames)
+        assert complete.all() == (not longer)
+        if not longer:
+            np.testing.assert_allclose(filled, positions, rtol=1e-12)
+
+
+def test_a_joint_seen_in_three_frames_is_left_alone() -> None:
+    valid = np.zeros((10, 1), dtype=bool)
+    valid[[2, 4, 6]] = True
+    positions = np.where(valid[..., None], 1.0, np.nan) * np.ones(3)
+    _, complete, count = usable_clip.bridge_gaps(positions, valid, RATE_HZ, gap_s=0.1)
+    assert count == 0
+    np.testing.assert_array_equal(complete, valid[:, 0])
+
+
+# Sizes and units
+
+
+def test_sizes_worked_out_in_the_head() -> None:
+    positions = np.zeros((4, 15, 3))
+    heights = {"head": 1700.0, "hip": 900.0, "knee": 500.0, "ankle": 80.0, "pelvis": 900.0}
+    for j, name in enumerate(WALKER15.joints):
+        positions[:, j, 2] = heights.get(name.split("_")[-1], 1200.0)
+    assert usable_clip.leg_length(positions) == pytest.approx(820.0)
+    assert usable_clip.stature(positions) == pytest.approx(1620.0)
+    positions[1:, WALKER15.index("left_knee")] = np.nan
+    positions[0, WALKER15.index("left_knee"), 0] = 300.0  # 500 + √(300² + 420²) = 500 + 516.1
+    assert usable_clip.leg_length(positions) == pytest.approx((1016.14 + 820.0) / 2, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("mm_to_unit", "looks"),
+    [
+        (1e-3, "looks like metres"),
+        (0.1, "looks like centimetres"),
+        (1 / 25.4, "looks like inches"),
+        (1 / 304.8, "looks like feet"),
+        (50.0, "unit of length is wrong \\(expected legs of 350 to 1300 mm"),
+        (1e-6, "unit of length is wrong \\(expected"),
+    ],
+)
+def test_other_units_are_refused_by_name(mm_to_unit: float, looks: str) -> None:
+    positions = overground(0).positions
+    usable_clip.check_units(positions)
+    with pytest.raises(Refusal, match=looks):
+        usable_clip.check_units(positions * mm_to_unit)
+
+
+def test_legs_of_36_are_inches_rather_than_the_centimetres_of_a_small_child() -> None:
+    positions = overground(0).positions
+    with pytest.raises(Refusal, match=r"looks like inches .*received 36 mm"):
+        usable_clip.check_units(positions * 36.0 / usable_clip.leg_length(positions))
+
+
+@pytest.mark.parametrize("hidden", ["left_knee", "right_ankle"])
+def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
+    positions = overground(0).positions.copy()
+    positions[:, WALKER15.index(hidden)] = np.nan
+    with pytest.raises(Refusal, match="never seen whole"):
+        usable_clip.check_units(positions)
+
+
+def test_no_size_at_all_is_refused() -> None:
+    with pytest.raises(Refusal, match="unit of length is wrong"):
+        usable_clip.check_units(np.zeros((9, 15, 3)))
