@@ -21,6 +21,9 @@ The map of the house, from the ground up; a module imports only from lower layer
          usable_clip        units, sizes and gaps of a clip
          walking            steady walking, treadmill equivalent             zhang2007 section 2
          synthetic …        the embedded population of walkers
+         synchronization    one pair of performances, linear and dense        mozerov2006 6-12, 14, 15, 18
+         trellis            recurrence and backtracking                       mozerov2006 13, 16, 17
+         all_pairs          all ordered pairs, the median sequence            mozerov2006 19
     2  formats/           one reader to a file format, all return the same value
        store, archive     artefacts, publications; kept results; on sealed_folders, provenance
        tables             the only pandas

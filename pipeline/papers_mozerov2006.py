@@ -1,4 +1,4 @@
-"""mozerov2006 as data: its 19 equations and its claims; the rooms that compute them are not built yet."""
+"""mozerov2006 as data: its 19 equations and its claims; the figures are not built yet."""
 
 from __future__ import annotations
 
@@ -7,8 +7,25 @@ from pipeline.papers_ledger import Claim, Equation, Paper
 FIG1, FIG2, FIG3, FIG4 = (f"mozerov2006_fig{n}" for n in (1, 2, 3, 4))
 
 
+_HOMES = {
+    **dict.fromkeys(("6", "7"), "synchronization.normalise"),
+    **dict.fromkeys(("8", "9"), "synchronization.rate_to_rate"),
+    **dict.fromkeys(("10", "18"), "synchronization.warp"),
+    **dict.fromkeys(("11", "12"), "synchronization.synchronization_distance"),
+    "13": "trellis.trellis",
+    "14": "synchronization.disparity_space_image",
+    "15": "synchronization.synchronize",
+    "16": "trellis.accumulate",
+    "17": "trellis.backtrack",
+    "19": "all_pairs.median_sequence",
+}
+"""Where the equations that are built live, below ``pipeline.core``."""
+
+
 def _equation(number: str, words: str, note: str = "") -> Equation:
-    return Equation("mozerov2006", number, words, note=note)
+    home = _HOMES.get(number, "")
+    test = "tests/core/test_synchronization.py" if home else ""
+    return Equation("mozerov2006", number, words, f"pipeline.core.{home}" if home else "", test, note)
 
 
 EQUATIONS = (

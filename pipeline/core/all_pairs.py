@@ -32,9 +32,6 @@ _KEPT_BYTES = 2**27
 _LARGEST = 1e140
 """Magnitude from which sums of squares may be no numbers any more."""
 
-_SMALLEST = 1e-280
-"""Squared norm below which products of coordinates are no numbers any more."""
-
 
 @dataclass(frozen=True)
 class AllPairs:
@@ -211,7 +208,7 @@ def _tiles(
     squared = np.einsum("mpb,mpb->mp", rows, rows)[..., None]
     # E is a sum of b + 2 products after two of b, of terms that are at most four of the largest norm together:
     # wrong by less than half of this.
-    uncertain = 8.0 * (dimension + 2) * np.finfo(float).eps * max(float(squared.max()), _SMALLEST)
+    uncertain = 8.0 * (dimension + 2) * np.finfo(float).eps * float(squared.max())
     # A number that is added and taken off again, and whose last digit is the next power of two.
     rounding = 1.5 * 2.0 ** (52 + np.frexp(uncertain)[1])
     ones = np.ones_like(squared)

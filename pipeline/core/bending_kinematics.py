@@ -1,4 +1,4 @@
-"""How one person bends to the floor and comes up again: manner, joint angles by phase, and joints.
+"""How one person bends to the floor and comes up again: joint centres at phases of the action.
 
 How a posture is made
 ---------------------
@@ -8,135 +8,32 @@ How a posture is made
 3. The feet stay where they stand; knees are where thighs and shanks meet, turned out.
 4. Trunk, head and arms follow: leaning and twisting towards the hand that reaches, the arms hanging from the trunk.
 
-Legend: phases tau in [0, 1] of the action; arrays are (frame, space), or (side, frame, space) with left before
-right; angles in radians, forward and flexed positive; x right, y ahead, z up, the floor at z = 0.
+Legend: arrays are (frame, space), or (side, frame, space) with left before right; angles in radians, forward and
+flexed positive; x right, y ahead, z up, the floor at z = 0.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 
 from pipeline.core import anthropometry as body
+from pipeline.core.bending_manner import DOWN, SWAY, SWAY_BENT, TIMED, UP, Manner
 from pipeline.core.person import SIDE, Person
-
-DOWN, UP = (0.10, 0.45), (0.55, 0.90)
-"""Phases in which the body goes down and comes up; before, between and after it rests.  Assumed."""
 
 LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
 LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
 """Both thighs, both shanks, and head, arms and trunk as fractions of the body's mass; where their centres lie: from
 the upper end of thigh and shank, from the hips towards the shoulders.  Published: Winter 2009 table 4.1."""
 
-MANNERS_DEG = {
-    "knee": (62.0, 28.0),
-    "hip": (98.0, 10.0),
-    "lean": (3.0, 4.0),
-    "twist": (6.0, 7.0),
-    "head": (8.0, 18.0),
-    "arms": (8.0, 9.0),
-    "elbows": (14.0, 12.0),
-    "standing_knee": (8.0, 2.0),
-    "standing_hip": (8.0, 3.0),
-    "standing_head": (8.0, 5.0),
-    "standing_arms": (0.0, 3.0),
-    "standing_elbows": (14.0, 6.0),
-    "opened_knees": (8.0, 7.0),
-}
-"""Mean and SD between people; first how far each angle goes, then how it stands.  That straight-legged stoops, full
-squats and all between are in use: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
-
-WITHIN = 0.2
-"""Spread of one person's performances, as a part of that between people.  Assumed."""
-
-TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
-TIMING_SD, SKEW_SD = 0.02, 0.15
-"""How much earlier or later each angle begins and ends to change, in phase; logarithm of its progress's power."""
-
-TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.015), (0.03, 0.006)
-"""Wrists over the floor at the deepest, distance of the ankles, left ankle ahead of the right, and centre of mass
-ahead of the ankles, in statures: mean and SD between people.  Assumed."""
-
-LEAST = {"knee": 12.0, "standing_knee": 5.0, "standing_elbows": 4.0, "opened_knees": 0.0}
 STOP = np.radians(135.0)
-"""Least angles in degrees; most flexion of knee and hip."""
+"""Most flexion of knee and hip.  Assumed."""
 
-SWAY = {"balance_mm": 4.0, "sideways_mm": 5.0, "trunk": 0.012, "twist": 0.015, "head": 0.025, "arms": 0.03}
-SWAY_HZ, SWAY_WAVES = (0.1, 0.7), 3
-"""Root mean square of what never stands still, mm and radians, and its slow waves.  Assumed."""
+LEAST_BEND = np.radians(4.0)
+"""Knees that stand are not quite straight; who is too short on one side stands lower.  Assumed."""
 
 _DEEPEST = (DOWN[1] + UP[0]) / 2.0
 _DEPTHS = (0.2, 1.6)
-
-
-@dataclass(frozen=True)
-class Manner:
-    """How somebody bends: `angles` in radians, `timing` (7, 4) in phase and `skew` (7,) in the order of `TIMED`.
-
-    `statures` are those of `TARGET_HEIGHT` … `BALANCE`, as fractions; `one_handed` is 0 with both hands, 1 with the
-    right one alone.
-    """
-
-    angles: dict[str, float]
-    timing: np.ndarray
-    skew: np.ndarray
-    statures: np.ndarray
-    one_handed: float
-
-    def progress(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """How far an angle has gone, 0 standing to 1 at the deepest, (F,); minimum jerk down and up."""
-        shift = self.timing[TIMED.index(name)]
-        way = np.clip((phase - (DOWN[0] + shift[0])) / (DOWN[1] - DOWN[0] + shift[1] - shift[0]), 0.0, 1.0)
-        back = np.clip((phase - (UP[0] + shift[2])) / (UP[1] - UP[0] + shift[3] - shift[2]), 0.0, 1.0)
-        risen = ((6.0 * way - 15.0) * way + 10.0) * way**3 * (1.0 - ((6.0 * back - 15.0) * back + 10.0) * back**3)
-        return np.asarray(risen ** self.skew[TIMED.index(name)])
-
-
-def draw_manner(rng: np.random.Generator) -> Manner:
-    """A person's own manner; the number of draws is the same for everyone."""
-    angles = {
-        name: np.radians(max(rng.normal(mean, sd), LEAST.get(name, -np.inf)))
-        for name, (mean, sd) in MANNERS_DEG.items()
-    }
-    return Manner(
-        angles=angles,
-        timing=TIMING_SD * np.clip(rng.standard_normal((len(TIMED), 4)), -2.5, 2.5),
-        skew=np.exp(SKEW_SD * rng.standard_normal(len(TIMED))),
-        statures=_statures(rng.standard_normal(4)),
-        one_handed=float(rng.beta(0.5, 0.5)),
-    )
-
-
-def varied(manner: Manner, rng: np.random.Generator) -> Manner:
-    """The same person's manner on another occasion."""
-    angles = {
-        name: max(
-            manner.angles[name] + np.radians(WITHIN * sd) * rng.standard_normal(),
-            np.radians(LEAST.get(name, -np.inf)),
-        )
-        for name, (_, sd) in MANNERS_DEG.items()
-    }
-    mean = _statures(np.zeros(4))
-    return Manner(
-        angles=angles,
-        timing=manner.timing + WITHIN * TIMING_SD * rng.standard_normal(manner.timing.shape),
-        skew=manner.skew * np.exp(WITHIN * SKEW_SD * rng.standard_normal(len(TIMED))),
-        statures=manner.statures + WITHIN * (_statures(rng.standard_normal(4)) - mean),
-        one_handed=manner.one_handed,
-    )
-
-
-def draw_sway(rng: np.random.Generator, times_s: np.ndarray) -> dict[str, np.ndarray]:
-    """What never stands still, each (F,): a few slow waves."""
-    size = (len(SWAY), SWAY_WAVES)
-    turns = rng.uniform(*SWAY_HZ, size)[..., None] * times_s + rng.uniform(size=size)[..., None]
-    waves = (rng.standard_normal(size)[..., None] * np.sin(2.0 * np.pi * turns)).sum(axis=1)
-    return {
-        name: rms * np.sqrt(2.0 / SWAY_WAVES) * wave
-        for (name, rms), wave in zip(SWAY.items(), waves, strict=True)
-    }
 
 
 def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
@@ -155,27 +52,24 @@ def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.n
     return _posture(person, manner, phase, sway, float(depth))
 
 
-def _statures(normal: np.ndarray) -> np.ndarray:
-    mean, sd = np.transpose([TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE])
-    return np.maximum(mean + sd * normal, [0.04, 0.08, -0.04, 0.01])
-
-
 def _posture(
     person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray], depth: float
 ) -> np.ndarray:
     angles = manner.angles
     gone = {name: manner.progress(name, phase) for name in TIMED}
+    sway = {name: (1.0 + SWAY_BENT * gone["hip"]) * wave for name, wave in sway.items()}
     knee, hip = (
         angles[f"standing_{name}"] + gone[name] * np.minimum(depth * angles[name], STOP)
         for name in ("knee", "hip")
     )
     _, width, ahead, balance = manner.statures * person.stature
-    shank, tilt, pelvis = _balanced(person, knee, hip, balance + sway["balance_mm"])
+    tilt, pelvis = _balanced(person, knee, hip, balance + sway["balance_mm"])
     tilt = tilt + sway["trunk"]
 
     # To the side of the reaching hand.
     aside = manner.one_handed * gone["lean"]
-    lean, twist = aside * angles["lean"], gone["twist"] * manner.one_handed * angles["twist"] + sway["twist"]
+    lean = aside * angles["lean"] + sway["lean"]
+    twist = gone["twist"] * manner.one_handed * angles["twist"] + sway["twist"]
     pelvis[:, 0] = sway["sideways_mm"] + 25.0 * aside
 
     ankles = np.zeros((2, len(phase), 3))
@@ -189,6 +83,7 @@ def _posture(
     pelvis[:, 2] -= lowered
     hips[..., 2] -= lowered
     opened = person.knee_out + gone["knee"] * angles["opened_knees"]
+    opened = opened + np.stack([sway["left_knee"], sway["right_knee"]])
     knees = _knees(person, hips, ankles, opened)
 
     up = _direction(tilt, lean)
@@ -200,12 +95,94 @@ def _posture(
     turn = (twist - yaw)[:, None]
     right = np.cos(turn) * right + np.sin(turn) * np.cross(up, right)
     shoulders = sternum - person.shoulder_drop * up + (person.half_shoulders * SIDE)[..., None] * right
-    elbows, wrists = _arms(person, manner, gone, sway["arms"], tilt, up, right, shoulders)
-    del shank
+    elbows, wrists = _arms(person, manner, gone, sway, tilt, up, right, shoulders)
     limbs = [shoulders, elbows, wrists]
     legs = [hips, knees, ankles]
+    upper = [head, sternum, *(j[0] for j in limbs), *(j[1] for j in limbs)]
+    return np.stack([*upper, pelvis, *(j[0] for j in legs), *(j[1] for j in legs)], axis=1)
+
+
+def _balanced(
+    person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tilt of the trunk (F,) and pelvis (F, 3) mm where the centre of mass lies `ahead` of the ankles."""
+    thigh, shank = float(person.thigh.mean()), float(person.shank.mean())
+
+    def along(tilt: np.ndarray) -> np.ndarray:
+        return np.stack([np.sin(tilt), np.cos(tilt)])
+
+    # First with an upright shank: thigh and trunk as they stand to it, (2, F) ahead and up from the ankles.
+    knees = shank * along(np.zeros_like(knee))
+    hips = knees + thigh * along(-knee)
+    upper = hips + UPPER_CENTRE * person.trunk * along(hip - knee)
+    centre = (
+        LEG_MASSES["shank"] * (1.0 - LEG_CENTRE) * knees
+        + LEG_MASSES["thigh"] * (hips + LEG_CENTRE * (knees - hips))
+        + UPPER_MASS * upper
+    ) / (sum(LEG_MASSES.values()) + UPPER_MASS)
+    # Then the whole turns about the ankles.
+    turn = np.arcsin(ahead / np.hypot(*centre)) - np.arctan2(*centre)
+    hips = shank * along(turn) + thigh * along(turn - knee)
+    ankle = body.SEGMENTS["ankle_height"] * person.stature
+    return turn - knee + hip, np.stack([np.zeros_like(knee), hips[0], ankle + hips[1]], axis=-1)
+
+
+def _too_far(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
+    """By how many mm a leg is too short for where hip and ankle are at the worst."""
+    thigh, shank = person.thigh[:, 0], person.shank[:, 0]
+    reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
+    distance = np.linalg.norm(hips - ankles, axis=-1)
+    return max(0.0, float((distance - reach[:, None]).max()))
+
+
+def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:
+    """Knees (2, F, 3) mm between hips and ankles, in the plane that is turned out by `opened` (2, F)."""
+    line = ankles - hips
+    distance = np.linalg.norm(line, axis=-1, keepdims=True)
+    line = line / distance
+    thigh, shank = person.thigh[..., None], person.shank[..., None]
+    cos = (thigh**2 + distance**2 - shank**2) / (2.0 * thigh * distance)
+    forward = np.array([0.0, 1.0, 0.0]) - line[..., 1:2] * line
+    forward = forward / np.linalg.norm(forward, axis=-1, keepdims=True)
+    outward = SIDE[..., None] * np.cross(forward, -line)
+    turned = np.cos(opened)[..., None] * forward + np.sin(opened)[..., None] * outward
+    return hips + thigh * (cos * line + np.sqrt(1.0 - cos**2) * turned)
+
+
+def _direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
+    """Unit vectors (F, 3) that lean from the vertical, forward and to the right."""
     return np.stack(
-        [head, sternum, *(j[0] for j in limbs), *(j[1] for j in limbs), pelvis]
-        + [*(j[0] for j in legs), *(j[1] for j in legs)],
-        axis=1,
+        [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)], axis=-1
     )
+
+
+def _arms(
+    person: Person,
+    manner: Manner,
+    gone: dict[str, np.ndarray],
+    sway: dict[str, np.ndarray],
+    tilt: np.ndarray,
+    up: np.ndarray,
+    right: np.ndarray,
+    shoulders: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Elbows and wrists, each (2, F, 3) mm; an arm that does not reach rests nearer to the trunk, elbow bent."""
+    angles = manner.angles
+    idle = np.array([[manner.one_handed], [0.0]])
+    forward = np.array([[angles["left_arm"]], [angles["right_arm"]]])
+    swing = angles["standing_arms"] + gone["arms"] * (1.0 - 0.4 * idle) * (tilt + forward)
+    swing = swing + np.stack([sway["left_arm"], sway["right_arm"]])
+    midway = 4.0 * gone["elbows"] * (1.0 - gone["elbows"])
+    flexed = np.maximum(angles["standing_elbows"] + midway * angles["elbows"], np.radians(2.0))
+    flexed = flexed + gone["elbows"] * idle * np.radians(40.0)
+    ahead = np.cross(up, right)
+    sin, cos = np.sin(swing)[..., None], np.cos(swing)[..., None]
+    hanging, forward = sin * ahead - cos * up, cos * ahead + sin * up
+    outward = SIDE[..., None] * right
+    out, turned_in = person.arm_out[..., None], person.forearm_in[..., None]
+    upper = np.cos(out) * hanging + np.sin(out) * outward
+    inward = np.sin(out) * hanging - np.cos(out) * outward
+    turned = np.cos(turned_in) * forward + np.sin(turned_in) * inward
+    elbows = shoulders + person.upper_arm * upper
+    fore = np.cos(flexed)[..., None] * upper + np.sin(flexed)[..., None] * turned
+    return elbows, elbows + person.forearm * fore

@@ -120,7 +120,7 @@ def trellis(
     before = np.arange(frames)
     after = before[::-1]
     low = np.maximum(np.maximum(-band, -before), down * after)
-    high = np.minimum(np.minimum(band, after), up * after)
+    high = np.minimum(band, up * after)  # inside of the sequence: `up` is 1 or 0
     if start == "fixed":
         low, high = np.maximum(low, -up * before), np.minimum(high, -down * before)
     return Trellis(low, high, float(smoothness), penalty, ordered)

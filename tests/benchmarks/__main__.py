@@ -6,6 +6,7 @@ leave_one_out   80 linear models of 225 numbers, against scikit-learn
 known_view      reconstruction from 181 known views, against scikit-learn and the plain loop
 noise_path      the same for 625 values of sigma², against the plain loop
 unknown_view    view angle and coefficients together, against SciPy's trust region
+synchronization all ordered pairs of performances with their paths, against dtaidistance, tslearn and a plain loop
 growth          with the number of walkers and of view angles
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
@@ -29,7 +30,15 @@ from pathlib import Path
 
 from tests.benchmarks.tables import show, write
 
-BENCHMARKS = ("leave_one_out", "known_view", "noise_path", "unknown_view", "growth", "whole")
+BENCHMARKS = (
+    "leave_one_out",
+    "known_view",
+    "noise_path",
+    "unknown_view",
+    "synchronization",
+    "growth",
+    "whole",
+)
 RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"
 
 

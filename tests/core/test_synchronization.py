@@ -295,6 +295,16 @@ def test_a_shift_of_both_and_a_change_of_unit_move_no_path(
     assert np.allclose(scaled.cost, found.cost * unit**2, rtol=1e-9, atol=1e-9 * unit**2)
 
 
+def test_postures_far_from_the_origin_lose_nothing() -> None:
+    # Multiples of 1/1024, so that the shift itself is exact.
+    sequences = np.stack([performance(np.random.default_rng(n), 40) for n in range(4)])
+    sequences = np.round(sequences * 1024) / 1024
+    found = synchronize_all(sequences, max_disparity=13, smoothness=0.5)
+    far = synchronize_all(sequences + 2.0**30, max_disparity=13, smoothness=0.5)
+    assert np.array_equal(far.disparity, found.disparity)
+    assert np.allclose(far.cost, found.cost, rtol=1e-12, atol=0)
+
+
 @given(seeds, st.integers(2, 60), switches(widest=30))
 @settings(max_examples=60)
 def test_time_never_runs_backwards_nor_leaves_the_sequence(
@@ -356,6 +366,11 @@ def test_a_band_wider_than_the_sequence_changes_nothing() -> None:
         assert np.array_equal(wide.cost, just.cost)
         one = synchronize(sequences[0], sequences[1], max_disparity=10**9, smoothness=0.5, start=start)
         assert np.array_equal(one.disparity, just.disparity[0, 1])
+
+
+def test_a_step_longer_than_the_sequence_takes_no_room() -> None:
+    found = synchronize(GOOD, GOOD + 1, max_disparity=5, smoothness=0.5, steps=(-(10**12), 0, 1))
+    assert not found.disparity.any()
 
 
 def test_the_distance_is_not_symmetric() -> None:

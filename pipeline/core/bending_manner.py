@@ -1,0 +1,142 @@
+"""How people bend to the floor: what differs between persons, and between one person's performances.
+
+The grades of support (*published*, *assumed*) are those of `pipeline.core.normative_gait`.  None of the numbers was
+chosen by looking at what the linear model makes of the result.
+
+Legend: phases tau in [0, 1] of the action; angles in radians unless said otherwise, forward and flexed positive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+DOWN, UP = (0.10, 0.45), (0.55, 0.90)
+"""Phases in which the body goes down and comes up; before, between and after it rests.  Assumed."""
+
+MANNERS_DEG = {
+    "knee": (62.0, 28.0),
+    "hip": (98.0, 10.0),
+    "lean": (8.0, 5.0),
+    "twist": (14.0, 8.0),
+    "head": (8.0, 18.0),
+    "left_arm": (8.0, 9.0),
+    "right_arm": (8.0, 9.0),
+    "elbows": (14.0, 12.0),
+    "standing_knee": (8.0, 2.0),
+    "standing_hip": (8.0, 3.0),
+    "standing_head": (8.0, 5.0),
+    "standing_arms": (0.0, 3.0),
+    "standing_elbows": (14.0, 6.0),
+    "opened_knees": (8.0, 7.0),
+}
+"""Mean and SD between people; first how far each angle goes, then how it stands.  That straight-legged stoops, full
+squats and all between are in use: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
+
+WITHIN = 0.2
+"""Spread of one person's performances, as a part of that between people.  Assumed."""
+
+TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
+TIMING_SD, SKEW_SD = 0.02, 0.15
+"""How much earlier or later each angle begins and ends to change, in phase; logarithm of its progress's power."""
+
+TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.05), (0.03, 0.006)
+"""Wrists over the floor at the deepest, distance of the ankles, left ankle ahead of the right, and centre of mass
+ahead of the ankles, in statures: mean and SD between people.  Assumed."""
+
+LEAST = {"knee": 12.0, "standing_knee": 5.0, "standing_elbows": 4.0, "opened_knees": 0.0}
+"""Least angles, degrees."""
+
+SWAY = {
+    "balance_mm": 4.0,
+    "sideways_mm": 5.0,
+    "trunk": 0.012,
+    "lean": 0.010,
+    "twist": 0.015,
+    "head": 0.025,
+    "left_arm": 0.025,
+    "right_arm": 0.025,
+    "left_knee": 0.020,
+    "right_knee": 0.020,
+}
+"""Root mean square of what never stands still, mm and radians; knees: how far they open.  Assumed."""
+
+SWAY_HZ, SWAY_WAVES, SWAY_BENT = (0.1, 0.7), 3, 3.0
+"""Its slow waves, and how many times more of it is added at the deepest: no two bends are alike.  Assumed, so that
+angles vary by 2-6 degrees, as repeated lifts do (direction: Scholz 1993)."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How somebody bends: `angles` in radians, `timing` (7, 4) in phase and `skew` (7,) in the order of `TIMED`.
+
+    `statures` are those of `TARGET_HEIGHT` … `BALANCE`, as fractions; `one_handed` is 0 with both hands, 1 with the
+    right one alone.
+    """
+
+    angles: dict[str, float]
+    timing: np.ndarray
+    skew: np.ndarray
+    statures: np.ndarray
+    one_handed: float
+
+    def progress(self, name: str, phase: np.ndarray) -> np.ndarray:
+        """How far an angle has gone, 0 standing to 1 at the deepest, (F,); minimum jerk down and up."""
+        shift = self.timing[TIMED.index(name)]
+        way = np.clip((phase - (DOWN[0] + shift[0])) / (DOWN[1] - DOWN[0] + shift[1] - shift[0]), 0.0, 1.0)
+        back = np.clip((phase - (UP[0] + shift[2])) / (UP[1] - UP[0] + shift[3] - shift[2]), 0.0, 1.0)
+        risen = (
+            ((6.0 * way - 15.0) * way + 10.0) * way**3 * (1.0 - ((6.0 * back - 15.0) * back + 10.0) * back**3)
+        )
+        return np.asarray(risen ** self.skew[TIMED.index(name)])
+
+
+def draw_manner(rng: np.random.Generator) -> Manner:
+    """A person's own manner; the number of draws is the same for everyone."""
+    angles = {
+        name: np.radians(max(rng.normal(mean, sd), LEAST.get(name, -np.inf)))
+        for name, (mean, sd) in MANNERS_DEG.items()
+    }
+    return Manner(
+        angles=angles,
+        timing=TIMING_SD * np.clip(rng.standard_normal((len(TIMED), 4)), -2.5, 2.5),
+        skew=np.exp(SKEW_SD * rng.standard_normal(len(TIMED))),
+        statures=_statures(rng.standard_normal(4)),
+        one_handed=float(rng.beta(0.5, 0.5)),
+    )
+
+
+def varied(manner: Manner, rng: np.random.Generator) -> Manner:
+    """The same person's manner on another occasion."""
+    angles = {
+        name: max(
+            manner.angles[name] + np.radians(WITHIN * sd) * rng.standard_normal(),
+            np.radians(LEAST.get(name, -np.inf)),
+        )
+        for name, (_, sd) in MANNERS_DEG.items()
+    }
+    mean = _statures(np.zeros(4))
+    return Manner(
+        angles=angles,
+        timing=manner.timing + WITHIN * TIMING_SD * rng.standard_normal(manner.timing.shape),
+        skew=manner.skew * np.exp(WITHIN * SKEW_SD * rng.standard_normal(len(TIMED))),
+        statures=manner.statures + WITHIN * (_statures(rng.standard_normal(4)) - mean),
+        one_handed=manner.one_handed,
+    )
+
+
+def draw_sway(rng: np.random.Generator, times_s: np.ndarray) -> dict[str, np.ndarray]:
+    """What never stands still, each (F,): a few slow waves."""
+    size = (len(SWAY), SWAY_WAVES)
+    turns = rng.uniform(*SWAY_HZ, size)[..., None] * times_s + rng.uniform(size=size)[..., None]
+    waves = (rng.standard_normal(size)[..., None] * np.sin(2.0 * np.pi * turns)).sum(axis=1)
+    return {
+        name: rms * np.sqrt(2.0 / SWAY_WAVES) * wave
+        for (name, rms), wave in zip(SWAY.items(), waves, strict=True)
+    }
+
+
+def _statures(normal: np.ndarray) -> np.ndarray:
+    mean, sd = np.transpose([TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE])
+    return np.maximum(mean + sd * normal, [0.04, 0.08, -0.12, 0.01])
