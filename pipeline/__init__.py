@@ -21,9 +21,15 @@ The map of the house, from the ground up; a module imports only from lower layer
          usable_clip        units, sizes and gaps of a clip
          walking            steady walking, treadmill equivalent             zhang2007 section 2
          synthetic …        the embedded population of walkers
+         posture            37 numbers and back; limb_frames                 mozerov2006 1, 2
          synchronization    one pair of performances, linear and dense        mozerov2006 6-12, 14, 15, 18
          trellis            recurrence and backtracking                       mozerov2006 13, 16, 17
          all_pairs          all ordered pairs, the median sequence            mozerov2006 19
+         key_frames         the manual comparison, by curvature
+         action_model       mean performance, bounds, sampling
+         tracking           particle filter: particles, prediction, image_likelihood, tracking_error
+         pinhole            perspective cameras
+         bending …          synthetic performances; time_warps with known truth
     2  formats/           one reader to a file format, all return the same value
        store, archive     artefacts, publications; kept results; on sealed_folders, provenance
        tables             the only pandas
@@ -41,5 +47,6 @@ The map of the house, from the ground up; a module imports only from lower layer
 
 Conventions: millimetres, seconds, hertz, radians; degrees only in configuration, tables and recordings, with
 the unit in the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World: right-handed, z up,
-the walk along +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile.
+the walk along +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile;
+image right is then the walker's right, so a video taken from the front has to be mirrored.
 """

@@ -128,7 +128,18 @@ def _typed(composed: Any) -> Any:
     OmegaConf.resolve(composed)
     config = OmegaConf.to_object(composed)
     _refuse_additions(config, "")
+    _name_folder(config)
     return config
+
+
+def _name_folder(config: Any) -> None:
+    """Call the user's own data after their folder, so that two folders do not share results."""
+    import re
+
+    from pipeline.config import FolderData
+
+    if isinstance(config.data, FolderData) and config.data.name == "folder" and config.data.path:
+        config.data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(config.data.path).resolve().name)
 
 
 def _refuse_additions(options: Any, path: str) -> None:

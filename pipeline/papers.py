@@ -19,10 +19,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pipeline import papers_mozerov2006, papers_park2011, papers_zhang2004, papers_zhang2007
-from pipeline.papers_ledger import Claim, Equation, Interval, Outcome, Paper, Tables, Verdict, judge
+from pipeline.papers_ledger import (
+    OVERRIDDEN,
+    Claim,
+    Equation,
+    Interval,
+    Outcome,
+    Paper,
+    Tables,
+    Verdict,
+    judge,
+)
 from pipeline.refusal import Refusal
 
 __all__ = [
+    "OVERRIDDEN",
     "PAPERS",
     "Claim",
     "Equation",

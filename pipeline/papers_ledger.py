@@ -27,6 +27,11 @@ DIRECTION_ONLY: Outcome = "direction only"
 DIFFERS: Outcome = "differs"
 UNTESTED: Outcome = "cannot be tested on this data"
 
+OVERRIDDEN = "overridden"
+"""Name of the data for results of a preset with options changed: no explanation was established for those."""
+
+_UNEXPLAINED = {OVERRIDDEN: "not explained: the options differ from the preset's"}
+
 ANY_DATA = "any"
 """Key of an explanation that holds for whatever data set has none of its own."""
 
@@ -261,7 +266,11 @@ def _judge_one(claim: Claim, tables: Mapping[str, _Columns], data_name: str) -> 
     judged = f"{ours:.4g} {claim.unit}".rstrip() + f", bounds {claim.tolerance}"
     if ours in claim.tolerance:
         return Verdict(claim, ours, REPRODUCED, f"{judged}: {claim.reason}")
-    explanation = claim.explanation.get(data_name) or claim.explanation.get(ANY_DATA) or "not explained yet"
+    explanation = (
+        claim.explanation.get(data_name)
+        or claim.explanation.get(ANY_DATA)
+        or _UNEXPLAINED.get(data_name, "not explained yet")
+    )
     if claim.direction is not None and ours in claim.direction:
         return Verdict(claim, ours, DIRECTION_ONLY, f"{judged}, direction {claim.direction}: {explanation}")
     return Verdict(claim, ours, DIFFERS, f"{judged}: {explanation}")

@@ -12,6 +12,7 @@ _HOMES = {
     **dict.fromkeys(("8", "9"), "synchronization.rate_to_rate"),
     **dict.fromkeys(("10", "18"), "synchronization.warp"),
     **dict.fromkeys(("11", "12"), "synchronization.synchronization_distance"),
+    **dict.fromkeys(("1", "2"), "posture.postures"),
     "13": "trellis.trellis",
     "14": "synchronization.disparity_space_image",
     "15": "synchronization.synchronize",
@@ -24,7 +25,7 @@ _HOMES = {
 
 def _equation(number: str, words: str, note: str = "") -> Equation:
     home = _HOMES.get(number, "")
-    test = "tests/core/test_synchronization.py" if home else ""
+    test = f"tests/core/test_{'posture' if 'posture' in home else 'synchronization'}.py" if home else ""
     return Equation("mozerov2006", number, words, f"pipeline.core.{home}" if home else "", test, note)
 
 

@@ -78,26 +78,30 @@ def postures(
     figures = [_centred(row) for row in every]
     reach = max(float(np.abs(f[..., 0]).max()) for f in figures)
     low, high = (float(pick([pick(f[..., 1]) for f in figures])) for pick in (np.min, np.max))
+    # Neighbours may overlap a little; half a step is then less than the reach, so the ends get the reach itself.
     step, drop = max(1.8 * reach, 0.45 * (high - low)), 1.12 * (high - low)
+    end = max(0.5 * step, 1.02 * reach)
     names = 0.12 + 0.065 * max(len(row.label) for row in every)  # inches that the labels take on the left
-    inches = min((3.5 - names) / (count * step), 1.35 / drop)  # per millimetre, one scale for all
+    inches = min(
+        (3.5 - names) / ((count - 1) * step + 2 * end), 1.35 / drop
+    )  # per millimetre, one scale for all
     deepest, margin = max(len(rows) for _, rows in groups), names / inches
     with house_style():
-        width, height = names + inches * count * step, inches * deepest * drop
+        width, height = names + inches * ((count - 1) * step + 2 * end), inches * deepest * drop
         heading = 0.2 + (0.18 if column_titles else 0.0)
         figure = new_figure((width + 0.1) * len(groups), height + heading + LEGEND)
         for number, (title, rows) in enumerate(groups):
             axes = figure.add_subplot(1, len(groups), number + 1)
             axes.set_axis_off()
             axes.set_aspect("equal")
-            axes.set_xlim(-0.5 * step - margin, (count - 0.5) * step)
+            axes.set_xlim(-end - margin, (count - 1) * step + end)
             axes.set_ylim(low + 0.94 * (high - low) + 0.08 * drop - deepest * drop, high + 0.02 * drop)
             axes.set_title(title, loc="left", fontsize=9, pad=15 if column_titles else 5)
             for k, name in enumerate(column_titles):
                 place = axes.get_xaxis_transform()
                 axes.text(k * step, 1.0, name, transform=place, ha="center", va="bottom", fontsize=8)
             for i, row in enumerate(rows):
-                axes.text(-0.5 * step - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
+                axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
                 _stick_figures(axes, _centred(row), np.asarray(bones), step, -i * drop)
         proxies = [
             Line2D([], [], label=name, **line) for name, line in zip(legend, POSTURE_LINES, strict=True)

@@ -71,7 +71,9 @@ def provenance() -> dict[str, Any]:
     top = _git("rev-parse", "--show-toplevel")
     ours = top is not None and Path(top).resolve() == PROJECT
     commit = _git("rev-parse", "--verify", "HEAD") if ours else None
-    changes = _git("status", "--porcelain") if ours else None
+    # The index of kept results is a record of this commit's results, not something that they depend on.
+    aside = ("--", ".", ":(exclude)results/archive/index.csv")
+    changes = _git("status", "--porcelain", *aside) if ours else None
     return {
         "python": platform.python_version(),
         "packages": versions(_PACKAGES),

@@ -18,6 +18,7 @@ from pipeline.refusal import Refusal
 from pipeline.store import Store
 
 if TYPE_CHECKING:
+    from pipeline.figures import Made
     from pipeline.papers import Verdict
 
 STAGES = ("ingest", "dataset", "model", "sweep", "report")
@@ -92,7 +93,7 @@ def make_figure(
     return Outcome(config.figure, folder, seconds, reused, verdicts, tuple(_remarks(made)))
 
 
-def _remarks(made: Made) -> list[str]:  # type: ignore[name-defined]  # noqa: F821
+def _remarks(made: Made) -> list[str]:
     remarks = []
     asked, kept = made.model.notes["components_asked"], made.model.notes["components"]
     if kept < asked:
@@ -161,13 +162,16 @@ def make_figures(jobs: Sequence[tuple[Config, Path]], *, console: Console) -> li
 def _ledger(outcomes: Sequence[Outcome], configs: dict[str, Config]) -> list[Verdict]:
     """Verdicts on what these figures back together; ``claims.csv`` beside them where they share a folder."""
     from pipeline.ledger import judge_folder, write_claims
+    from pipeline.papers import OVERRIDDEN
 
     parents = {outcome.folder.parent for outcome in outcomes}
     if len(parents) > 1 or len(outcomes) == 1:
         return [verdict for outcome in outcomes for verdict in outcome.verdicts]
     parent = parents.pop()
     figures = [outcome.figure for outcome in outcomes]
-    verdicts = judge_folder(parent, configs[figures[0]].data.name, figures)
+    config = configs[figures[0]]
+    as_preset = parent == Path(config.results) / config.data.name / config.scale.name
+    verdicts = judge_folder(parent, config.data.name if as_preset else OVERRIDDEN, figures)
     write_claims(parent / "claims.csv", verdicts)
     return verdicts
 

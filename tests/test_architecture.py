@@ -481,5 +481,15 @@ def test_the_map_of_the_house_names_every_room() -> None:
     assert missing == []
 
 
-_SYNTHETIC_DETAILS = {"anthropometry", "footfall", "kinematics", "normative_gait", "person", "strides"}
+_SYNTHETIC_DETAILS = {
+    "anthropometry",
+    "footfall",
+    "kinematics",
+    "normative_gait",
+    "person",
+    "strides",
+    "bending_kinematics",
+    "bending_manner",
+    "curvature",
+}
 """Rooms of core behind ``synthetic …``."""

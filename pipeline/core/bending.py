@@ -27,6 +27,8 @@ ROOM_MM, FACING_SD = 500.0, np.radians(6.0)
 SUBJECT_SHARE = 0.5
 """Of the variance of durations and rates that is a person's own."""
 
+_POSITIVE = float(np.nextafter(0.0, 1.0))
+
 
 @dataclass(frozen=True)
 class BendingPerformances:
@@ -112,18 +114,18 @@ def bending_performances(
     ([0, 1, 0], 3, (15, 3))
     """
     for what, value, least in (
-        ("performances", performances, 1),
-        ("subjects", subjects, 1),
-        ("frames on average", frames_mean, LEAST_FRAMES),
-        ("frames a second", frame_rate_hz, np.nextafter(0.0, 1.0)),
-        ("spread of the rate", rate_spread, 0.0),
-        ("marker noise in mm", marker_noise_mm, 0.0),
+        ("number of performances", performances, 1.0),
+        ("number of subjects", subjects, 1.0),
+        ("mean number of frames", frames_mean, LEAST_FRAMES),
+        ("spread of rates", rate_spread, 0.0),
+        ("marker noise", marker_noise_mm, 0.0),
+        ("frame rate", frame_rate_hz, _POSITIVE),
     ):
         if not (np.isfinite(value) and value >= least):
             raise Refusal(
-                f"the {what} cannot be so few or little",
+                f"the {what} is too small" if value < least else f"the {what} is no number",
                 where="synthetic bending",
-                expected=f"{least:g} or more" if least >= 1 or not least else "more than 0",
+                expected="more than 0" if least == _POSITIVE else f"{least:g} or more",
                 received=f"{value:g}",
             )
     entropy = int(generator.integers(2**63))

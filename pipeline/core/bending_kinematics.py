@@ -42,13 +42,15 @@ def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.n
     target = manner.statures[0] * person.stature
     share = np.array([1.0 - manner.one_handed, 1.0 + manner.one_handed]) / 2.0
 
-    def too_high(depth: float) -> float:
+    def over_target(depth: float) -> float:
         deepest = _posture(person, manner, np.array([_DEEPEST]), still, depth)
         return float(share @ deepest[0, [4, 7], 2] - target)
 
     # Hands that cannot come down as far (or are low already) go as far as they can.
-    ends = [too_high(depth) for depth in _DEPTHS]
-    depth = brentq(too_high, *_DEPTHS, xtol=1e-6) if ends[0] > 0.0 > ends[1] else _DEPTHS[int(ends[1] > 0.0)]
+    ends = [over_target(depth) for depth in _DEPTHS]
+    depth = (
+        brentq(over_target, *_DEPTHS, xtol=1e-6) if ends[0] > 0.0 > ends[1] else _DEPTHS[int(ends[1] > 0.0)]
+    )
     return _posture(person, manner, phase, sway, float(depth))
 
 
@@ -79,7 +81,7 @@ def _posture(
     yaw = 0.4 * twist
     across = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
     hips = pelvis + (person.half_hips * SIDE)[..., None] * across
-    lowered = _too_far(person, hips, ankles)
+    lowered = _too_high(person, hips, ankles)
     pelvis[:, 2] -= lowered
     hips[..., 2] -= lowered
     opened = person.knee_out + gone["knee"] * angles["opened_knees"]
@@ -127,12 +129,13 @@ def _balanced(
     return turn - knee + hip, np.stack([np.zeros_like(knee), hips[0], ankle + hips[1]], axis=-1)
 
 
-def _too_far(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """By how many mm a leg is too short for where hip and ankle are at the worst."""
+def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
+    """By how many mm the hips stand higher than the legs reach, at the worst."""
     thigh, shank = person.thigh[:, 0], person.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
-    distance = np.linalg.norm(hips - ankles, axis=-1)
-    return max(0.0, float((distance - reach[:, None]).max()))
+    apart = hips - ankles
+    highest = np.sqrt(reach[:, None] ** 2 - (apart[..., :2] ** 2).sum(axis=-1))
+    return max(0.0, float((apart[..., 2] - highest).max()))
 
 
 def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:

@@ -1,7 +1,9 @@
 """How people bend to the floor: what differs between persons, and between one person's performances.
 
-The grades of support (*published*, *assumed*) are those of `pipeline.core.normative_gait`.  None of the numbers was
-chosen by looking at what the linear model makes of the result.
+The grades of support (*published*, *assumed*) are those of `pipeline.core.normative_gait`.  The sizes were not fitted
+to any recording.  Differences between the sides and the variation of the bent body were widened once, when people
+who were all but symmetric and repeated themselves needed only three dimensions; they were not sought to meet the
+sixteen of the paper, and do not.
 
 Legend: phases tau in [0, 1] of the action; angles in radians unless said otherwise, forward and flexed positive.
 """
@@ -89,7 +91,7 @@ class Manner:
         risen = (
             ((6.0 * way - 15.0) * way + 10.0) * way**3 * (1.0 - ((6.0 * back - 15.0) * back + 10.0) * back**3)
         )
-        return np.asarray(risen ** self.skew[TIMED.index(name)])
+        return np.asarray(np.maximum(risen, 0.0) ** self.skew[TIMED.index(name)])
 
 
 def draw_manner(rng: np.random.Generator) -> Manner:

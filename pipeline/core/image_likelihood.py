@@ -8,7 +8,7 @@ Symbols
 The errors of joints are independent and normal, log L = -1/2 sum |r_j|² + constants, or bivariate Student-t with
 ``nu`` degrees of freedom, -(nu + 2)/2 sum log(1 + |r_j|²/nu) + constants, which lets a wrongly placed joint go.
 A joint that was not seen (NaN) is left out.  ``sigma`` stands for all that parts the image from the posture: the
-detector's noise, and what the aSpace and the lengths of the limbs leave out (some 10-30 mm).
+detector's noise, and what the aSpace and the lengths of the limbs leave out (15-65 mm a joint).
 
 Where the actor stands.  Joints stand where `to_joints` puts them, shifted by `root`.  Under an orthographic view the
 place need not be known: an unknown shift of the image, along its horizontal alone (`unknown_place="across"`: the

@@ -41,7 +41,8 @@ class Dynamics:
     rate_bounds : (low, high)
         Of the rate, times the nominal; at the start it is anything between.
     rate_step : float
-        Standard deviation of its change from frame to frame, times the nominal.
+        Standard deviation of its change from frame to frame, times the nominal.  People pause and hurry on within
+        a few frames; a rate that cannot follow loses the phase, which never runs back.
     diffusion : float
         q: standard deviation of a posture's own step, as a fraction of the learnt one; `learnt_diffusion` gives it.
     reversion : bool
@@ -54,7 +55,7 @@ class Dynamics:
 
     nominal_rate: float = 1.0
     rate_bounds: tuple[float, float] = (0.0, 2.0)
-    rate_step: float = 0.1
+    rate_step: float = 0.3
     diffusion: float = 0.2
     reversion: bool = True
     bound: float = 3.0

@@ -22,7 +22,7 @@ def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
     ----------
     generator : numpy.random.Generator
     spread : float
-        Standard deviation of the logarithm of the rate, over time and draws.
+        Standard deviation of the logarithm of the rate, over time and draws, before `warp` scales it to end at 1.
     """
     scale = 1.0 / np.arange(1, WAVES + 1)
     return spread / np.sqrt((scale**2).sum()) * scale * generator.standard_normal((2, WAVES))

@@ -60,12 +60,12 @@ class Made:
         asked, kept = self.model.notes["components_asked"], self.model.notes["components"]
         fewer = f" (of {asked} asked for)" if kept < asked else ""
         name = self.config.data.name + (f" ({sources})" if sources else "")
-        return f"{name} data, {count}, {kept} eigenwalkers{fewer}"
+        return f"{name}, {count}, {kept} eigenwalkers{fewer}"
 
     @property
     def caption(self) -> str:
         """The picture's caption."""
-        return f"{self.config.title}. {self.summary[0].upper()}{self.summary[1:]}."
+        return f"{self.config.title}. Data: {self.summary}."
 
     @property
     def about(self) -> str:
@@ -89,7 +89,8 @@ class Made:
                 "",
                 "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are "
                 "lifted from the tables' origin, the mean pelvis, to stand on the ground.",
-                "View angle 0 is the frontal view, -90 the left profile, +90 the right profile.",
+                "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the "
+                "walker's right at 0, so a video taken from the front has to be mirrored.",
                 "",
             ]
         )

@@ -61,15 +61,15 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     sigma2, error = columns["sigma2_mm2"], columns["absolute_error_mm2"]
     best = int(error.argmin())
     here = float(sigma2[best])
-    near = abs(here - PUBLISHED_OPTIMUM_MM2) < 0.15 * float(
-        sigma2[-1]
-    )  # one label for two neighbouring lines
+    inside = 0 < best < len(sigma2) - 1
     first, last = sorted([(here, f"here {here:g}"), (PUBLISHED_OPTIMUM_MM2, "published 70")])
-    references = (
-        [("x", first[0], ""), ("x", last[0], f"{first[1]}, {last[1]}")]
-        if near
-        else [("x", first[0], first[1]), ("x", last[0], last[1])]
-    )
+    if not inside:
+        references = [("x", PUBLISHED_OPTIMUM_MM2, "published 70")]
+    elif last[0] - first[0] < 0.15 * float(sigma2[-1]):  # one label for two neighbouring lines
+        references = [("x", first[0], ""), ("x", last[0], f"left {first[1]}, right {last[1]}")]
+    else:
+        references = [("x", first[0], first[1]), ("x", last[0], last[1])]
+    remark = "" if inside else f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
     panel = pictures.Panel(
         series=[pictures.Series(x=sigma2, y=error, spread=columns["absolute_error_se_mm2"])],
         xlabel="Variance $\\sigma^2$ (mm$^2$)",
@@ -77,7 +77,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
         xlim=(0, float(sigma2[-1])),
         references=references,
     )
-    pictures.curves(stem, [panel], caption=f"{made.caption} Band: ±1 standard error over walkers.")
+    pictures.curves(stem, [panel], caption=f"{made.caption} Band: ±1 standard error over walkers.{remark}")
 
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:

@@ -13,9 +13,7 @@ from pipeline.figures import ABSCISSA_OF_VIEWS, METHOD_COLOURS, METHOD_NAMES, Ma
 
 def tables(made: Made) -> Tables:
     """``table``: per method and view; ``table_walkers``: per walker and method, mean over views."""
-    options = made.config.sweep
-    if not isinstance(options, UnknownViewSweep):
-        raise TypeError(f"view angles are not made by {type(options).__name__}")
+    options = _options(made)
     sweep = made.sweep.arrays
     views, estimated = sweep["view_angle_deg"], sweep["angle_deg"]
     error = circular.difference_deg(estimated, views)
@@ -51,6 +49,13 @@ def tables(made: Made) -> Tables:
     }
 
 
+def _options(made: Made) -> UnknownViewSweep:
+    options = made.config.sweep
+    if not isinstance(options, UnknownViewSweep):
+        raise TypeError(f"view angles are not made by {type(options).__name__}")
+    return options
+
+
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Mean estimated angle (solid) and one standard deviation on either side (dashed), a panel to a method."""
     from pipeline import pictures  # drawing is slow to import, and not always wanted
@@ -80,18 +85,19 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 ylabel="Reconstructed viewpoint (degree)",
                 xlim=(float(views[0]), float(views[-1])),
                 xticks=[float(t) for t in range(-90, 91, 30) if views[0] <= t <= views[-1]],
-                annotation=_note(columns, here, method),
+                annotation=_note(columns, here, method, _options(made).failure_deg),
             )
         )
     pictures.curves(stem, panels, columns=len(panels), caption=made.caption)
 
 
-def _note(columns: dict[str, np.ndarray], here: np.ndarray, method: str) -> str:
+def _note(columns: dict[str, np.ndarray], here: np.ndarray, method: str, failure_deg: float) -> str:
     off = np.abs(columns["estimated_mean_deg"][here] - columns["view_angle_deg"][here]).mean()
     failures, tries = columns["failures"][here].sum(), columns["walkers"][here].sum()
     return (
-        f"{METHOD_NAMES[method]}\nmean off by {off:.2f}°, sd {columns['estimated_sd_deg'][here].mean():.2f}°\n"
-        f"off by more than 30°: {failures} of {tries}"
+        f"{METHOD_NAMES[method]}\nmean over views: off by {off:.2f}°, "
+        f"sd {columns['estimated_sd_deg'][here].mean():.2f}°\n"
+        f"off by more than {failure_deg:g}°: {failures} of {tries}"
     )
 
 

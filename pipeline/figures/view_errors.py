@@ -108,7 +108,11 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 xticks=_ticks(views),
             )
         )
-    pictures.curves(stem, panels, caption=f"{made.caption} Bands: ±1 standard deviation over walkers.")
+    pictures.curves(
+        stem,
+        panels,
+        caption=f"{made.caption} Bands: ±1 standard deviation over walkers, as far as the axes go.",
+    )
 
 
 def _top(line: pictures.Series) -> float:

@@ -28,6 +28,10 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 
+AS_WELL = 1.5
+"""A residual up to so many times another's describes the walk as well."""
+
+
 @dataclass(frozen=True)
 class Walk:
     """A steady walk, or the row of the report that says why there is none."""
@@ -185,9 +189,11 @@ def _steady_walk(
 
 
 def _against_population(walks: list[Walk], ratio: float) -> list[Walk]:
-    """Refuse walks whose frequency is far from the population's: half or double of the true one.
+    """Refuse walks whose frequency is half or double of the true one.
 
-    People of different size are compared at equal Froude number: frequency times the root of leg length.
+    People of different size are compared at equal Froude number: frequency times the root of leg length.  A walk
+    far from the population's median is refused if its double or half, whichever is nearer to the population,
+    describes it as well; otherwise it is a slow or a quick walk, and stays with a remark.
     """
     kept = [w for w in walks if w.positions is not None]
     if len(kept) < 3:
@@ -196,12 +202,19 @@ def _against_population(walks: list[Walk], ratio: float) -> list[Walk]:
     middle = float(np.median(list(scaled.values())))
     judged = []
     for walk in walks:
-        if id(walk) in scaled and not 1 / ratio <= scaled[id(walk)] / middle <= ratio:
+        off = scaled[id(walk)] / middle if id(walk) in scaled else 1.0
+        if walk.positions is not None and not 1 / ratio <= off <= ratio:
+            other = walk.row["frequency_hz"] * (2.0 if off < 1 else 0.5)
+            series = fourier.represent(walk.positions, walk.frame_rate_hz, frequency_hz=other)
+            if series.residual_fraction > AS_WELL * walk.row["residual_share"]:
+                remark = f"{'slower' if off < 1 else 'quicker'} than the others: {off:.2f} of their frequency"
+                judged.append(dataclasses.replace(walk, row=walk.row | {"reason": remark}))
+                continue
             reason = str(
                 Refusal(
                     "the fundamental frequency is far from the other walkers'",
                     expected=f"within a factor of {ratio:g} for the leg length",
-                    received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {scaled[id(walk)] / middle:.2f}",
+                    received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {off:.2f}",
                 )
             )
             walk = Walk(walk.row | {"verdict": "refused", "reason": reason}, None, walk.frame_rate_hz)
@@ -217,7 +230,8 @@ def _packed(
     rows = [w.row for w in walks]
     if not kept:
         reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
-        raise Refusal(f"none of the {len(rows)} clips holds steady walking", received=reasons)
+        more = f"; and {len(rows) - 3} more" if len(rows) > 3 else ""
+        raise Refusal(f"none of the {len(rows)} clips can be used", received=reasons + more)
     positions = [w.positions for w in kept if w.positions is not None]
 
     def column(name: str) -> np.ndarray:

@@ -95,7 +95,9 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
         rows = made.ingest.notes["report"]
         report = {name: _column([row[name] for row in rows]) for name in made.ingest.notes["report_columns"]}
         tables.write(publication.folder / "table_ingest.csv", report, sort_by=["source", "person", "clip"])
-        verdicts = judge_figure(config.figure, made_tables, config.data.name)
+        as_preset = folder.parent == Path(config.results) / config.data.name / config.scale.name
+        known_as = config.data.name if as_preset else papers.OVERRIDDEN
+        verdicts = judge_figure(config.figure, made_tables, known_as)
         write_claims(publication.folder / "claims.csv", verdicts)
         arrays: dict[str, Any] = {**made.sweep.arrays, "walker": np.array(made.walkers)}
         (publication.folder / "arrays.npz").write_bytes(packed(arrays))

@@ -1,0 +1,309 @@
+"""Synthetic bends are people who bend: rigid bodies in balance, feet planted, hands at the floor, timing known."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.core import linear_model, posture, time_warps
+from pipeline.core.bending import BendingPerformances, bending_performances
+from pipeline.core.bending_manner import draw_manner
+from pipeline.refusal import Refusal
+from pipeline.skeleton import POSTURE12, WALKER15
+from tests.strategies import seeds
+
+
+@pytest.fixture(scope="module")
+def bends() -> BendingPerformances:
+    return bending_performances(np.random.default_rng(2006))
+
+
+@pytest.fixture(scope="module")
+def clean() -> BendingPerformances:
+    """Many people, without marker noise."""
+    return bending_performances(
+        np.random.default_rng(2006), performances=40, subjects=20, marker_noise_mm=0.0
+    )
+
+
+def joint(positions: np.ndarray, name: str) -> np.ndarray:
+    return positions[:, WALKER15.index(name)]
+
+
+def angle_deg(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    norms = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
+    return np.degrees(np.arccos(np.clip((one * other).sum(axis=-1) / norms, -1.0, 1.0)))
+
+
+# --- what is given ----------------------------------------------------------------------------------------
+
+
+def test_forty_performances_of_about_a_hundred_frames(bends: BendingPerformances) -> None:
+    frames = np.array([len(p) for p in bends.positions_mm])
+    assert len(frames) == 40
+    assert 88 < frames.mean() < 112
+    assert frames.std() > 8
+    assert len(set(frames)) > 20
+    for positions, phase in zip(bends.positions_mm, bends.phase, strict=True):
+        assert positions.shape == (len(phase), 15, 3)
+        assert positions.dtype == np.float64
+        assert np.isfinite(positions).all()
+        assert phase[0] == 0.0
+        assert phase[-1] == 1.0
+        assert (np.diff(phase) > 0).all()
+    np.testing.assert_array_equal(bends.subject, np.arange(40) % 5)
+    assert bends.stature_mm.shape == bends.leg_length_mm.shape == bends.male.shape == (5,)
+    assert bends.frame_rate_hz == 30.0
+
+
+def test_the_seed_decides_everything() -> None:
+    first, again, other = (
+        bending_performances(np.random.default_rng(s), performances=4, subjects=2) for s in (1, 1, 2)
+    )
+    for one, two in zip(first.positions_mm, again.positions_mm, strict=True):
+        np.testing.assert_array_equal(one, two)
+    assert not np.isclose(first.stature_mm, other.stature_mm).any()
+
+
+def test_the_first_performances_stay_when_more_are_asked_for(bends: BendingPerformances) -> None:
+    few = bending_performances(np.random.default_rng(2006), performances=7)
+    for n in range(7):
+        np.testing.assert_array_equal(few.positions_mm[n], bends.positions_mm[n])
+        np.testing.assert_array_equal(few.phase[n], bends.phase[n])
+    np.testing.assert_array_equal(few.stature_mm, bends.stature_mm)
+
+
+def test_only_one_number_is_drawn_from_the_given_generator() -> None:
+    generators = [np.random.default_rng(5) for _ in range(2)]
+    bending_performances(generators[0], performances=1, subjects=1)
+    bending_performances(generators[1], performances=9, subjects=3, standing=False)
+    assert generators[0].random() == generators[1].random()
+
+
+def test_marker_noise_is_white_and_as_large_as_said() -> None:
+    loud, silent = (
+        bending_performances(np.random.default_rng(4), performances=6, subjects=2, marker_noise_mm=n)
+        for n in (2.0, 0.0)
+    )
+    noise = np.concatenate([a - b for a, b in zip(loud.positions_mm, silent.positions_mm, strict=True)])
+    assert noise.std() == pytest.approx(2.0, rel=0.02)
+    assert abs(np.corrcoef(noise[:-1].ravel(), noise[1:].ravel())[0, 1]) < 0.02
+
+
+# --- people who bend --------------------------------------------------------------------------------------
+
+
+def test_limbs_are_rigid_and_feet_stay_where_they_stand(clean: BendingPerformances) -> None:
+    for positions in clean.positions_mm:
+        for start, end in POSTURE12.ends:
+            assert np.ptp(np.linalg.norm(positions[:, end] - positions[:, start], axis=-1)) < 1e-6
+        for side in ("left", "right"):
+            assert np.ptp(joint(positions, f"{side}_ankle"), axis=0).max() < 1e-6
+
+
+def test_bodies_have_human_sizes_and_are_the_same_in_all_of_a_person_s_performances(
+    clean: BendingPerformances,
+) -> None:
+    lengths = np.array([posture.limb_lengths(p).limbs_mm for p in clean.positions_mm])
+    for subject in range(20):
+        assert np.ptp(lengths[clean.subject == subject], axis=0).max() < 1e-6
+    assert (np.ptp(lengths, axis=0) > 10.0).all()
+    assert (np.abs(clean.stature_mm - 1700) < 300).all()
+    ankle = [joint(p, "left_ankle")[0, 2] for p in clean.positions_mm[:20]]
+    legs = lengths[:20, [4, 5, 6, 7]].sum(axis=1) / 2 + ankle
+    np.testing.assert_allclose(legs, clean.leg_length_mm, rtol=1e-9)
+
+
+def test_everybody_stands_bends_to_the_floor_and_stands_again(clean: BendingPerformances) -> None:
+    for positions, phase, subject in zip(clean.positions_mm, clean.phase, clean.subject, strict=True):
+        stature = clean.stature_mm[subject]
+        heads = joint(positions, "head")[:, 2]
+        wrists = np.minimum(joint(positions, "left_wrist")[:, 2], joint(positions, "right_wrist")[:, 2])
+        ends = (phase < 0.03) | (phase > 0.97)
+        assert (heads[ends] > 0.84 * stature).all()
+        assert (wrists[ends] > 0.38 * stature).all()
+        assert wrists.min() < 0.2 * stature
+        assert wrists.min() > 0.0
+        assert 0.35 < phase[wrists.argmin()] < 0.65
+        assert positions[..., 2].min() > 0.0  # nobody is under the floor
+
+
+def test_joints_keep_to_anatomy(clean: BendingPerformances) -> None:
+    for positions in clean.positions_mm:
+        hips, shoulders = (
+            joint(positions, f"right_{j}") - joint(positions, f"left_{j}") for j in ("hip", "shoulder")
+        )
+        assert angle_deg(hips, shoulders).max() < 50  # twisted
+        ahead = np.cross([0.0, 0.0, 1.0], hips)
+        for side in ("left", "right"):
+            hip, knee, ankle, shoulder, elbow, wrist = (
+                joint(positions, f"{side}_{name}")
+                for name in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+            )
+            flexion = angle_deg(knee - hip, ankle - knee)
+            assert flexion.min() > 1.0
+            assert flexion.max() < 150
+            # Knees bend forwards, out of the line from hip to ankle.
+            line = (ankle - hip) / np.linalg.norm(ankle - hip, axis=-1, keepdims=True)
+            out = (knee - hip) - ((knee - hip) * line).sum(axis=-1, keepdims=True) * line
+            assert ((out * ahead).sum(axis=-1) > 0).all()
+            assert angle_deg(elbow - shoulder, wrist - elbow).max() < 120
+
+
+def test_the_centre_of_mass_stays_over_the_feet(clean: BendingPerformances) -> None:
+    """Masses of Winter 2009, head, arms and trunk as one, along the direction in which the person faces."""
+    for positions, subject in zip(clean.positions_mm, clean.subject, strict=True):
+        both = {
+            name: (joint(positions, f"left_{name}") + joint(positions, f"right_{name}")) / 2
+            for name in ("hip", "knee", "ankle")
+        }
+        trunk = joint(positions, "sternum") - joint(positions, "pelvis")
+        mass = (
+            0.093 * (both["ankle"] + 0.567 * (both["knee"] - both["ankle"]))
+            + 0.2 * (both["knee"] + 0.567 * (both["hip"] - both["knee"]))
+            + 0.678 * (both["hip"] + 0.626 * trunk)
+        ) / 0.971
+        across = joint(positions, "right_hip")[0] - joint(positions, "left_hip")[0]
+        ahead = np.array([-across[1], across[0]]) / np.hypot(*across[:2])
+        reach = (mass - both["ankle"])[:, :2] @ ahead / clean.stature_mm[subject]
+        # From the heel to the ball of the foot.
+        assert reach.min() > -0.04
+        assert reach.max() < 0.12
+
+
+def test_people_differ_more_than_their_performances(clean: BendingPerformances) -> None:
+    depth = np.array([posture.postures(p)[:, 0].min() for p in clean.positions_mm])
+    own = np.array([depth[clean.subject == s] for s in range(20)])
+    assert own.mean(axis=1).std() > 2.0 * own.std(axis=1).mean()
+    assert (np.ptp(own, axis=1) > 0).all()
+    assert depth.min() < 0.6  # squats
+    assert depth.max() > 0.85  # stoops
+
+
+def test_everybody_faces_somewhere_else_and_postures_do_not_know_it(clean: BendingPerformances) -> None:
+    across = np.array([joint(p, "right_hip")[0] - joint(p, "left_hip")[0] for p in clean.positions_mm])
+    facing = np.arctan2(across[:20, 1], across[:20, 0])
+    assert np.abs(np.exp(1j * facing).mean()) < 0.6
+    assert all(np.abs(posture.postures(p)[0, 2]) < 1e-9 for p in clean.positions_mm)
+
+
+def test_no_linear_model_is_behind_it(clean: BendingPerformances) -> None:
+    """The variance of the joints does not stop after a few dimensions, even without noise."""
+    samples = np.concatenate([p.reshape(len(p), 45) - np.tile(p[:, 8], 15) for p in clean.positions_mm])
+    model = linear_model.fit(samples, 45)
+    assert (model.eigenvalues[:30] > 1e-6 * model.total_variance).all()
+
+
+@pytest.mark.parametrize(("subjects", "expected"), [(1, (2, 2)), (5, (4, 5)), (20, (5, 6))])
+def test_the_aspace_has_a_few_dimensions(subjects: int, expected: tuple[int, int]) -> None:
+    """At 95 %: 16 in the paper, 12 in hdm05's bends; synthetic bodies are freer of whim."""
+    bends = bending_performances(np.random.default_rng(0), subjects=subjects)
+    model = linear_model.fit(np.concatenate([posture.postures(p) for p in bends.positions_mm]), 37)
+    b = int(np.searchsorted(np.cumsum(model.eigenvalues) / model.total_variance, 0.95)) + 1
+    assert expected[0] <= b <= expected[1]
+
+
+# --- timing -----------------------------------------------------------------------------------------------
+
+
+def test_a_performance_corresponds_to_itself_and_back(bends: BendingPerformances) -> None:
+    for n, m in ((0, 0), (3, 3)):
+        np.testing.assert_allclose(bends.true_warp(n, m), np.arange(len(bends.phase[n])), atol=1e-9)
+    for n, m in ((0, 1), (5, 17), (30, 2)):
+        there, back = bends.true_warp(n, m), bends.true_warp(m, n)
+        assert there.shape == (len(bends.phase[n]),)
+        assert there[0] == 0
+        assert there[-1] == len(bends.phase[m]) - 1
+        assert (np.diff(there) > 0).all()
+        again = np.interp(there, np.arange(len(back)), back)
+        np.testing.assert_allclose(again, np.arange(len(there)), atol=0.02)
+
+
+def test_the_true_warp_brings_one_person_s_performances_together() -> None:
+    alike = bending_performances(np.random.default_rng(9), performances=8, subjects=1, rate_spread=0.5)
+    told = [posture.postures(p) for p in alike.positions_mm]
+
+    def difference(frames: np.ndarray, m: int) -> float:
+        at = np.stack([np.interp(frames, np.arange(len(told[m])), column) for column in told[m].T], axis=1)
+        return float(np.sqrt(((at - told[0]) ** 2).sum(axis=1).mean()))
+
+    truth = [difference(alike.true_warp(0, m), m) for m in range(1, 8)]
+    linear = [difference(np.linspace(0, len(told[m]) - 1, len(told[0])), m) for m in range(1, 8)]
+    assert np.mean(truth) < 0.6 * np.mean(linear)
+
+
+def test_without_a_spread_of_rates_all_warps_are_linear() -> None:
+    steady = bending_performances(np.random.default_rng(3), performances=4, subjects=2, rate_spread=0.0)
+    for phase in steady.phase:
+        np.testing.assert_allclose(phase, np.linspace(0, 1, len(phase)), atol=1e-12)
+
+
+def test_performances_can_be_cut_to_the_movement() -> None:
+    whole, cut = (
+        bending_performances(np.random.default_rng(3), performances=10, standing=s, marker_noise_mm=0.0)
+        for s in (True, False)
+    )
+    for phase in cut.phase:
+        assert (phase[0], phase[-1]) == pytest.approx(whole.moving_phase)
+    for bends, still in ((whole, True), (cut, False)):
+        for positions, phase in zip(bends.positions_mm, bends.phase, strict=True):
+            speed = np.linalg.norm(np.diff(joint(positions, "sternum"), axis=0), axis=1)
+            resting = (phase[1:] < 0.05) | (phase[1:] > 0.95)
+            assert resting.any() == still
+            if still:
+                assert speed[resting].max() < 0.2 * speed.max()
+
+
+@given(seeds, st.floats(0.0, 1.5), st.integers(2, 300))
+def test_warps_are_monotone_and_keep_both_ends(seed: int, spread: float, frames: int) -> None:
+    phase = time_warps.warp(time_warps.draw_waves(np.random.default_rng(seed), spread), frames)
+    assert phase.shape == (frames,)
+    assert (phase[0], phase[-1]) == (0.0, 1.0)
+    assert (np.diff(phase) > 0).all()
+
+
+def test_the_spread_of_rates_is_what_was_asked_for() -> None:
+    generator = np.random.default_rng(1)
+    logs = np.log(
+        np.diff([time_warps.warp(time_warps.draw_waves(generator, 0.3), 400) for _ in range(400)]) * 399
+    )
+    # The part that all of a performance shares is gone with its duration.
+    assert 0.22 < logs.std() < 0.3
+    # Smooth: the rate changes by little from frame to frame.
+    assert np.abs(np.diff(logs, axis=1)).max() < 0.1
+
+
+def test_progress_goes_from_standing_to_the_deepest_and_back() -> None:
+    manner = draw_manner(np.random.default_rng(1))
+    phase = np.linspace(0, 1, 501)
+    for name in ("knee", "hip", "arms"):
+        gone = manner.progress(name, phase)
+        np.testing.assert_allclose(gone[[0, -1]], 0.0, atol=1e-12)
+        assert gone[250] == pytest.approx(1.0)
+        assert gone.min() >= 0.0
+        assert (np.diff(gone[:250]) >= -1e-12).all()
+        assert (np.diff(gone[250:]) <= 1e-12).all()
+        assert np.abs(np.diff(gone, n=2)).max() < 5e-3  # without corners
+
+
+# --- bad input --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ({"performances": 0}, "the number of performances is too small (expected 1 or more, received 0)"),
+        ({"subjects": 0}, "the number of subjects is too small (expected 1 or more, received 0)"),
+        ({"frames_mean": 5.0}, "the mean number of frames is too small (expected 10 or more, received 5)"),
+        ({"frame_rate_hz": 0.0}, "the frame rate is too small (expected more than 0, received 0)"),
+        ({"rate_spread": -0.1}, "the spread of rates is too small (expected 0 or more, received -0.1)"),
+        ({"marker_noise_mm": np.nan}, "the marker noise is no number (expected 0 or more, received nan)"),
+    ],
+)
+def test_what_cannot_be_is_refused(wrong: dict[str, float], sentence: str) -> None:
+    with pytest.raises(Refusal, match=f"^synthetic bending: {re.escape(sentence)}$"):
+        bending_performances(np.random.default_rng(0), **wrong)  # type: ignore[arg-type]

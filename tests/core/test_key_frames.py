@@ -1,0 +1,236 @@
+"""Key-frames lie where movements begin and end, show the same postures everywhere, and align performances."""
+
+from __future__ import annotations
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.core import linear_model, posture
+from pipeline.core.bending import BendingPerformances, bending_performances
+from pipeline.core.curvature import curvature
+from pipeline.core.key_frames import KeyFrames, choose, resample
+from pipeline.core.time_warps import correspondence, draw_waves, warp
+from pipeline.refusal import Refusal
+from tests.strategies import seeds
+
+CORNERS = (0.15, 0.4, 0.5, 0.7, 0.85)
+
+
+def trapezoids(phase: np.ndarray) -> np.ndarray:
+    """(F, 2): five corners between rest and movement, straight in between."""
+    one = np.interp(phase, [0.0, *CORNERS, 1.0], [0, 0, 3, 3, 0, 0, 2])
+    other = np.interp(phase, [0.0, *CORNERS, 1.0], [0, 0, 1, 1, 2, 2, 0])
+    return np.stack([one, other], axis=1)
+
+
+def random_performances(
+    seed: int, count: int = 6, spread: float = 0.3
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """The same action at warped phases, and the phases."""
+    generator = np.random.default_rng(seed)
+    phases = [warp(draw_waves(generator, spread), int(generator.integers(70, 140))) for _ in range(count)]
+    return [trapezoids(p) for p in phases], phases
+
+
+@pytest.fixture(scope="module")
+def bends() -> BendingPerformances:
+    return bending_performances(np.random.default_rng(12), performances=20)
+
+
+@pytest.fixture(scope="module")
+def in_aspace(bends: BendingPerformances) -> list[np.ndarray]:
+    postures = [posture.postures(p) for p in bends.positions_mm]
+    model = linear_model.fit(np.concatenate(postures), 5)
+    return [(p - model.mean) @ model.components.T for p in postures]
+
+
+# --- curvature --------------------------------------------------------------------------------------------
+
+
+def test_curvature_is_that_of_a_circle_s_graph() -> None:
+    t = np.linspace(0.0, 1.0, 2001)
+    x = 0.4 * np.sin(2 * np.pi * t)[:, None]
+    r = x.std()
+    expected = (0.4 / r * (2 * np.pi) ** 2 * np.abs(np.sin(2 * np.pi * t))) / (
+        1 + (0.4 / r * 2 * np.pi * np.cos(2 * np.pi * t)) ** 2
+    ) ** 1.5
+    inner = slice(100, -100)
+    np.testing.assert_allclose(curvature(x, smoothing=0.002)[inner], expected[inner], rtol=2e-3, atol=1e-2)
+
+
+@given(seeds, st.floats(1e-6, 1e6))
+def test_curvature_knows_no_units(seed: int, scale: float) -> None:
+    (x,), _ = random_performances(seed, 1)
+    np.testing.assert_allclose(curvature(scale * x + 5.0 * scale), curvature(x), rtol=1e-6, atol=1e-9)
+    rotation, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((2, 2)))
+    np.testing.assert_allclose(curvature(x @ rotation), curvature(x), rtol=1e-6, atol=1e-9)
+
+
+def test_more_frames_a_second_change_nothing_but_the_count() -> None:
+    coarse, fine = (curvature(trapezoids(np.linspace(0, 1, n))) for n in (101, 401))
+    np.testing.assert_allclose(fine[::4], coarse, rtol=0.05, atol=0.05 * coarse.max())
+
+
+# --- where key-frames lie ---------------------------------------------------------------------------------
+
+
+@given(seeds)
+def test_the_corners_of_an_action_are_found(seed: int) -> None:
+    sequences, phases = random_performances(seed, spread=0.05)
+    found = choose(sequences, smoothing=0.01)
+    assert found.converged
+    at = np.array([p[f] for p, f in zip(phases, found.frames, strict=True)])
+    np.testing.assert_allclose(at, np.tile(CORNERS, (6, 1)), atol=0.05)
+
+
+def test_the_choice_of_one_performance_is_the_best_of_all_choices() -> None:
+    (x,), _ = random_performances(4, 1)
+    x = x[::4]
+    bend = curvature(x)
+    apart = int(np.ceil(0.1 * (len(x) - 1)))
+    nodes = range(apart, len(x) - apart)
+    best = max(
+        (c for c in itertools.combinations(nodes, 3) if min(np.diff(c)) >= apart),
+        key=lambda c: (sum(bend[list(c)]), [-f for f in c]),
+    )
+    np.testing.assert_array_equal(choose([x], count=3, separation=0.1, consistency=0.0).frames, [best])
+
+
+@given(seeds, st.integers(1, 6), st.floats(0.01, 0.12), st.sampled_from([0.0, 0.5, 3.0]))
+def test_key_frames_increase_and_keep_their_distance(
+    seed: int, count: int, separation: float, consistency: float
+) -> None:
+    generator = np.random.default_rng(seed)
+    sequences = [np.cumsum(generator.standard_normal((n, 3)), axis=0) for n in (60, 75, 91)]
+    found = choose(sequences, count=count, separation=separation, consistency=consistency)
+    assert found.frames.shape == (3, count)
+    for x, frames in zip(sequences, found.frames, strict=True):
+        gaps = np.diff(np.r_[0, frames, len(x) - 1])
+        assert gaps.min() >= separation * (len(x) - 1) - 1e-6
+    again = choose([x.copy() for x in sequences], count=count, separation=separation, consistency=consistency)
+    np.testing.assert_array_equal(again.frames, found.frames)
+
+
+def test_agreement_makes_the_same_key_frames_of_noisy_performances(
+    bends: BendingPerformances, in_aspace: list[np.ndarray]
+) -> None:
+    def spread(frames: KeyFrames) -> float:
+        at = np.array([p[f] for p, f in zip(bends.phase, frames.frames, strict=True)])
+        return float(at.std(axis=0).max())
+
+    together, alone = choose(in_aspace), choose(in_aspace, consistency=0.0)
+    assert together.converged
+    assert spread(together) < 0.06
+    assert spread(alone) > 2.0 * spread(together)
+
+
+# --- resampling -------------------------------------------------------------------------------------------
+
+
+@given(seeds, st.integers(20, 150))
+def test_key_frames_and_ends_come_to_common_samples(seed: int, n_samples: int) -> None:
+    sequences, _ = random_performances(seed)
+    frames = choose(sequences).frames
+    result = resample(sequences, frames, n_samples)
+    assert result.sequences.shape == (6, n_samples, 2)
+    np.testing.assert_allclose(result.warp[:, result.samples], frames, atol=1e-9)
+    np.testing.assert_array_equal(result.warp[:, 0], 0)
+    np.testing.assert_array_equal(result.warp[:, -1], np.array([len(x) - 1.0 for x in sequences]))
+    assert (np.diff(result.warp, axis=1) > 0).all()
+    for x, key, s in zip(sequences, frames, result.sequences, strict=True):
+        np.testing.assert_allclose(s[result.samples], x[key], atol=1e-9)
+        np.testing.assert_allclose(s[[0, -1]], x[[0, -1]], atol=1e-9)
+
+
+def test_resampling_is_piecewise_linear_by_hand() -> None:
+    ramps = [np.arange(5.0)[:, None], np.arange(9.0)[:, None]]
+    result = resample(ramps, np.array([[1], [6]]), 5)
+    np.testing.assert_array_equal(result.samples, [2])  # the mean of 1/4 and 6/8
+    np.testing.assert_allclose(result.warp, np.array([[0, 0.5, 1, 2.5, 4], [0, 3, 6, 7, 8.0]]))
+    np.testing.assert_allclose(result.sequences[..., 0], result.warp)
+
+
+@pytest.mark.parametrize("n_samples", [7, 8, 11])
+def test_few_samples_still_keep_key_frames_apart(n_samples: int) -> None:
+    x = np.cumsum(np.ones((101, 1)), axis=0)
+    for frames in ([1, 2, 3, 4, 5], [95, 96, 97, 98, 99], [48, 49, 50, 51, 52]):
+        samples = resample([x], np.array([frames]), n_samples).samples
+        assert (np.diff(np.r_[0, samples, n_samples - 1]) >= 1).all()
+
+
+def test_key_frames_explain_most_of_the_timing(
+    bends: BendingPerformances, in_aspace: list[np.ndarray]
+) -> None:
+    """Variance left and error of the warp against the truth, both well below those of linear normalisation."""
+    result = resample(in_aspace, choose(in_aspace).frames, 100)
+    linear = np.array([np.linspace(0, len(x) - 1, 100) for x in in_aspace])
+    plain = np.array(
+        [
+            [np.interp(w, np.arange(len(x)), column) for column in x.T]
+            for x, w in zip(in_aspace, linear, strict=True)
+        ]
+    )
+    assert result.sequences.var(axis=0).sum() < 0.75 * plain.var(axis=0).sum()
+
+    def error(warps: np.ndarray) -> float:
+        found = []
+        for n, m in itertools.permutations(range(20), 2):
+            phase = np.interp(warps[n], np.arange(len(bends.phase[n])), bends.phase[n])
+            moving = (phase > bends.moving_phase[0]) & (phase < bends.moving_phase[1])
+            found.append(np.abs(correspondence(phase, bends.phase[m]) - warps[m])[moving].mean())
+        return float(np.mean(found))
+
+    assert error(result.warp) < 0.5 * error(linear)
+
+
+# --- bad input --------------------------------------------------------------------------------------------
+
+
+def refused(sentence: str) -> pytest.RaisesExc:
+    return pytest.raises(Refusal, match=f"^{re.escape(sentence)}$")
+
+
+def test_bad_performances_are_refused_in_one_sentence() -> None:
+    good = trapezoids(np.linspace(0, 1, 80))
+    missing = good.copy()
+    missing[7, 1] = np.nan
+    with refused("there are no performances (expected one or more)"):
+        choose([])
+    with refused("performance 1, frame 7: a posture has a number that is not finite"):
+        choose([good, missing])
+    with refused("performance 1: the performances have different dimensions (expected 2, received 1)"):
+        choose([good, good[:, :1]])
+    with refused("performance 1: nothing moves, so there is no curvature"):
+        choose([good, np.ones((80, 2))])
+    with refused("the performance: no performance in the aSpace (expected (F, b), F >= 3, received (2, 2))"):
+        curvature(good[:2])
+    with refused(
+        "performance 0: too short for 5 key-frames that are 0.06 of the duration apart "
+        "(expected 7 frames, received 6)"
+    ):
+        choose([good[::15]])
+
+
+def test_bad_choices_are_refused_in_one_sentence() -> None:
+    good = trapezoids(np.linspace(0, 1, 80))
+    with refused("there are no key-frames (expected 1 or more, received 0)"):
+        choose([good], count=0)
+    with refused("the weight of consistency is negative (expected >= 0, received -1)"):
+        choose([good], consistency=-1.0)
+    with refused("the separation is out of range (expected 0 to 1 durations, received 2)"):
+        choose([good], separation=2.0)
+    with refused("the smoothing is not positive (expected a part of the duration > 0, received 0)"):
+        curvature(good, smoothing=0.0)
+    with refused("the key-frames do not match the performances (expected (1, K), received (2, 1))"):
+        resample([good], np.array([[3], [4]]), 10)
+    with refused("performance 0: the key-frames do not increase between the ends"):
+        resample([good], np.array([[3, 3]]), 10)
+    with refused("performance 0: the key-frames do not increase between the ends"):
+        resample([good], np.array([[3, 79]]), 10)
+    with refused("fewer samples than key-frames and ends (expected 4 or more, received 3)"):
+        resample([good], np.array([[3, 9]]), 3)
