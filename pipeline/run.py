@@ -101,6 +101,11 @@ def _remarks(made: Made) -> list[str]:
             f"{kept} eigenwalkers instead of {asked}: leave-one-out has only"
             f" {made.dataset.notes['walkers'] - 1} people to learn from"
         )
+    remarks += [
+        f"{row['clip']} is {row['reason']}: look at its frame rate"
+        for row in made.ingest.notes["report"]
+        if row["verdict"] == "kept" and "than the others" in row["reason"]
+    ]
     refused = [row for row in made.ingest.notes["report"] if row["verdict"] == "refused"]
     if refused:
         total = len(made.ingest.notes["report"])

@@ -379,7 +379,6 @@ BAD_CLIPS: list[tuple[Callable[[WalkingPopulation, Path], None], str]] = [
     (backwards, "not forwards"),
     (few_frames, "no steady walking"),
     (one_frame, "no steady walking"),
-    (half_the_rate, "far from the other walkers'"),
     (truncated_c3d, "truncated"),
     (empty_file, "empty"),
     (amc_without_its_skeleton, "expected one .asf beside it"),
@@ -400,6 +399,19 @@ def test_one_bad_clip_among_good_ones_is_listed_with_its_reason(
     assert words in bad["reason"]
     assert str(tmp_path) not in bad["reason"], "a table names no folder of this machine"
     assert sum(row["verdict"] == "kept" for row in report.values()) == 4
+
+
+def test_a_walk_far_slower_than_the_others_is_kept_and_said(
+    say: Callable, walks: Path, tmp_path: Path, people: WalkingPopulation
+) -> None:
+    # Its frequency is right for what the file says, so only a person can know that the rate is wrong.
+    half_the_rate(people, walks)
+    said = say(*of_folder(walks, tmp_path / "results"))
+    assert (said.status, said.err) == (0, "")
+    assert "bad_1.trc is slower than the others" in said.out
+    (bad,) = [row for name, row in ingest_report(tmp_path / "results").items() if name == "bad_1.trc"]
+    assert bad["verdict"] == "kept"
+    assert "slower than the others" in bad["reason"]
 
 
 def test_nothing_but_bad_clips_is_refused_with_reasons(

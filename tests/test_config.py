@@ -234,7 +234,7 @@ FOLDER = ["data=folder", "data.path=walks", "data.pattern='**/*.c3d'", "skeleton
         (["data=optical", "scale=smoke", "workers=1"], "results/optical/smoke/zhang2007_fig5"),
         (["results=elsewhere"], "elsewhere/synthetic/full/zhang2007_fig5"),
         (["data=cmu", "data.mirror=shelf", "data.raw=raw"], "results/cmu/full/zhang2007_fig5"),
-        (FOLDER, "results/folder/full/zhang2007_fig5"),
+        (FOLDER, "results/folder_walks/full/zhang2007_fig5"),
         ([*FOLDER, "data.name=clinic"], "results/clinic/full/zhang2007_fig5"),
         ([*FOLDER, "data.steady.cycles=3"], "results/scratch/now/zhang2007_fig5"),
         (["skeleton=plugin_gait"], "results/scratch/now/zhang2007_fig5"),

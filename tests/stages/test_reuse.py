@@ -35,7 +35,11 @@ def test_the_second_run_computes_nothing_and_gives_the_same_tables(
     outcome = figure(smoke_results, name)
     assert outcome.reused == STAGES
     first = smoke_results / "synthetic" / "smoke" / name
-    assert made(outcome.folder, ".csv", ".npz") == made(first, ".csv", ".npz")
+    again, once = made(outcome.folder, ".csv", ".npz"), made(first, ".csv", ".npz")
+    # The ledger explains differences of presets only, and the second run is not one.
+    assert again.pop("claims.csv")
+    assert once.pop("claims.csv")
+    assert again == once
 
 
 def test_drawing_and_logging_again_gives_the_same_picture_and_recording(
