@@ -214,16 +214,9 @@ def _moment() -> str:
     return datetime.now().strftime("%Y-%m-%d_%H-%M-%S-%f")
 
 
-def _console() -> Any:
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=160)
-
-
 def figures(arguments: Sequence[str]) -> int:
     """Make several figures in one process; `experiment=a,b` picks some, by default all."""
-    from pipeline.run import make_figures
+    from pipeline.run import make_figures, open_console
 
     chosen = [name for item in arguments if item.startswith("experiment=") for name in item[11:].split(",")]
     common = [item for item in arguments if not item.startswith("experiment=")]
@@ -232,7 +225,7 @@ def figures(arguments: Sequence[str]) -> int:
     for name in chosen or presets():
         config = compose([*common, f"experiment={name}"])
         jobs.append((config, destination(config, common, moment)))
-    return 1 if make_figures(jobs, console=_console()) else 0
+    return 1 if make_figures(jobs, console=open_console()) else 0
 
 
 def hydra_main(arguments: Sequence[str]) -> int:
@@ -249,7 +242,7 @@ def hydra_main(arguments: Sequence[str]) -> int:
     @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
     def one(composed: Any) -> None:
         nonlocal status
-        from pipeline.run import make_figures
+        from pipeline.run import make_figures, open_console
 
         settings = HydraConfig.get()
         multirun = settings.mode == RunMode.MULTIRUN
@@ -266,7 +259,7 @@ def hydra_main(arguments: Sequence[str]) -> int:
             if multirun
             else destination(config, settings.overrides.task, _moment())
         )
-        refused = make_figures([(config, folder)], console=_console())
+        refused = make_figures([(config, folder)], console=open_console())
         if refused and multirun:
             # The other variants are made all the same; the launcher hands this one's error to `main`.
             raise Refusal(refused[0], where=settings.job.override_dirname)

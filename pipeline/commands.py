@@ -12,22 +12,15 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 from rich.text import Text
 
 from pipeline import archive, papers, provenance
 from pipeline.ledger import judge_folder, write_claims
 from pipeline.refusal import Refusal
-from pipeline.run import claims_table
+from pipeline.run import claims_table, open_console
 
 Compose = Callable[[Sequence[str]], Any]
-
-
-def console() -> Console:
-    """A console as wide as its tables where the output is not a terminal."""
-    terminal = Console(highlight=False)
-    return terminal if terminal.is_terminal else Console(highlight=False, width=160)
 
 
 def built_figures() -> list[str]:
@@ -50,7 +43,7 @@ def fetch(arguments: Sequence[str], compose: Compose) -> int:
         raise Refusal(
             "this data set needs no fetching", received=f"data={data.name}", expected="data=optical or cmu"
         )
-    out = console()
+    out = open_console()
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -96,7 +89,7 @@ def claims(arguments: Sequence[str], compose: Compose) -> int:
     verdicts = judge_folder(folder, config.data.name, built_figures())
     if folder.is_dir():
         write_claims(folder / "claims.csv", verdicts)
-    out = console()
+    out = open_console()
     out.print(claims_table(verdicts))
     for verdict in verdicts:
         if verdict.verdict in ("differs", "direction only"):
@@ -111,7 +104,7 @@ def claims(arguments: Sequence[str], compose: Compose) -> int:
 def equations(arguments: Sequence[str], compose: Compose) -> int:
     """Print every numbered equation with its words, file and line, and test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
-    out = console()
+    out = open_console()
     for paper in chosen:
         out.print(
             Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
@@ -176,7 +169,7 @@ def keep(arguments: Sequence[str], compose: Compose) -> int:
         dirty=made_with["dirty"],
         figures_expected=built_figures(),
     )
-    console().print(f"kept in {kept}")
+    open_console().print(f"kept in {kept}")
     return 0
 
 

@@ -78,11 +78,7 @@ def folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
         raise Refusal("there is no such folder", where=options.path)
     try:
         files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
-    except (
-        ValueError,
-        NotImplementedError,
-        IndexError,
-    ):  # empty, or a path of its own: words differ by version
+    except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
         raise Refusal(
             "not a pattern below the folder",
             where="data.pattern",

@@ -24,6 +24,12 @@ if TYPE_CHECKING:
 STAGES = ("ingest", "dataset", "model", "sweep", "report")
 
 
+def open_console() -> Console:
+    """A console; as wide as its tables where the output is not a terminal."""
+    terminal = Console(highlight=False)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=160)
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What came of one figure.
