@@ -22,13 +22,29 @@ The map of the house, from the ground up; a module imports only from lower layer
          walking            steady walking, treadmill equivalent             zhang2007 section 2
          synthetic …        the embedded population of walkers
          posture            37 numbers and back; limb_frames                 mozerov2006 1, 2
+         aspace             postures by few eigenvectors                     mozerov2006 3-5
          synchronization    one pair of performances, linear and dense        mozerov2006 6-12, 14, 15, 18
          trellis            recurrence and backtracking                       mozerov2006 13, 16, 17
          all_pairs          all ordered pairs, the median sequence            mozerov2006 19
          key_frames         the manual comparison, by curvature
          action_model       mean performance, bounds, sampling
+         learnt_action      all of it in one piece
          tracking           particle filter: particles, prediction, image_likelihood, tracking_error
-         pinhole            perspective cameras
+         pinhole            perspective cameras                              park2011 7
+         camera_paths       cameras that stand, walk around or shake
+         rays, articulation ray meets sphere                                 park2011 8-11
+         limb_chain         limbs that hang on each other                    park2011 1, 3, 6
+         hinges             knees and elbows flex one way
+         trajectory_basis   cosines, restricted to what was seen             park2011 2
+         binary_quadratic   which candidate, exact or certified              park2011 12
+         sign_programme …   the searches behind it: sign_candidates, sign_search, box_search, suffix_search
+         spherical          continuous angles                                park2011 4
+         refinement         reprojection error of the whole tree             park2011 5
+         reprojection …     what it is made of: limb_equations, refinement_input
+         limb_choice        one limb, from its rays to its choice            park2011 12
+         articulated        a whole skeleton from the root to the leaves
+         reconstructibility how well a limb can be known                     park2011 13-18
+         synthetic_limbs    limbs with known answers
          bending …          synthetic performances; time_warps with known truth
     2  formats/           one reader to a file format, all return the same value
        store, archive     artefacts, publications; kept results; on sealed_folders, provenance
@@ -37,8 +53,10 @@ The map of the house, from the ground up; a module imports only from lower layer
        pictures*          the only matplotlib
        fetch*, threads    the public recordings; work over threads
     3  config             the options of every stage
-       corpus             which recordings a data set names, and where they are
-       phase_sources      one walker seen from known views, phase from 3D or from the view
+       clips/             which recordings a data set names; walks, performances, varied motion out of them
+       actions            an action learnt with the options of the model stage
+       limb_trials        cameras and bases of the experiments on limbs
+       experiments/       what each kind of sweep measures
        figures/           what each kind of figure is made of
        ledger             the papers' claims against published tables
     4  stages/            ingest → dataset → model → sweep → report

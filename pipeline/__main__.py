@@ -14,11 +14,13 @@
 {figures}
 
 Overrides name any option by its full path; `--cfg job` prints them all with their values, e.g.
-  data=synthetic|optical|cmu|folder       scale=full|smoke          seed=2007     workers=2
+  data=synthetic|optical|cmu|hdm05|folder scale=full|smoke          seed=2007     workers=2
   model.components=20                     model.mirror=true         model.omega_scale_mm=1.0
   sweep.view_angle_deg.step=5             sweep.sigma2_mm2.stop=2000
   sweep.noise_variance_mm2=70             sweep.solver=published    sweep.truth=fourier
   dataset.walks=all                       dataset.size=stature      dataset.origin=floor
+  model.penalty=as_printed                model.smoothness=0.1      sweep.particles=[100,1000]
+  model.basis=soft                        sweep.cameras=[still]     sweep.trials=300
 Your own recordings:
   python -m pipeline experiment=FIGURE data=folder data.path=DIR "data.pattern='**/*.c3d'" skeleton=plugin_gait
 On a cluster (extra `cluster`):
@@ -31,12 +33,14 @@ Exit status: 0 done, 1 refused (one sentence says what, where, expected, receive
 from __future__ import annotations
 
 import os
+import re
 
 # Many small solves: BLAS threads would wait for each other.  Before numpy is loaded; the user's own wish wins.
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import sys
+import textwrap
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -71,7 +75,8 @@ def help_text() -> str:
             for line in (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
             if line.startswith("# ") and "@package" not in line
         ]
-        lines.append(f"  {name:<16} {about[0] if about else ''}")
+        words = f"  {name:<26} {about[0] if about else ''}"
+        lines += textwrap.wrap(words, 118, subsequent_indent=" " * 29, break_long_words=False)
     return (__doc__ or "").replace("{figures}", "\n".join(lines))
 
 
@@ -83,24 +88,20 @@ def register() -> None:
 
     store = ConfigStore.instance()
     store.store(name="config_schema", node=config.Config)
-    for group, name, node in (
-        ("scale", "base_scale", config.Scale),
-        ("data", "base_synthetic", config.SyntheticData),
-        ("data", "base_recorded", config.RecordedData),
-        ("data", "base_folder", config.FolderData),
-        ("skeleton", "base_skeleton", skeleton.SourceMapping),
-        ("dataset", "base_fourier", config.FourierDataset),
-        ("model", "base_eigenwalkers", config.EigenwalkerModel),
-        ("sweep", "base_no_sweep", config.NoSweep),
-        ("sweep", "base_known_view", config.KnownViewSweep),
-        ("sweep", "base_unknown_view", config.UnknownViewSweep),
-        ("report", "base_spectrum", config.SpectrumReport),
-        ("report", "base_noise_variance", config.NoiseVarianceReport),
-        ("report", "base_postures", config.PosturesReport),
-        ("report", "base_view_errors", config.ViewErrorsReport),
-        ("report", "base_view_angles", config.ViewAnglesReport),
+    store.store(group="scale", name="base_scale", node=config.Scale)
+    store.store(group="skeleton", name="base_skeleton", node=skeleton.SourceMapping)
+    # One schema to each option of a group: base_known_view is KnownViewSweep.
+    for group, ending in (
+        ("data", "Data"),
+        ("dataset", "Dataset"),
+        ("model", "Model"),
+        ("sweep", "Sweep"),
+        ("report", "Report"),
     ):
-        store.store(group=group, name=name, node=node)
+        for name, node in vars(config).items():
+            if isinstance(node, type) and name.endswith(ending) and name != ending:
+                words = re.findall("[A-Z][a-z]*", name.removesuffix(ending))
+                store.store(group=group, name="base_" + "_".join(words).lower(), node=node)
 
 
 def compose(overrides: Sequence[str]) -> Any:
@@ -216,16 +217,24 @@ def _moment() -> str:
 
 def figures(arguments: Sequence[str]) -> int:
     """Make several figures in one process; `experiment=a,b` picks some, by default all."""
-    from pipeline.run import make_figures, open_console
+    from pipeline.run import make_figures, not_for, open_console
 
     chosen = [name for item in arguments if item.startswith("experiment=") for name in item[11:].split(",")]
     common = [item for item in arguments if not item.startswith("experiment=")]
     moment = _moment()
     jobs = []
+    left_out: dict[str, list[str]] = {}
     for name in chosen or presets():
         config = compose([*common, f"experiment={name}"])
+        if not chosen and (reason := not_for(config)):
+            left_out.setdefault(reason, []).append(name)
+            continue
         jobs.append((config, destination(config, common, moment)))
-    return 1 if make_figures(jobs, console=open_console()) else 0
+    console = open_console()
+    refused = make_figures(jobs, console=console)
+    for reason, names in left_out.items():
+        console.print(f"Left out: {', '.join(names)}: {reason}", style="yellow", soft_wrap=True)
+    return 1 if refused else 0
 
 
 def hydra_main(arguments: Sequence[str]) -> int:

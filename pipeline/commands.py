@@ -26,7 +26,12 @@ Compose = Callable[[Sequence[str]], Any]
 def built_figures() -> list[str]:
     """Presets of the papers that exist, in the papers' order."""
     presets = {path.stem for path in (provenance.PROJECT / "conf" / "experiment").glob("*.yaml")}
-    return [name for paper in papers.PAPERS.values() for name in paper.figures if name in presets]
+    return [
+        name
+        for paper in papers.PAPERS.values()
+        for name in (*paper.figures, *paper.beyond)
+        if name in presets
+    ]
 
 
 def fetch(arguments: Sequence[str], compose: Compose) -> int:

@@ -218,7 +218,10 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper: its equations in printed order, its claims, and the presets that redraw its figures."""
+    """A paper: its equations in printed order, its claims, the presets that redraw its figures.
+
+    `beyond` names presets of our own that go further than it.
+    """
 
     key: str
     title: str
@@ -228,6 +231,7 @@ class Paper:
     figures: tuple[str, ...]
     equations: tuple[Equation, ...]
     claims: tuple[Claim, ...]
+    beyond: tuple[str, ...] = ()
 
 
 class _Columns(dict[str, np.ndarray]):

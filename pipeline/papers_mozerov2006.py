@@ -1,11 +1,9 @@
-"""mozerov2006 as data: its 19 equations and its claims; the figures are not built yet."""
+"""mozerov2006 as data: its 19 equations; its claims are in `papers_mozerov2006_claims`."""
 
 from __future__ import annotations
 
-from pipeline.papers_ledger import Claim, Equation, Paper
-
-FIG1, FIG2, FIG3, FIG4 = (f"mozerov2006_fig{n}" for n in (1, 2, 3, 4))
-
+from pipeline.papers_ledger import Equation, Paper
+from pipeline.papers_mozerov2006_claims import CLAIMS, FIG1, FIG2, FIG3, FIG4
 
 _HOMES = {
     **dict.fromkeys(("6", "7"), "synchronization.normalise"),
@@ -13,6 +11,9 @@ _HOMES = {
     **dict.fromkeys(("10", "18"), "synchronization.warp"),
     **dict.fromkeys(("11", "12"), "synchronization.synchronization_distance"),
     **dict.fromkeys(("1", "2"), "posture.postures"),
+    "3": "aspace.learn",
+    "4": "aspace.smallest_dimensions",
+    "5": "aspace.ASpace",
     "13": "trellis.trellis",
     "14": "synchronization.disparity_space_image",
     "15": "synchronization.synchronize",
@@ -20,13 +21,16 @@ _HOMES = {
     "17": "trellis.backtrack",
     "19": "all_pairs.median_sequence",
 }
-"""Where the equations that are built live, below ``pipeline.core``."""
+"""Where each equation lives, below ``pipeline.core``."""
+
+_TESTS = {"posture": "posture", "aspace": "aspace"}
+"""Modules with a file of tests of their own; the others are parts of the synchronization, and tested as such."""
 
 
 def _equation(number: str, words: str, note: str = "") -> Equation:
-    home = _HOMES.get(number, "")
-    test = f"tests/core/test_{'posture' if 'posture' in home else 'synchronization'}.py" if home else ""
-    return Equation("mozerov2006", number, words, f"pipeline.core.{home}" if home else "", test, note)
+    home = _HOMES[number]
+    test = _TESTS.get(home.split(".")[0], "synchronization")
+    return Equation("mozerov2006", number, words, f"pipeline.core.{home}", f"tests/core/test_{test}.py", note)
 
 
 EQUATIONS = (
@@ -128,157 +132,6 @@ EQUATIONS = (
     ),
 )
 
-_PERFORMERS = "a fact about the recorded people and their laboratory; the recordings are not public"
-
-
-def _claim(
-    name: str, section: str, figure: str, quote: str, published: float | None = None, unit: str = ""
-) -> Claim:
-    return Claim(
-        name=f"mozerov2006_{name}",
-        paper="mozerov2006",
-        section=section,
-        quote=quote,
-        published=published,
-        unit=unit,
-        figure=figure,
-    )
-
-
-def _fact(
-    name: str,
-    section: str,
-    quote: str,
-    published: float | None = None,
-    unit: str = "",
-    why: str = _PERFORMERS,
-) -> Claim:
-    return Claim(
-        name=f"mozerov2006_{name}",
-        paper="mozerov2006",
-        section=section,
-        quote=quote,
-        published=published,
-        unit=unit,
-        untestable=why,
-    )
-
-
-CLAIMS = (
-    _fact("markers", "2", "A set of 19 reflective markers were placed on several characteristic points", 19),
-    _claim("rigid_parts", "2", FIG3, "composed of twelve rigid body parts", 12),
-    _claim("joints", "2", FIG3, "and fifteen joints", 15),
-    _claim("posture_parameters", "2", FIG3, "we represent a human body posture ψ using 37 parameters", 37),
-    _claim(
-        "cosines_without_discontinuities",
-        "2",
-        FIG3,
-        "it doesn't lead to discontinuities, in contrast to other methods such as Euler angles",
-    ),
-    _claim(
-        "redundant_cosines",
-        "2",
-        FIG3,
-        "we are using 3 parameters to determine only 2 DOF for each limb",
-        2,
-        "degrees of freedom",
-    ),
-    _claim(
-        "highly_correlated_postures",
-        "2",
-        FIG3,
-        "these natural constraints lead to highly correlated data in the original space",
-    ),
-    _claim(
-        "rate_rarely_constant",
-        "3",
-        FIG1,
-        "in our research we rarely if ever have a constant rate ratio",
-    ),
-    _claim(
-        "linear_normalisation_not_enough",
-        "3",
-        FIG1,
-        "a simple normalization using Eq. (7) does not give us the needed signal fitting",
-    ),
-    _claim(
-        "path_is_optimal",
-        "3",
-        FIG2,
-        "the sum of the cost values along this path plus the weighted length of the path is minimal among "
-        "all other possible paths",
-    ),
-    _claim(
-        "median_better_than_arbitrary_pattern",
-        "3",
-        FIG3,
-        "an arbitrary choice among the training set is not a reasonable solution",
-    ),
-    _fact("performances", "4", "a training set consisting of 40 performances of a bending action", 40),
-    _claim("eigenvectors", "4", FIG3, "we choose the first 16 eigenvectors", 16),
-    _claim("variance_captured", "4", FIG3, "eigenvectors that captured 95% of the original data", 95, "%"),
-    _fact("frames", "4", "different durations with 100 frames on average", 100, "frames"),
-    _claim(
-        "seconds_for_a_pair",
-        "4",
-        FIG3,
-        "The time needed for synchronizing two arbitrary sequences taken from our database is 1.5 10⁻² "
-        "seconds",
-        0.015,
-        "s",
-    ),
-    _claim(
-        "seconds_for_the_set",
-        "4",
-        FIG3,
-        "0.6 seconds to synchronize the whole training set",
-        0.6,
-        "s",
-    ),
-    _fact("processor", "4", "run with a 3 GHz Pentium D processor", 3, "GHz"),
-    _claim(
-        "different_speeds_hide_the_pattern",
-        "4",
-        FIG3,
-        "Such a mistiming makes very difficult to learn any common pattern from the data",
-    ),
-    _claim("key_frames", "4", FIG3, "a set of 5 key-frames in each sequence by hand", 5),
-    _claim(
-        "as_good_as_key_frames",
-        "4",
-        FIG3,
-        "the results are very similar to the ones obtained with the proposed automatic synchronization "
-        "method",
-    ),
-    _claim(
-        "within_three_standard_deviations",
-        "4",
-        FIG3,
-        "±3 times the learnt standard deviation at each synchronized posture",
-        3,
-        "standard deviations",
-    ),
-    _claim(
-        "feasible_postures_accepted",
-        "4",
-        FIG4,
-        "only those human postures which lie within the learnt variance boundaries from the mean performance "
-        "are accepted by the motion model",
-    ),
-    _claim(
-        "sampled_postures_meaningful",
-        "4",
-        FIG4,
-        "for each selected mean posture, only similar and meaningful postures are generated",
-    ),
-    _claim(
-        "real_time",
-        "5",
-        FIG3,
-        "The technique utilizes dynamic programming, and can be used in real-time applications",
-    ),
-)
-
 PAPER = Paper(
     key="mozerov2006",
     title="3D Human Motion Sequences Synchronization Using Dense Matching Algorithm",
@@ -288,4 +141,5 @@ PAPER = Paper(
     figures=(FIG1, FIG2, FIG3, FIG4),
     equations=EQUATIONS,
     claims=CLAIMS,
+    beyond=("mozerov2006_warp_error", "mozerov2006_variance_left", "mozerov2006_tracking"),
 )

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.config import Config, FourierDataset
+from pipeline.config import Config
 from pipeline.refusal import Refusal
 from pipeline.store import Store
 
@@ -56,6 +56,18 @@ class Outcome:
     remarks: tuple[str, ...]
 
 
+def not_for(config: Config) -> str:
+    """Why the data set has nothing for this figure, in a sentence; empty if it has."""
+    from pipeline.stages import report
+
+    try:
+        report.check(config)
+    except Refusal as refusal:
+        if refusal.where == "data":
+            return str(refusal)
+    return ""
+
+
 def make_figure(
     config: Config, folder: Path, *, store: Store, at: Callable[[str], None] = lambda stage: None
 ) -> Outcome:
@@ -76,37 +88,30 @@ def make_figure(
         raise Refusal(
             "nobody to do the work", where="workers", expected="1 or more", received=str(config.workers)
         )
-    report.check(config.report, config.sweep)
+    report.check(config)
     workers = config.workers
     at("ingest")
-    walks = ingest.run(config.data, config.skeleton, config.seed, workers, store)
+    clips = ingest.run(config.data, config.skeleton, config.seed, workers, store, purpose=config.purpose)
     done("ingest")
     at("dataset")
-    samples = dataset.run(config.dataset, walks, workers, store)
+    samples = dataset.run(config.dataset, clips, workers, store)
     done("dataset")
     at("model")
-    frequency = isinstance(config.dataset, FourierDataset) and config.dataset.frequency
-    learnt = model.run(config.model, samples, frequency, workers, store)
+    learnt = model.run(config.model, samples, workers, store)
     done("model")
     at("sweep")
-    swept = sweep.run(config.sweep, walks, samples, learnt, workers, store)
+    swept = sweep.run(config.sweep, clips, samples, learnt, workers, store, seed=config.seed)
     done("sweep")
     at("report")
-    made = Made(config, walks, samples, learnt, swept)
+    made = Made(config, clips, samples, learnt, swept)
     verdicts = report.run(made, folder, store)
     done("report")
-    reused = tuple(a.stage for a in (walks, samples, learnt, swept) if not a.computed)
+    reused = tuple(a.stage for a in (clips, samples, learnt, swept) if not a.computed)
     return Outcome(config.figure, folder, seconds, reused, verdicts, tuple(_remarks(made)))
 
 
 def _remarks(made: Made) -> list[str]:
-    remarks = []
-    asked, kept = made.model.notes["components_asked"], made.model.notes["components"]
-    if kept < asked:
-        remarks.append(
-            f"{kept} eigenwalkers instead of {asked}: leave-one-out has only"
-            f" {made.dataset.notes['walkers'] - 1} people to learn from"
-        )
+    remarks = [remark for made_by in made.artefacts for remark in made_by.notes.get("remarks", [])]
     remarks += [
         f"{row['clip']} is {row['reason']}: look at its frame rate"
         for row in made.ingest.notes["report"]

@@ -129,7 +129,7 @@ class Pinhole:
         return (relative @ np.swapaxes(self.rotation, -1, -2)).reshape(points.shape)
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Pixels (…, 2) of world points (…, 3), NaN where a point is not in front of the camera.
+        """Pixels (…, 2) of world points (…, 3), NaN where a point is not in front of the camera [park2011 7].
 
         Cameras of F frames take points (F, …, 3).
         """
@@ -175,6 +175,38 @@ class Pinhole:
                 "points and cameras disagree in their frames", expected=str(frames), received=str(len(values))
             )
         return values, values.reshape(frames, -1, last)
+
+
+def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Pixels (F, …, 2) by the rows of 3 x 4 cameras, perspective or affine, of any scale [park2011 7].
+
+    Parameters
+    ----------
+    cameras : (F, 3, 4) or (3, 4)
+        P; the last row 0 0 0 1 makes parallel rays, which have no centre and so are no `Pinhole`.
+    points : (F, …, 3)
+        World, mm.
+
+    Raises
+    ------
+    Refusal
+        If the shapes do not fit.
+    """
+    cameras, points = np.asarray(cameras, dtype=float), np.asarray(points, dtype=float)
+    fits = points.ndim > 1 and points.shape[-1] == 3
+    if not fits or cameras.shape not in ((3, 4), (len(points), 3, 4)):
+        raise Refusal(
+            "cameras and points do not fit",
+            expected="(F, 3, 4) or (3, 4), and (F, …, 3)",
+            received=f"{cameras.shape} and {points.shape}",
+        )
+    flat = points.reshape(len(points), -1, 3)
+    image = flat @ np.swapaxes(cameras[..., :3], -1, -2) + cameras[..., None, :, 3]
+    depth = image[..., 2:]
+    # det M < 0 is the same camera written with the other sign; parallel rays have no front and back.
+    det = np.linalg.det(cameras[..., :3])[..., None, None]
+    seen = np.where(det == 0.0, depth != 0.0, depth * det > 0.0)
+    return np.asarray((image[..., :2] / np.where(seen, depth, np.nan)).reshape(*points.shape[:-1], 2))
 
 
 def look_at(

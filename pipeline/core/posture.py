@@ -96,7 +96,7 @@ def postures(
     _check_choice("heading", heading, HEADINGS)
     positions = _checked(positions)
     if floor_mm is None:
-        floor_mm = float(np.percentile(positions[:, _ANKLES, 2].min(axis=1), FLOOR_PERCENTILE))
+        floor_mm = floor_level(positions)
     elif not np.isfinite(floor_mm):
         raise Refusal("the floor has no height", expected="mm", received=str(floor_mm))
     directions, lengths = _limbs(positions)
@@ -117,6 +117,21 @@ def postures(
         for limb, over in _OVER.items():
             cosines[:, limb] = limb_frames.told_after(over, cosines[:, over], cosines[:, limb])
     return result
+
+
+def floor_level(positions: np.ndarray) -> float:
+    """Level of the standing ankle, mm: what the height of the pelvis is measured from.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        One person's clip in WALKER15 order, mm, z up.
+
+    Notes
+    -----
+    The 5th percentile of the lower ankle's height: a foot that is placed, not the lowest noise.
+    """
+    return float(np.percentile(positions[:, _ANKLES, 2].min(axis=1), FLOOR_PERCENTILE))
 
 
 def limb_lengths(positions: np.ndarray) -> LimbLengths:

@@ -1,6 +1,6 @@
 """What each kind of figure is made of: its tables, its picture and its recordings, from the stages' artefacts.
 
-One module to a kind; zhang2004 and zhang2007 share all five.  The report stage calls `tables` first and hands
+One module to a kind; zhang2004 and zhang2007 share theirs.  The report stage calls `tables` first and hands
 the result to `picture` and `recordings`, so that nothing is drawn that is not tabulated.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.config import Config, EigenwalkerModel
+from pipeline.config import Config
 from pipeline.store import Artefact
 
 Table = tuple[dict[str, Any], Sequence[str]]
@@ -28,6 +28,19 @@ METHOD_COLOURS = {"least_squares": "orange", "map": "blue"}
 ANKLE_HEIGHT_MM = 80.0
 """Of the joint above the sole, about; only for showing walkers on the ground."""
 
+SAMPLE = {"walks": "walker", "performances": "performance", "clips": "clip_name"}
+"""What names the samples in ``arrays.npz``, by purpose."""
+
+WORLD = {
+    "walks": "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are lifted from "
+    "the tables' origin, the mean pelvis, to stand on the ground.\n"
+    "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the walker's right "
+    "at 0, so a video taken from the front has to be mirrored.",
+    "performances": "World: right-handed, metres, z up; actors stand over the origin, facing +y at the first frame.",
+    "clips": "World: right-handed, metres, z up, as recorded.",
+}
+"""How the recording's world lies, by purpose."""
+
 ABSCISSA_OF_VIEWS = "Viewpoint (degree)"
 
 
@@ -42,6 +55,11 @@ class Made:
     sweep: Artefact
 
     @property
+    def artefacts(self) -> tuple[Artefact, ...]:
+        """In the order of the stages."""
+        return self.ingest, self.dataset, self.model, self.sweep
+
+    @property
     def methods(self) -> list[str]:
         """The sweep's methods, in order."""
         return [str(m) for m in self.sweep.arrays["methods"]]
@@ -53,14 +71,16 @@ class Made:
 
     @property
     def summary(self) -> str:
-        """Data set, walkers and components in one line."""
-        walks, people = self.dataset.notes["walks"], self.dataset.notes["walkers"]
-        count = f"{people} walkers" if walks == people else f"{walks} walks of {people} walkers"
+        """Data set, samples and model in one line."""
         sources = ", ".join(sorted(set(map(str, self.dataset.arrays["source"])) - {self.config.data.name}))
-        asked, kept = self.model.notes["components_asked"], self.model.notes["components"]
-        fewer = f" (of {asked} asked for)" if kept < asked else ""
         name = self.config.data.name + (f" ({sources})" if sources else "")
-        return f"{name}, {count}, {kept} eigenwalkers{fewer}"
+        return f"{name}, {self.dataset.notes['words']}, {self.model.notes['words']}"
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What is published as ``arrays.npz``: per walker and joint, per performance, per trial."""
+        learnt = self.model.arrays if self.config.purpose == "performances" else {}
+        return {**learnt, **self.sweep.arrays, SAMPLE[self.config.purpose]: np.array(self.walkers)}
 
     @property
     def caption(self) -> str:
@@ -70,8 +90,6 @@ class Made:
     @property
     def about(self) -> str:
         """The recording's description, Markdown."""
-        model = self.config.model
-        components = model.components if isinstance(model, EigenwalkerModel) else ""
         return "\n".join(
             [
                 f"# {self.config.figure}",
@@ -84,13 +102,9 @@ class Made:
                 "|---|---|",
                 f"| data | {self.summary} |",
                 f"| scale | {self.config.scale.name} |",
-                f"| components asked for | {components} |",
                 f"| seed | {self.config.seed} |",
                 "",
-                "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are "
-                "lifted from the tables' origin, the mean pelvis, to stand on the ground.",
-                "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the "
-                "walker's right at 0, so a video taken from the front has to be mirrored.",
+                WORLD[self.config.purpose],
                 "",
             ]
         )

@@ -40,8 +40,8 @@ def read(
     path : str or Path
         The motion (.amc).
     skeleton_path : str or Path, optional
-        The skeleton (.asf).  By default the one beside the motion: the only one, or the one whose name is
-        the longest beginning of the motion's name (``16.asf`` for ``16_11.amc``).
+        The skeleton (.asf).  By default the one beside the motion, or else one folder up: the only one, or the
+        one whose name is the longest beginning of the motion's name (``16.asf`` for ``16_11.amc``).
     frame_rate_hz : float
         The format does not state it.
     units : str, optional
@@ -65,7 +65,7 @@ def read(
         raise Refusal(
             "the frame rate is not positive", where=path.name, expected="hertz", received=str(frame_rate_hz)
         )
-    skeleton = read_skeleton(skeleton_path or _skeleton_beside(path), units=units)
+    skeleton = read_skeleton(skeleton_path or skeleton_of(path), units=units)
     text = text_without_comments(path)
     first = _FRAME_NUMBER.search(text)
     if first is None:
@@ -109,12 +109,27 @@ def read(
     )
 
 
-def _skeleton_beside(path: Path) -> Path:
-    """The skeleton in the motion's folder that belongs to it."""
-    try:
-        found = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
-    except OSError as error:
-        raise Refusal("the folder cannot be read", where=str(path.parent), received=str(error)) from None
+def skeleton_of(path: Path) -> Path:
+    """The skeleton that belongs to a motion: in its folder, or else one folder up.
+
+    Parameters
+    ----------
+    path : Path
+        The motion (.amc).
+
+    Raises
+    ------
+    Refusal
+        If there is none, several may be meant, or a folder cannot be read.
+    """
+    found: list[Path] = []
+    for folder in (path.parent, path.parent.parent):
+        try:
+            found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
+        except OSError as error:
+            raise Refusal("the folder cannot be read", where=str(folder), received=str(error)) from None
+        if found:
+            break
     if len(found) > 1:
         begins = [p for p in found if path.stem.lower().startswith(p.stem.lower())]
         longest = max((len(p.stem) for p in begins), default=0)
@@ -123,7 +138,7 @@ def _skeleton_beside(path: Path) -> Path:
         raise Refusal(
             "the skeleton of this motion is not clear",
             where=path.name,
-            expected="one .asf beside it, or `skeleton_path`",
+            expected="one .asf beside it or one folder up, or `skeleton_path`",
             received=", ".join(p.name for p in found) or "none",
         )
     return found[0]

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import time
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from pipeline import config as options
 from pipeline import papers, tables
-from pipeline.config import (
-    Grid,
-    KnownViewSweep,
-    NoiseVarianceReport,
-    PosturesReport,
-    Report,
-    SpectrumReport,
-    Sweep,
-    UnknownViewSweep,
-    ViewAnglesReport,
-    ViewErrorsReport,
-)
+from pipeline.clips.corpus import require
+from pipeline.config import Config, Grid
 from pipeline.figures import Made
 from pipeline.ledger import judge_figure, write_claims
 from pipeline.provenance import provenance
@@ -29,46 +22,71 @@ from pipeline.refusal import Refusal
 from pipeline.sealed_folders import canonical
 from pipeline.store import Store, packed
 
+KINDS: dict[type[options.Report], tuple[str, type[options.Model], type[options.Sweep]]] = {
+    options.SpectrumReport: ("spectrum", options.EigenwalkersModel, options.Sweep),
+    options.NoiseVarianceReport: ("noise_variance", options.EigenwalkersModel, options.KnownViewSweep),
+    options.PosturesReport: ("postures", options.EigenwalkersModel, options.KnownViewSweep),
+    options.ViewErrorsReport: ("view_errors", options.EigenwalkersModel, options.KnownViewSweep),
+    options.ViewAnglesReport: ("view_angles", options.EigenwalkersModel, options.UnknownViewSweep),
+    options.WarpReport: ("warps", options.ActionSpaceModel, options.Sweep),
+    options.TrellisReport: ("trellis", options.ActionSpaceModel, options.Sweep),
+    options.ActionModelReport: ("action_model", options.ActionSpaceModel, options.Sweep),
+    options.PostureSamplesReport: (
+        "posture_samples",
+        options.ActionSpaceModel,
+        options.PostureSamplesSweep,
+    ),
+    options.WarpErrorReport: ("warp_error", options.ActionSpaceModel, options.SmoothnessSweep),
+    options.VarianceLeftReport: ("variance_left", options.ActionSpaceModel, options.Sweep),
+    options.TrackingReport: ("tracking", options.ActionSpaceModel, options.TrackingSweep),
+}
+"""Of each report: its module in `pipeline.figures`, and the model and the sweep that it shows."""
 
-def figure_module(report: Report) -> ModuleType:
+PURPOSES: dict[type[options.Model], str] = {
+    options.EigenwalkersModel: "walks",
+    options.ActionSpaceModel: "performances",
+    options.TrajectoryBasisModel: "clips",
+}
+"""What each model is learnt from."""
+
+
+def figure_module(report: options.Report) -> ModuleType:
     """The module of `pipeline.figures` that knows this kind of figure."""
     # Imported here: drawing costs a second, and nothing else needs it.
-    from pipeline.figures import noise_variance, postures, spectrum, view_angles, view_errors
-
-    match report:
-        case SpectrumReport():
-            return spectrum
-        case NoiseVarianceReport():
-            return noise_variance
-        case PosturesReport():
-            return postures
-        case ViewErrorsReport():
-            return view_errors
-        case ViewAnglesReport():
-            return view_angles
-        case _:
-            raise TypeError(f"no figure for {type(report).__name__}")
+    return import_module(f"pipeline.figures.{KINDS[type(report)][0]}")
 
 
-def check(report: Report, sweep: Sweep) -> None:
-    """Nothing; a Refusal, before anything is computed, if this figure cannot be made of this sweep."""
-    kind = "unknown_view" if isinstance(report, ViewAnglesReport) else "known_view"
-    if not isinstance(report, SpectrumReport) and not isinstance(
-        sweep, UnknownViewSweep if kind == "unknown_view" else KnownViewSweep
-    ):
+def check(config: Config) -> None:
+    """Nothing; a Refusal, before anything is computed, if this figure cannot be made of these options."""
+    report, sweep = config.report, config.sweep
+    _, model, wanted = KINDS[type(report)]
+    for group, option, expected in (("model", config.model, model), ("sweep", sweep, wanted)):
+        if not isinstance(option, expected):
+            raise Refusal(
+                f"{type(report).__name__} cannot be made of {type(option).__name__}",
+                where=group,
+                expected=_options_of(group, expected),
+            )
+    if config.purpose != PURPOSES[model]:
         raise Refusal(
-            f"{type(report).__name__} cannot be made of {type(sweep).__name__}",
-            where="sweep",
-            expected=f"sweep={kind}",
+            f"{model.__name__} cannot be learnt from {type(config.dataset).__name__}", where="dataset"
         )
-    if isinstance(report, NoiseVarianceReport) and "map" not in getattr(sweep, "methods", ()):
+    require(config.data, config.purpose)
+    if isinstance(report, options.WarpErrorReport) and not isinstance(config.data, options.SyntheticData):
+        raise Refusal(
+            "the true course of an action is known of synthetic performances alone",
+            where="data",
+            expected="data=synthetic",
+            received=f"data={config.data.name}",
+        )
+    if isinstance(report, options.NoiseVarianceReport) and "map" not in getattr(sweep, "methods", ()):
         raise Refusal(
             "σ² is swept for approach II alone", where="sweep.methods", expected="map among the methods"
         )
     if not report.recording:
         return
     # A recording's view angles and variances are sequence numbers.
-    of = "sigma2_mm2" if isinstance(report, NoiseVarianceReport) else "view_angle_deg"
+    of = "sigma2_mm2" if isinstance(report, options.NoiseVarianceReport) else "view_angle_deg"
     grid = getattr(sweep, of, None)
     if isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
         raise Refusal(
@@ -77,6 +95,15 @@ def check(report: Report, sweep: Sweep) -> None:
             expected="whole start and step, or report.recording=false",
             received=f"start {grid.start:g}, step {grid.step:g}",
         )
+
+
+def _options_of(group: str, wanted: type) -> str:
+    """The options of a group that are of a kind, as one would ask for them."""
+    kinds = [kind for kind in vars(options).values() if isinstance(kind, type) and issubclass(kind, wanted)]
+    names = [
+        re.sub("(?<!^)(?=[A-Z])", "_", k.__name__.removesuffix(group.capitalize())).lower() for k in kinds
+    ]
+    return f"{group}=" + " or ".join(name for name in names if name)
 
 
 def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
@@ -99,14 +126,13 @@ def run(made: Made, folder: Path, store: Store) -> list[papers.Verdict]:
         known_as = config.data.name if as_preset else papers.OVERRIDDEN
         verdicts = judge_figure(config.figure, made_tables, known_as)
         write_claims(publication.folder / "claims.csv", verdicts)
-        arrays: dict[str, Any] = {**made.sweep.arrays, "walker": np.array(made.walkers)}
-        (publication.folder / "arrays.npz").write_bytes(packed(arrays))
+        (publication.folder / "arrays.npz").write_bytes(packed(made.arrays))
         tabulated = time.perf_counter()
         if config.report.picture:
             module.picture(made, made_tables, publication.folder / "figure")
         if config.report.recording:
             module.recordings(made, made_tables, publication.folder)
-        stages = {a.stage: {"key": a.key, "seconds": a.seconds} for a in _artefacts(made)}
+        stages = {a.stage: {"key": a.key, "seconds": a.seconds} for a in made.artefacts}
         publication.manifest(
             {
                 "figure": config.figure,
@@ -140,7 +166,3 @@ def _column(values: list[Any]) -> np.ndarray:
     if any(isinstance(value, int | float) for value in values):
         return np.array([np.nan if value == "" else float(value) for value in values])
     return np.array([str(value) for value in values])
-
-
-def _artefacts(made: Made) -> tuple[Any, ...]:
-    return made.ingest, made.dataset, made.model, made.sweep

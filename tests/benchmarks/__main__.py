@@ -7,6 +7,8 @@ known_view      reconstruction from 181 known views, against scikit-learn and th
 noise_path      the same for 625 values of sigma², against the plain loop
 unknown_view    view angle and coefficients together, against SciPy's trust region
 synchronization all ordered pairs of performances with their paths, against dtaidistance, tslearn and a plain loop
+binary_quadratic   signs of a limb with a proof, against SCIP; growth with F and K
+refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust region
 growth          with the number of walkers and of view angles
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
@@ -36,6 +38,8 @@ BENCHMARKS = (
     "noise_path",
     "unknown_view",
     "synchronization",
+    "binary_quadratic",
+    "refinement",
     "growth",
     "whole",
 )

@@ -237,6 +237,18 @@ def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair: tuple[Path, 
         asf_amc.read(motion)
 
 
+def test_the_skeleton_one_folder_up_is_found_where_there_is_none_beside(pair: tuple[Path, Path]) -> None:
+    motion, skeleton = pair
+    below = motion.parent / "squats"
+    below.mkdir()
+    moved = motion.rename(below / f"{skeleton.stem}_squat_001.amc")
+    (motion.parent / "zz.asf").write_bytes(b"of somebody else")
+    assert asf_amc.skeleton_of(moved) == skeleton
+    assert asf_amc.read(moved).positions_mm.shape == (3, 5, 3)
+    (below / "q.asf").write_bytes(b"of somebody else")
+    assert asf_amc.skeleton_of(moved) == below / "q.asf", "what is beside comes first"
+
+
 def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair: tuple[Path, Path]) -> None:
     data = AMC.read_bytes()
     whole = asf_amc.read(AMC).positions_mm

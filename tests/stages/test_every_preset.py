@@ -14,63 +14,16 @@ import numpy as np
 import pytest
 
 from pipeline import recording_check, tables
-from pipeline.__main__ import presets
+from pipeline.__main__ import compose, presets
+from pipeline.clips import performances, varied, walks
 from pipeline.sealed_folders import complaints_about
 from pipeline.skeleton import WALKER15
-from pipeline.stages.ingest import REPORT_COLUMNS
+from tests.stages.promised import ENTITIES, MAY_BE_EMPTY, PROMISED, WALKERS
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden"
-WALKERS, VIEWS, VARIANCES = 12, 13, 28
+VIEWS, VARIANCES = 13, 28
 """Of the smoke scale."""
 
-SPECTRUM = {
-    "table": ["component", "eigenvalue_mm2", "variance_fraction", "cumulative_fraction"],
-    "table_harmonics": ["walker", "harmonic", "variance_fraction", "residual_fraction", "frequency_hz"],
-}
-POSTURES = [
-    "walker", "view_angle_deg", "method", "instant", "joint",
-    *(f"{which}_{axis}_mm" for which in ("original", "reconstructed") for axis in "xyz"),
-]  # fmt: skip
-VIEW_ERRORS = {
-    "table": [
-        "method", "view_angle_deg", "absolute_error_mm2", "absolute_error_sd_mm2", "rms_error_mm", "relative_error",
-        "relative_error_sd", "missing_variance_mm2", "missing_variance_sd_mm2",
-    ],
-    "table_walkers": ["walker", "method", "absolute_error_mm2", "relative_error"],
-}  # fmt: skip
-VIEW_ANGLES = {
-    "table": [
-        "method", "view_angle_deg", "estimated_mean_deg", "estimated_sd_deg", "absolute_angle_error_median_deg",
-        "failures", "walkers",
-    ],
-    "table_walkers": [
-        "walker", "method", "mean_error_deg", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
-        "failures", "runner_up_cost_ratio_min", "not_converged",
-    ],
-}  # fmt: skip
-PROMISED: dict[str, dict[str, list[str]]] = {
-    "zhang2004_fig2": SPECTRUM,
-    "zhang2004_fig3": {
-        "table": POSTURES,
-        "table_demonstrations": ["walker", "view_angle_deg", "rms_error_least_squares_mm"],
-    },
-    "zhang2004_fig4": VIEW_ERRORS,
-    "zhang2004_fig5": VIEW_ANGLES,
-    "zhang2007_fig2": SPECTRUM,
-    "zhang2007_fig3": {
-        "table": ["sigma2_mm2", "absolute_error_mm2", "absolute_error_se_mm2"],
-        "table_views": ["view_angle_deg", "sigma2_mm2", "absolute_error_mm2"],
-        "table_nested": ["walker", "sigma2_mm2", "absolute_error_mm2"],
-    },
-    "zhang2007_fig4": {
-        "table": POSTURES,
-        "table_demonstrations": [
-            "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_map_mm", "rms_between_methods_mm",
-        ],
-    },
-    "zhang2007_fig5": VIEW_ERRORS,
-    "zhang2007_fig6": VIEW_ANGLES,
-}  # fmt: skip
 ROWS = {
     "zhang2007_fig3": {"table": VARIANCES, "table_views": VIEWS * VARIANCES, "table_nested": WALKERS},
     "zhang2007_fig4": {"table": 2 * 3 * 5 * 15, "table_demonstrations": 3 * WALKERS},
@@ -80,32 +33,6 @@ ROWS = {
     "zhang2004_fig4": {"table": VIEWS, "table_walkers": WALKERS},
     "zhang2004_fig5": {"table": VIEWS, "table_walkers": WALKERS},
 }
-ENTITIES = {
-    "zhang2004_fig2": {"world/average", "world/eigenwalker_1/plus_2_sd", "cumulative/variance_percent"},
-    "zhang2007_fig3": {"curves/absolute_error_mm2/map", "matrices/error_by_view_and_sigma2"},
-    "zhang2007_fig4": {
-        f"{entity}/synthetic_{walker:03d}"
-        for walker in range(1, WALKERS + 1)
-        for entity in (
-            "world/original",
-            *(f"world/reconstructed/{m}/view_{v}" for m in ("least_squares", "map") for v in (0, 30, 90)),
-            *(f"image/observed/view_{v}" for v in (0, 30, 90)),
-        )
-    },
-    "zhang2007_fig5": {
-        "world/original", "world/reconstructed/least_squares", "world/reconstructed/map", "image/observed",
-        "curves/absolute_error_mm2/least_squares", "curves/absolute_error_mm2/map",
-        "curves/relative_error/least_squares", "curves/relative_error/map", "curves/missing_variance_mm2/truth",
-    },
-    "zhang2007_fig6": {
-        f"curves/{curve}/{method}"
-        for curve in ("estimated_deg", "error_deg", "absolute_error_median_deg")
-        for method in ("least_squares", "map")
-    },
-}  # fmt: skip
-ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
-for _ours, _theirs in (("fig3", "fig4"), ("fig4", "fig5"), ("fig5", "fig6")):
-    ENTITIES[f"zhang2004_{_ours}"] = {e for e in ENTITIES[f"zhang2007_{_theirs}"] if "/map" not in e}
 ABSCISSA = {"zhang2007_fig3": "sigma2_mm2"} | dict.fromkeys(
     ("zhang2004_fig4", "zhang2004_fig5", "zhang2007_fig5", "zhang2007_fig6"), "view_angle_deg"
 )
@@ -134,7 +61,8 @@ def test_the_tables_have_the_columns_and_rows_promised(folder: Path) -> None:
         table = tables.read(folder / f"{name}.csv")
         assert list(table) == columns
         for column, values in table.items():
-            assert values.dtype.kind == "U" or np.isfinite(values).all(), column
+            empty = column in MAY_BE_EMPTY.get((folder.name, name), ())
+            assert values.dtype.kind == "U" or empty or np.isfinite(values).all(), (name, column)
         if folder.name in ROWS:
             assert len(values) == ROWS[folder.name][name], name
 
@@ -143,29 +71,47 @@ def test_the_values_are_what_their_names_say(folder: Path) -> None:
     for name in PROMISED[folder.name]:
         table = tables.read(folder / f"{name}.csv")
         for column, values in table.items():
+            values = values[~np.isnan(values)] if values.dtype.kind == "f" else values
             if column.endswith(("_mm2", "_sd", "_error", "_fraction", "_hz", "failures")):
                 assert (values >= 0).all(), column
             if column.endswith("_fraction"):
                 assert (values <= 1 + 1e-9).all(), column
-            if column == "view_angle_deg":
+            if column == "view_angle_deg" and folder.name.startswith("zhang"):
                 assert set(values) <= set(range(-90, 91, 15))
             if column == "walker":
                 assert set(values) <= {f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)}
             if column == "joint":
-                assert set(values) == set(WALKER15.joints)
+                assert set(values) <= set(WALKER15.joints)
+                assert len(set(values)) >= 14, "all, or all but the root"
+
+
+def purpose(figure: str) -> str:
+    """What corpus a figure is made of."""
+    return str(compose([f"experiment={figure}"]).purpose)
 
 
 def test_every_clip_has_its_row_in_the_ingest_report(folder: Path) -> None:
     report = tables.read(folder / "table_ingest.csv")
-    assert tuple(report) == REPORT_COLUMNS
-    assert sorted(report["clip"]) == [f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)]
+    columns, clips = {
+        "walks": (walks.REPORT_COLUMNS, [f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)]),
+        "performances": (performances.REPORT_COLUMNS, [f"bending_{m:03d}" for m in range(1, 7)]),
+        "clips": (varied.REPORT_COLUMNS, ["bending_001", "smooth_angles_001", "walking_001"]),
+    }[purpose(folder.name)]
+    assert tuple(report) == columns
+    assert sorted(report["clip"]) == clips
     assert set(report["verdict"]) == {"kept"}
-    np.testing.assert_array_less(0.9, report["fundamental_share"] + report["second_share"])
+    if "fundamental_share" in report:
+        np.testing.assert_array_less(0.9, report["fundamental_share"] + report["second_share"])
 
 
 def test_the_arrays_hold_every_walker_and_joint(folder: Path) -> None:
     with np.load(folder / "arrays.npz", allow_pickle=False) as arrays:
-        assert list(arrays["walker"]) == [f"synthetic_{r:03d}" for r in range(1, WALKERS + 1)]
+        of = purpose(folder.name)
+        names = {"walks": "walker", "performances": "performance", "clips": "clip_name"}[of]
+        first = {"walks": "synthetic_001", "performances": "bending_001", "clips": "walking_001"}[of]
+        assert arrays[names][0] == first
+        assert of != "walks" or len(arrays[names]) == WALKERS
+        assert of != "performances" or arrays["synchronized"].shape[0] == len(arrays[names]) == 6
         if folder.name in ("zhang2004_fig4", "zhang2007_fig5"):
             methods = len(arrays["methods"])
             assert arrays["absolute_error_mm2"].shape == (methods, WALKERS, VIEWS, 15)
@@ -237,7 +183,7 @@ CURVES = {
 
 def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
     curves = [e.split("/") for e in sorted(ENTITIES[folder.name]) if e.startswith("curves/")]
-    shown = [(name, method) for _, name, method in curves if name in CURVES]
+    shown = [(name, method) for _, name, method, *_ in curves if name in CURVES]
     table, timeline = tables.read(folder / "table.csv"), ABSCISSA.get(folder.name)
     assert bool(shown) == (timeline is not None)
     for name, method in shown:
@@ -250,9 +196,14 @@ def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
         np.testing.assert_allclose(values.ravel(), table[column][of_method], rtol=1e-6)
 
 
+LOOSE = {"mozerov2006_tracking": 0.3}
+"""A filter's error may change by so much when rounding, another on another machine, lets another particle survive."""
+
+
 def test_the_smoke_table_is_the_golden_one(folder: Path) -> None:
     """Changed numbers need `make golden` and a line under "Scientific changes"."""
-    assert tables.compare(GOLDEN / f"{folder.name}.csv", folder / "table.csv", relative=1e-6) == []
+    relative = LOOSE.get(folder.name, 1e-6)
+    assert tables.compare(GOLDEN / f"{folder.name}.csv", folder / "table.csv", relative=relative) == []
 
 
 def test_there_is_a_golden_table_for_each_preset_and_no_other() -> None:

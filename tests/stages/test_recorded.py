@@ -58,7 +58,7 @@ def test_the_same_man_under_two_numbers_never_straddles_a_fold(mocap_mirror: Pat
     store = Store(tmp_path)
     walks = ingest.run(options, config.skeleton, 2007, 2, store)
     samples = dataset.run(config.dataset, walks, 2, store)
-    learnt = model.run(config.model, samples, False, 2, store)
+    learnt = model.run(config.model, samples, 2, store)
     person, clip = samples.arrays["person"], samples.arrays["clip"]
     subjects = {name: name.split("_")[0] for name in map(str, clip)}
     assert {"12", "37"} <= set(subjects.values())

@@ -1,0 +1,190 @@
+"""Performances of one action: whole recordings, cycles cut out of walks, or synthetic bending.
+
+Every clip ends in the report, kept or refused, with the reason; nothing is dropped in silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.clips.corpus import Clip, read_clip
+from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
+from pipeline.clips.walks import steady_walk
+from pipeline.config import RecordedPerformances, Steady, SyntheticPerformances
+from pipeline.core import fourier, posture, usable_clip
+from pipeline.core.bending import bending_performances
+from pipeline.refusal import Refusal
+from pipeline.store import derive_generator
+from pipeline.threads import spread
+
+REPORT_COLUMNS = (
+    "clip", "person", "source", "frames", "first_frame", "last_frame", "seconds", "bridged_values",
+    "leg_length_mm", "verdict", "reason",
+)  # fmt: skip
+
+LEAST_FRAMES = 8
+"""Of a performance: fewer show no course of an action."""
+
+
+@dataclass(frozen=True)
+class Performance:
+    """One performance, or the row of the report that says why there is none."""
+
+    row: dict[str, Any]
+    positions: np.ndarray | None
+    frame_rate_hz: float
+
+
+def synthetic_performances(
+    options: SyntheticPerformances, seed: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Arrays and notes of synthetic bending; ``phase`` is the truth that synchronization is to find."""
+    count = min(options.limit or options.performances, options.performances)
+    made = bending_performances(
+        derive_generator(seed, "ingest"),
+        performances=count,
+        subjects=min(options.subjects, count),
+        frames_mean=options.frames_mean,
+        frame_rate_hz=options.frame_rate_hz,
+        rate_spread=options.rate_spread,
+        marker_noise_mm=options.marker_noise_mm,
+    )
+    performances = []
+    for number, (positions, subject) in enumerate(zip(made.positions_mm, made.subject, strict=True)):
+        row = dict.fromkeys(REPORT_COLUMNS, "") | {
+            "clip": f"bending_{number + 1:03d}",
+            "person": f"subject_{int(subject) + 1}",
+            "source": "synthetic",
+        }
+        whole = np.ones(positions.shape[:2], dtype=bool)
+        performances.append(_performance(row, positions, whole, options.frame_rate_hz, gap_s=0.0))
+    arrays, notes = _packed(performances, inputs={})
+    arrays["phase"] = np.concatenate(made.phase)
+    arrays["moving_phase"] = np.array(made.moving_phase)
+    return arrays, notes
+
+
+def recorded_performances(
+    clips: Iterable[Clip], options: RecordedPerformances, steady: Steady, workers: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Arrays and notes of recorded performances."""
+    if options.cut not in ("whole", "cycles"):
+        raise Refusal(
+            "how to cut performances is unknown",
+            where="data.performances.cut",
+            expected="whole or cycles",
+            received=options.cut,
+        )
+
+    def one(clip: Clip) -> Performance:
+        row = dict.fromkeys(REPORT_COLUMNS, "") | {
+            "clip": clip.name,
+            "person": clip.person,
+            "source": clip.source,
+        }
+        try:
+            motion, positions, valid = read_clip(clip)
+            if options.cut == "cycles":
+                return _middle_cycle(row, positions, valid, motion.frame_rate_hz, steady)
+            return _performance(row, positions, valid, motion.frame_rate_hz, gap_s=steady.gap_s)
+        except Refusal as refusal:
+            # Readers name the file by its path; the report is kept, and shown to others, without it.
+            reason = str(refusal).replace(str(clip.path), clip.name)
+            return Performance(row | {"verdict": "refused", "reason": reason}, None, 0.0)
+
+    clips = list(clips)
+    inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
+    return _packed(spread(one, clips, workers), inputs=inputs)
+
+
+def _performance(
+    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
+) -> Performance:
+    """A whole clip as one performance, with its row of the report."""
+    row = row | {"frames": len(positions), "verdict": "refused"}
+    try:
+        usable_clip.check_units(positions)
+        row["leg_length_mm"] = usable_clip.leg_length(positions)
+        filled, whole, bridged = usable_clip.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
+        row["bridged_values"] = bridged
+        frames = np.flatnonzero(whole)
+        first, last = (int(frames[0]), int(frames[-1])) if frames.size else (0, -1)
+        if last - first + 1 < LEAST_FRAMES:
+            raise Refusal(
+                "too short for a performance",
+                expected=f"{LEAST_FRAMES} frames",
+                received=str(last - first + 1),
+            )
+        if not whole[first : last + 1].all():
+            missing = first + int(np.flatnonzero(~whole[first : last + 1])[0])
+            raise Refusal(
+                "joints are missing for too long",
+                where=f"frame {missing}",
+                expected=f"gaps up to {gap_s:g} s",
+            )
+        kept = filled[first : last + 1]
+        posture.postures(kept)  # refuses what leaves a posture undefined
+    except Refusal as refusal:
+        return Performance(row | {"reason": str(refusal)}, None, frame_rate_hz)
+    row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / frame_rate_hz}
+    return Performance(row | {"verdict": "kept"}, kept, frame_rate_hz)
+
+
+def _middle_cycle(
+    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, steady: Steady
+) -> Performance:
+    """The cycle in the middle of a steady walk, from phase zero to phase zero, as its treadmill equivalent."""
+    walk = steady_walk(row | dict.fromkeys(WALK_COLUMNS, "") | row, positions, valid, frame_rate_hz, steady)
+    if walk.positions is None:
+        kept = {name: walk.row[name] for name in REPORT_COLUMNS if name in walk.row}
+        return Performance(row | kept, None, frame_rate_hz)
+    series = fourier.represent(walk.positions, frame_rate_hz)
+    period = frame_rate_hz / series.frequency_hz
+    length = len(walk.positions) - 1
+    # Phase zero comes at frames zero + k period; the clip holds at least one whole cycle and a half.
+    zero = -series.phase_rad / (2 * np.pi) * period % period
+    starts = zero + period * np.arange(max(1, int((length - zero) // period)))
+    start = float(starts[np.argmin(np.abs(starts + period / 2 - length / 2))])
+    if start + period > length:
+        start = max(0.0, length - period)
+    count = round(period) + 1
+    at = np.linspace(start, start + period, count)
+    below = np.minimum(at.astype(int), length - 1)
+    share = (at - below)[:, None, None]
+    cycle = (1 - share) * walk.positions[below] + share * walk.positions[below + 1]
+    offset = int(walk.row["first_frame"])
+    made = _performance(row, cycle, np.ones(cycle.shape[:2], dtype=bool), frame_rate_hz, gap_s=0.0)
+    if made.positions is None:
+        return made
+    placed = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
+    kept = {"frames": len(positions), "bridged_values": walk.row["bridged_values"], **placed}
+    return Performance(made.row | kept, made.positions, frame_rate_hz)
+
+
+def _packed(
+    performances: list[Performance], *, inputs: dict[str, str]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    kept = [p for p in performances if p.positions is not None]
+    rows = [p.row for p in performances]
+    if len(kept) < 3:
+        reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows if row["reason"])
+        raise Refusal(
+            "too few performances to learn an action from",
+            expected="3 or more",
+            received=f"{len(kept)} of {len(rows)}" + (f" ({reasons[:300]})" if reasons else ""),
+        )
+    positions = [p.positions for p in kept if p.positions is not None]
+    arrays = {
+        "positions": np.concatenate(positions),
+        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
+        "frame_rate_hz": np.array([p.frame_rate_hz for p in kept]),
+        **{
+            name: np.array([p.row[name] for p in kept])
+            for name in ("person", "clip", "source", "leg_length_mm")
+        },
+    }
+    return arrays, {"report": rows, "report_columns": list(REPORT_COLUMNS), "inputs": inputs}

@@ -1,0 +1,164 @@
+"""Clips of varied motion: recorded, or synthetic with known answers.
+
+Every clip ends in the report, kept or refused, with the reason; nothing is dropped in silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.clips.corpus import Clip, read_clip
+from pipeline.config import SyntheticClips
+from pipeline.core import usable_clip
+from pipeline.core.bending import bending_performances
+from pipeline.core.synthetic import walking_population
+from pipeline.core.synthetic_limbs import synthetic_body
+from pipeline.refusal import Refusal
+from pipeline.store import derive_generator
+from pipeline.threads import spread
+
+REPORT_COLUMNS = (
+    "clip", "person", "source", "action", "frames", "first_frame", "last_frame", "seconds", "bridged_values",
+    "leg_length_mm", "verdict", "reason",
+)  # fmt: skip
+
+LEAST_FRAMES = 8
+"""Of a clip: fewer show no motion."""
+
+
+@dataclass(frozen=True)
+class VariedClip:
+    """A clip, or the row of the report that says why there is none."""
+
+    row: dict[str, Any]
+    positions: np.ndarray | None
+    frame_rate_hz: float
+
+
+def synthetic_clips(options: SyntheticClips, seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Arrays and notes of synthetic clips: walking, bending and bodies of smooth angles in turn."""
+    count = min(options.limit or options.clips, options.clips)
+    if count < 1:
+        raise Refusal("no clips", where="data.clips.clips", expected="1 or more", received=str(count))
+    generator = derive_generator(seed, "ingest")
+    kinds = ("walking", "bending", "smooth angles")
+    of_kind = {kind: len(range(number, count, len(kinds))) for number, kind in enumerate(kinds)}
+    frames = round(options.seconds * options.frame_rate_hz) + 1
+    bodies: dict[str, list[np.ndarray]] = {"smooth angles": [], "walking": [], "bending": []}
+    if of_kind["walking"]:
+        male = of_kind["walking"] // 2
+        walkers = walking_population(
+            generator,
+            male=male,
+            female=of_kind["walking"] - male,
+            duration_s=options.seconds + 1 / options.frame_rate_hz,
+            frame_rate_hz=options.frame_rate_hz,
+        )
+        bodies["walking"] = [np.asarray(p[:frames]) for p in walkers.positions_mm]
+    if of_kind["bending"]:
+        benders = bending_performances(
+            generator,
+            performances=of_kind["bending"],
+            subjects=of_kind["bending"],
+            frames_mean=frames,
+            frame_rate_hz=options.frame_rate_hz,
+        )
+        bodies["bending"] = list(benders.positions_mm)
+    bodies["smooth angles"] = [
+        synthetic_body(generator, frames, bandwidth=options.bandwidth).positions_mm
+        for _ in range(of_kind["smooth angles"])
+    ]
+    made = []
+    for number in range(count):
+        kind = kinds[number % len(kinds)]
+        positions = bodies[kind][number // len(kinds)]
+        row = dict.fromkeys(REPORT_COLUMNS, "") | {
+            "clip": f"{kind.replace(' ', '_')}_{number // len(kinds) + 1:03d}",
+            "person": f"synthetic_{number + 1:03d}",
+            "source": "synthetic",
+            "action": kind,
+        }
+        whole = np.ones(positions.shape[:2], dtype=bool)
+        made.append(_clip(row, positions, whole, options.frame_rate_hz, gap_s=0.0))
+    return _packed(made, inputs={})
+
+
+def recorded_clips(
+    clips: Iterable[Clip], gap_s: float, workers: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Arrays and notes of recorded clips: of each the longest stretch that shows all joints."""
+
+    def one(clip: Clip) -> VariedClip:
+        row = dict.fromkeys(REPORT_COLUMNS, "") | {
+            "clip": clip.name,
+            "person": clip.person,
+            "source": clip.source,
+            "action": clip.action,
+        }
+        try:
+            motion, positions, valid = read_clip(clip)
+            return _clip(row, positions, valid, motion.frame_rate_hz, gap_s=gap_s)
+        except Refusal as refusal:
+            # Readers name the file by its path; the report is kept, and shown to others, without it.
+            reason = str(refusal).replace(str(clip.path), clip.name)
+            return VariedClip(row | {"verdict": "refused", "reason": reason}, None, 0.0)
+
+    clips = list(clips)
+    inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
+    return _packed(spread(one, clips, workers), inputs=inputs)
+
+
+def _clip(
+    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
+) -> VariedClip:
+    row = row | {"frames": len(positions), "verdict": "refused"}
+    try:
+        usable_clip.check_units(positions)
+        row["leg_length_mm"] = usable_clip.leg_length(positions)
+        filled, whole, bridged = usable_clip.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
+        row["bridged_values"] = bridged
+        first, stop = _longest(whole)
+        if stop - first < LEAST_FRAMES:
+            raise Refusal(
+                "too short a stretch shows all joints",
+                expected=f"{LEAST_FRAMES} frames",
+                received=str(stop - first),
+            )
+    except Refusal as refusal:
+        return VariedClip(row | {"reason": str(refusal)}, None, frame_rate_hz)
+    seconds = (stop - first - 1) / frame_rate_hz
+    row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds, "verdict": "kept"}
+    return VariedClip(row, filled[first:stop], frame_rate_hz)
+
+
+def _longest(whole: np.ndarray) -> tuple[int, int]:
+    """First frame of the longest run of True, and the frame after its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(int), [0]])))
+    if not edges.size:
+        return 0, 0
+    starts, stops = edges[::2], edges[1::2]
+    longest = int(np.argmax(stops - starts))
+    return int(starts[longest]), int(stops[longest])
+
+
+def _packed(made: list[VariedClip], *, inputs: dict[str, str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    kept = [clip for clip in made if clip.positions is not None]
+    rows = [clip.row for clip in made]
+    if not kept:
+        reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
+        raise Refusal(f"none of the {len(rows)} clips can be used", received=reasons)
+    positions = [clip.positions for clip in kept if clip.positions is not None]
+    arrays = {
+        "positions": np.concatenate(positions),
+        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
+        "frame_rate_hz": np.array([clip.frame_rate_hz for clip in kept]),
+        **{
+            name: np.array([clip.row[name] for clip in kept])
+            for name in ("person", "clip", "source", "action", "leg_length_mm")
+        },
+    }
+    return arrays, {"report": rows, "report_columns": list(REPORT_COLUMNS), "inputs": inputs}

@@ -1,0 +1,267 @@
+"""A whole skeleton from one camera, from the root to the leaves: park2011 sections 2 to 5 in one piece.
+
+Each limb in turn is chosen among its candidates and becomes angles in the trajectory basis (`limb_choice`); its end,
+in the basis, is then the parent of the next limb.  In the end all limbs are refined together (`refinement`).
+
+Symbols
+-------
+``X_R``  trajectory of the root, given
+``J``    what the trajectory basis leaves of a choice; its mirror has its own, and ``margin`` is their ratio
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import hinges, refinement
+from pipeline.core.articulation import Adjustment
+from pipeline.core.limb_chain import WALKER14, Chain
+from pipeline.core.limb_choice import MARGIN_OF_DOUBT, LimbChoice, Smoothness, choose_limb, taken
+from pipeline.core.pinhole import Pinhole
+from pipeline.core.refinement import Refinement
+from pipeline.core.trajectory_basis import cosine_basis
+from pipeline.refusal import Refusal
+
+__all__ = [
+    "MARGIN_OF_DOUBT",
+    "Articulated",
+    "LimbChoice",
+    "Smoothness",
+    "choose_limb",
+    "reconstruct",
+    "taken",
+]
+
+
+@dataclass(frozen=True)
+class Articulated:
+    """A skeleton's motion from its images.
+
+    Attributes
+    ----------
+    positions : (F, J, 3)
+        mm, in the order of the chain's joints.
+    chosen : (F, J, 3)
+        Before the refinement of all limbs together: each limb on its own.
+    imputed : (F, J) bool
+        Where the joint was not seen, or no candidate was in front of the camera.
+    limbs : dict
+        A `LimbChoice` by the name of each limb.
+    lengths : (L,)
+        mm, in the order of ``chain.limbs``.
+    refined : Refinement or None
+        With the root first and the limbs after it; None if it was not asked for.
+    """
+
+    positions: np.ndarray
+    chosen: np.ndarray
+    imputed: np.ndarray
+    limbs: dict[str, LimbChoice]
+    lengths: np.ndarray
+    refined: Refinement | None
+
+
+def reconstruct(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    lengths: np.ndarray,
+    *,
+    chain: Chain = WALKER14,
+    smoothness: Smoothness | None = None,
+    adjust: Adjustment = "per_frame",
+    noise_px: float = 0.0,
+    use_hinges: bool = False,
+    refine: bool = True,
+    free_lengths: bool = False,
+    loss: str = "squared",
+    scale_px: float = 1.0,
+    time_limit_s: float = 0.5,
+) -> Articulated:
+    """3D motion of a whole skeleton from its images, the root's trajectory and the cameras [park2011 5, 6].
+
+    Parameters
+    ----------
+    images : (F, J, 2)
+        px, in the order of the chain's joints; NaN where a joint was not seen.
+    camera : Pinhole
+        One, or one for each frame.
+    root : (F, 3)
+        X_R, mm.
+    lengths : (L,)
+        Of the limbs in the order of ``chain.limbs``, mm.
+    chain : Chain
+    smoothness : Smoothness, optional
+        Of the trajectories; 20 cosines by default.
+    adjust : {"per_frame", "global", "robust"}
+        As for `articulation.ray_sphere`.
+    noise_px : float
+        As for `choose_limb`.
+    use_hinges : bool
+        Where the data cannot tell a limb from its mirror, take the one with which knees and elbows flex as they do.
+    refine : bool
+        Whether reprojection errors are refined in the end.
+    free_lengths : bool
+        Whether lengths are refined too.
+    loss : {"squared", "huber", "cauchy"}
+        Of the reprojection error, with `scale_px`.
+    scale_px : float
+        As for `refinement.refine`.
+    time_limit_s : float
+        For the certificate of each limb.
+
+    Raises
+    ------
+    Refusal
+        If shapes disagree, or a limb cannot be reconstructed, naming it.
+    """
+    smoothness = smoothness or Smoothness()
+    images, root, lengths = (np.asarray(value, dtype=float) for value in (images, root, lengths))
+    _check_shapes(images, camera, root, lengths, chain)
+    cameras = camera.matrix
+    chosen = np.full((*images.shape[:2], 3), np.nan)
+    hung = chosen.copy()  # what children hang on: smoother than the candidates themselves
+    chosen[:, chain.joints.index(chain.root)] = hung[:, chain.joints.index(chain.root)] = root
+    limbs: dict[str, LimbChoice] = {}
+
+    def place(limb: str, choice: LimbChoice) -> None:
+        parent, child = chain.joints.index(chain.held_by(limb)), chain.joints.index(limb)
+        limbs[limb] = choice
+        chosen[:, child] = hung[:, parent] + choice.relative
+        hung[:, child] = hung[:, parent] + choice.hits.radius * choice.directions
+
+    def choose(limb: str, parents: np.ndarray) -> LimbChoice:
+        try:
+            return choose_limb(
+                cameras,
+                images[:, chain.joints.index(limb)],
+                parents,
+                float(lengths[chain.limbs.index(limb)]),
+                smoothness=smoothness,
+                adjust=adjust,
+                noise_px=noise_px,
+                time_limit_s=time_limit_s,
+            )
+        except Refusal as refusal:
+            raise Refusal(
+                refusal.what,
+                where=f"limb {limb}" + (f", {refusal.where}" if refusal.where else ""),
+                expected=refusal.expected,
+                received=refusal.received,
+            ) from None
+
+    for limb in chain.limbs:
+        parent = chain.joints.index(chain.held_by(limb))
+        place(limb, choose(limb, hung[:, parent]))
+        if use_hinges:
+            for hinge in hinges.HINGES:
+                if hinge.lower == limb and hinge.fits(chain):
+                    _by_hinge(hinge, limbs, hung, chain, smoothness, choose, place)
+    imputed = np.zeros(images.shape[:2], dtype=bool)
+    for limb, choice in limbs.items():
+        imputed[:, chain.joints.index(limb)] = ~choice.used
+    radii = np.array([limbs[limb].hits.radius for limb in chain.limbs])
+    if not refine:
+        return Articulated(chosen, chosen, imputed, limbs, radii, None)
+    order = [chain.joints.index(name) for name in (chain.root, *chain.limbs)]
+    parents = [-1, *(order.index(chain.joints.index(chain.held_by(limb))) for limb in chain.limbs)]
+    refined = refinement.refine(
+        images[:, order],
+        camera,
+        root,
+        parents,
+        np.stack([limbs[limb].directions for limb in chain.limbs], axis=1),
+        radii,
+        basis=cosine_basis(len(images), smoothness.components),
+        cutoff=smoothness.cutoff,
+        free_lengths=free_lengths,
+        loss=loss,
+        scale_px=scale_px,
+        names=(chain.root, *chain.limbs),
+    )
+    positions = np.empty_like(chosen)
+    positions[:, order] = refined.positions
+    return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
+
+
+def _by_hinge(
+    hinge: hinges.Hinge,
+    limbs: dict[str, LimbChoice],
+    hung: np.ndarray,
+    chain: Chain,
+    smoothness: Smoothness,
+    choose: Callable[[str, np.ndarray], LimbChoice],
+    place: Callable[[str, LimbChoice], None],
+) -> None:
+    """Take upper and lower limb, each or its mirror, so that the hinge bends the right way, where data are in doubt.
+
+    Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
+    smallest share of wrong flexion wins, and of equal ones the smoothest.
+    """
+    axis = hung[:, chain.joints.index(hinge.right)] - hung[:, chain.joints.index(hinge.left)]
+    above = hung[:, chain.joints.index(chain.held_by(hinge.upper))].copy()
+    best: tuple[float, float] | None = None
+    winner: tuple[LimbChoice, LimbChoice] | None = None
+    for upper in _with_mirror(limbs[hinge.upper], smoothness):
+        parents = above + upper.hits.radius * upper.directions
+        first = limbs[hinge.lower] if upper is limbs[hinge.upper] else choose(hinge.lower, parents)
+        for lower in _with_mirror(first, smoothness):
+            bend = hinges.flexion(upper.directions, lower.directions, axis, hinge.sense)
+            cost = (_cost_ratio(upper)) * (_cost_ratio(lower))
+            score = (round(hinges.wrong_share(bend), 2), cost)
+            if best is None or score < best:
+                best, winner = score, (upper, lower)
+    if winner is None or (winner[0] is limbs[hinge.upper] and winner[1] is limbs[hinge.lower]):
+        return
+    place(hinge.upper, winner[0])
+    place(hinge.lower, winner[1])
+    # Whatever else was hung on the upper limb before hangs elsewhere now.
+    end = hung[:, chain.joints.index(hinge.upper)]
+    for limb in [name for name in limbs if name != hinge.lower and chain.held_by(name) == hinge.upper]:
+        place(limb, choose(limb, end))
+
+
+def _with_mirror(choice: LimbChoice, smoothness: Smoothness) -> Sequence[LimbChoice]:
+    if not choice.undecided:
+        return [choice]
+    return [choice, taken(choice.hits, choice.solution, choice.used, smoothness, mirrored=True)]
+
+
+def _cost_ratio(choice: LimbChoice) -> float:
+    return choice.solution.margin if choice.mirrored else 1.0
+
+
+def _check_shapes(
+    images: np.ndarray, camera: Pinhole, root: np.ndarray, lengths: np.ndarray, chain: Chain
+) -> None:
+    joints = len(chain.joints)
+    if images.ndim != 3 or images.shape[1:] != (joints, 2):
+        raise Refusal(
+            "the images are not of the chain's joints",
+            expected=f"(F, {joints}, 2)",
+            received=str(images.shape),
+        )
+    frames = len(images)
+    if frames < 3:
+        raise Refusal("too few frames for a trajectory", expected="3 or more", received=str(frames))
+    if camera.frames not in (None, frames):
+        raise Refusal(
+            "images and camera differ in frames",
+            expected=f"a camera of {frames}",
+            received=str(camera.frames),
+        )
+    if root.shape != (frames, 3):
+        raise Refusal(
+            "the trajectory of the root has the wrong shape",
+            expected=f"({frames}, 3)",
+            received=str(root.shape),
+        )
+    if lengths.shape != (len(chain.limbs),):
+        raise Refusal(
+            "there is not one length to each limb",
+            expected=f"({len(chain.limbs)},)",
+            received=str(lengths.shape),
+        )

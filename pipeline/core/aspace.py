@@ -1,0 +1,149 @@
+"""The aSpace of an action: postures by their projections on few eigenvectors: mozerov2006 section 2.
+
+Symbols
+-------
+``psi``     posture, 37 numbers; ``psi_bar`` its mean over all postures of all performances
+``Sigma``   covariance of the postures; ``e_j``, ``lambda_j`` its eigenvectors and eigenvalues
+``b``       number of eigenvectors that are kept
+
+The linear model is that of the eigenwalkers; only what is a sample differs: a posture, not a walk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import linear_model
+from pipeline.refusal import Refusal
+
+
+@dataclass(frozen=True)
+class ASpace:
+    """A space of few dimensions for the postures of one action, and the way there and back [mozerov2006 5].
+
+    Attributes
+    ----------
+    mean : (37,)
+        Mean posture.
+    components : (b, 37)
+        Orthonormal; the largest entry of each is positive.
+    eigenvalues : (K,)
+        All of them, descending, K = 37 or what the postures span.
+    total_variance : float
+    """
+
+    mean: np.ndarray
+    components: np.ndarray
+    eigenvalues: np.ndarray
+    total_variance: float
+
+    @property
+    def dimensions(self) -> int:
+        """b."""
+        return len(self.components)
+
+    @property
+    def variance_held(self) -> float:
+        """Share of the variance that b eigenvectors hold."""
+        return float(self.eigenvalues[: self.dimensions].sum() / self.total_variance)
+
+    def project(self, postures: np.ndarray) -> np.ndarray:
+        """Postures (…, 37) in the aSpace (…, b)."""
+        return (np.asarray(postures, dtype=float) - self.mean) @ self.components.T
+
+    def postures(self, coordinates: np.ndarray) -> np.ndarray:
+        """Postures (…, 37) of points (…, b) of the aSpace; blended cosines, to be renormalised before drawing."""
+        return self.mean + np.asarray(coordinates, dtype=float) @ self.components
+
+
+def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance: float) -> int:
+    """Smallest b whose eigenvalues hold so much of the variance [mozerov2006 4].
+
+    Parameters
+    ----------
+    eigenvalues : (K,)
+        Descending.
+    total_variance : float
+    variance : float
+        Share to be held, above 0 and up to 1.
+
+    Raises
+    ------
+    Refusal
+        If the share is none.
+
+    Examples
+    --------
+    >>> smallest_dimensions(np.array([6.0, 3.0, 1.0]), 10.0, 0.9)
+    2
+    """
+    if not 0 < variance <= 1:
+        raise Refusal(
+            "the share of the variance is none", expected="above 0 and up to 1", received=f"{variance:g}"
+        )
+    held = np.cumsum(eigenvalues) / total_variance
+    # Rounding must not ask for one more eigenvector.
+    return min(int(np.searchsorted(held, variance * (1 - 1e-12))) + 1, len(held))
+
+
+def learn(
+    performances: Sequence[np.ndarray], *, variance: float = 0.95, dimensions: int | None = None
+) -> ASpace:
+    """The aSpace of all postures of all performances of an action [mozerov2006 3].
+
+    Parameters
+    ----------
+    performances : sequence of (F_i, 37)
+        Postures.
+    variance : float
+        The smallest number of eigenvectors that holds so much of it is kept.
+    dimensions : int, optional
+        Keep so many instead.
+
+    Raises
+    ------
+    Refusal
+        If there are no performances or a single posture, a performance is no list of postures or not finite, the
+        postures do not vary, more dimensions are wanted than there are, or as `smallest_dimensions`.
+    """
+    samples = _all_postures(performances)
+    if not np.ptp(samples, axis=0).any():
+        raise Refusal(
+            "the postures are all the same: they span no space", received=f"{len(samples)} postures"
+        )
+    model = linear_model.fit(samples, samples.shape[1])
+    b = smallest_dimensions(model.eigenvalues, model.total_variance, variance)
+    if dimensions is not None:
+        if not 1 <= dimensions <= len(model.eigenvalues):
+            raise Refusal(
+                "no such number of dimensions",
+                expected=f"1 to {len(model.eigenvalues)}",
+                received=str(dimensions),
+            )
+        b = dimensions
+    return ASpace(model.mean, model.components[:b], model.eigenvalues, model.total_variance)
+
+
+def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
+    if not len(performances):
+        raise Refusal("no performances", expected="one or more", received="none")
+    given = [np.asarray(p, dtype=float) for p in performances]
+    for number, performance in enumerate(given):
+        where = f"performance {number}"
+        if performance.ndim != 2 or performance.shape[1:] != given[0].shape[1:]:
+            raise Refusal(
+                "a performance is no list of postures",
+                where=where,
+                expected=f"(F, {given[0].shape[-1]})" if given[0].ndim == 2 else "(F, 37)",
+                received=str(performance.shape),
+            )
+        if not np.isfinite(performance).all():
+            frame = int(np.argwhere(~np.isfinite(performance))[0][0])
+            raise Refusal(f"posture {frame} has values that are not finite", where=where)
+    samples = np.concatenate(given)
+    if len(samples) < 2:
+        raise Refusal("one posture alone spans no space", expected="2 or more", received=str(len(samples)))
+    return samples

@@ -1,0 +1,205 @@
+"""Cameras that stand, walk around, or shake in the hand: the views of park2011 sections 4 and 5.
+
+All look at a target from a distance, upright.  The focal length grows with the distance (`px_per_mm`), so the target
+keeps its size in the image and a far camera is the orthographic limit; `parallel` is that limit itself, which has no
+centre and so is no `Pinhole`.  Azimuth 0 is a camera on +y, ahead of somebody who walks along +y; it grows towards
+their left (-x), counterclockwise as seen from above.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core.pinhole import Pinhole, look_at
+from pipeline.refusal import Refusal
+
+DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
+"""A camera at four metres with a focal length of 1000 px."""
+
+SWAY_WAVES = 4
+"""Slow waves of which the sway of a hand is made: half a wave to two waves in the time of the clip."""
+
+
+def still(
+    frames: int,
+    *,
+    target: np.ndarray,
+    distance_mm: float = DISTANCE_MM,
+    azimuth_rad: float = 0.0,
+    height_mm: float = 0.0,
+    px_per_mm: float = PX_PER_MM,
+    principal_px: tuple[float, float] = (0.0, 0.0),
+) -> Pinhole:
+    """A camera that stands still; on a moving target it turns to follow.
+
+    Parameters
+    ----------
+    frames : int
+    target : (3,) or (F, 3)
+        World, mm; the camera stands about the mean of a moving one.
+    distance_mm : float
+        Horizontal, from the target.
+    azimuth_rad : float
+    height_mm : float
+        Above the target.
+    px_per_mm : float
+        Size of the image at that distance: focal length over distance.
+    principal_px : (x, y)
+        Where the target appears, px.
+
+    Raises
+    ------
+    Refusal
+        If there are no frames, a distance or size is not positive, or the target is none.
+    """
+    return around(
+        frames,
+        target=target,
+        sweep_rad=0.0,
+        distance_mm=distance_mm,
+        azimuth_rad=azimuth_rad,
+        height_mm=height_mm,
+        px_per_mm=px_per_mm,
+        principal_px=principal_px,
+    )
+
+
+def around(
+    frames: int,
+    *,
+    target: np.ndarray,
+    sweep_rad: float,
+    distance_mm: float = DISTANCE_MM,
+    azimuth_rad: float = 0.0,
+    height_mm: float = 0.0,
+    px_per_mm: float = PX_PER_MM,
+    principal_px: tuple[float, float] = (0.0, 0.0),
+) -> Pinhole:
+    """A camera that walks around the target at constant height, distance and speed: smooth.
+
+    Parameters
+    ----------
+    frames : int
+    target : (3,) or (F, 3)
+        World, mm; the path goes around the mean of a moving one, and the camera turns to follow.
+    sweep_rad : float
+        Angle from the first frame to the last: 2 pi is once around.
+    distance_mm : float
+        Horizontal, from the target.
+    azimuth_rad : float
+        In the middle of the path.
+    height_mm : float
+        Above the target.
+    px_per_mm : float
+        Size of the image at that distance: focal length over distance.
+    principal_px : (x, y)
+        Where the target appears, px.
+
+    Raises
+    ------
+    Refusal
+        If there are no frames, a distance or size is not positive, or the target is none.
+    """
+    target = _target(frames, target)
+    _refuse_sizes(distance_mm, px_per_mm, azimuth_rad, sweep_rad, height_mm)
+    angle = azimuth_rad + sweep_rad * (np.linspace(-0.5, 0.5, frames) if frames > 1 else np.zeros(1))
+    offset = [-distance_mm * np.sin(angle), distance_mm * np.cos(angle), np.full(frames, float(height_mm))]
+    return look_at(
+        target.mean(axis=0) + np.stack(offset, axis=1),
+        target,
+        focal_px=px_per_mm * distance_mm,
+        principal_px=principal_px,
+    )
+
+
+def hand_held(
+    generator: np.random.Generator,
+    camera: Pinhole,
+    *,
+    target: np.ndarray,
+    sway_mm: float = 60.0,
+    tremor_mm: float = 15.0,
+) -> Pinhole:
+    """The same path in somebody's hand: slow sway and tremor of the centre, still turned to the target.
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator
+    camera : Pinhole
+        Of F frames, with one K.
+    target : (3,) or (F, 3)
+        What the hand keeps in the middle, world, mm.
+    sway_mm : float
+        Standard deviation of slow waves in each coordinate.
+    tremor_mm : float
+        Standard deviation of white noise in each coordinate: what a trajectory basis cannot span.
+
+    Raises
+    ------
+    Refusal
+        If the camera does not have frames of one K, an amplitude is negative, or the target is none.
+    """
+    if camera.frames is None or camera.intrinsics.ndim > 2 or camera.centre.ndim < 2:
+        raise Refusal("a path to shake has one K and a centre for each frame")
+    for what, value in (("sway", sway_mm), ("tremor", tremor_mm)):
+        if not 0.0 <= value < np.inf:
+            raise Refusal(
+                f"the {what} of a hand is negative or no number", expected="mm >= 0", received=f"{value:g}"
+            )
+    frames = camera.frames
+    target = _target(frames, target)
+    waves = np.cos(np.pi * np.arange(1, SWAY_WAVES + 1) * (np.arange(frames)[:, None] + 0.5) / frames)
+    slow = waves @ generator.standard_normal((SWAY_WAVES, 3)) * (sway_mm * np.sqrt(2.0 / SWAY_WAVES))
+    centre = camera.centre + slow + tremor_mm * generator.standard_normal((frames, 3))
+    shaken = look_at(centre, target, focal_px=1.0)
+    return Pinhole(camera.intrinsics, shaken.rotation, centre)
+
+
+def parallel(
+    frames: int, *, target: np.ndarray, azimuth_rad: float = 0.0, px_per_mm: float = PX_PER_MM
+) -> np.ndarray:
+    """Orthographic cameras (F, 3, 4) on a horizontal axis, the limit of `still` at its target's height.
+
+    Both candidates of every frame are then mirror images and no basis tells which is right: a tie.
+
+    Parameters
+    ----------
+    frames : int
+    target : (3,) or (F, 3)
+        Appears at pixel 0, 0.
+    azimuth_rad : float
+    px_per_mm : float
+
+    Raises
+    ------
+    Refusal
+        If there are no frames, the size is not positive, or the target is none.
+    """
+    target = _target(frames, target)
+    _refuse_sizes(DISTANCE_MM, px_per_mm, azimuth_rad)
+    c, s = np.cos(azimuth_rad), np.sin(azimuth_rad)
+    rows = px_per_mm * np.array([[-c, -s, 0.0], [0.0, 0.0, -1.0]])  # image right and down
+    cameras = np.zeros((frames, 3, 4))
+    cameras[:, :2, :3] = rows
+    cameras[:, :2, 3] = -target @ rows.T
+    cameras[:, 2, 3] = 1.0
+    return cameras
+
+
+def _target(frames: int, target: np.ndarray) -> np.ndarray:
+    if frames < 1:
+        raise Refusal("a camera path has no frames", expected="1 or more", received=str(frames))
+    target = np.asarray(target, dtype=float)
+    if target.shape not in ((3,), (frames, 3)) or not np.isfinite(target).all():
+        raise Refusal(
+            "a camera has no target", expected=f"finite (3,) or ({frames}, 3)", received=f"{target.shape}"
+        )
+    return np.broadcast_to(target, (frames, 3))
+
+
+def _refuse_sizes(distance_mm: float, px_per_mm: float, *others: float) -> None:
+    for what, value in (("distance", distance_mm), ("size of the image", px_per_mm)):
+        if not 0.0 < value < np.inf:
+            raise Refusal(f"the {what} of a camera is not positive", expected="> 0", received=f"{value:g}")
+    if not np.isfinite(others).all():
+        raise Refusal("an angle or the height of a camera is no number")

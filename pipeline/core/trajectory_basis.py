@@ -1,0 +1,298 @@
+"""Smooth trajectories as few numbers: the cosine basis of park2011 section 2, hard or soft, and gaps in it.
+
+Symbols
+-------
+``F``      frames, ``K`` components, ``Theta`` basis (F, K) of orthonormal columns, lowest frequency first
+``a``      coefficients of a trajectory, a column for each coordinate
+``R``      ridge (K,): what each squared coefficient costs
+``B``      basis (n, K) of the n observed frames, with ``min over a of ||c - Theta_o a||² + a^T R a``
+           equal to ``||c||² - ||B^T c||²``
+
+The hard basis, as printed, has no ridge: component K - 1 is free and component K is forbidden.  The soft one lets
+components cost more with their frequency, ``R_k = (k / k0)^6``; the same quadratic form with shorter columns, it
+needs no tuning and, unlike the hard one, does not run wild in gaps.  The null space of the basis is never formed:
+all that it is needed for is a sum of squares less another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.refusal import Refusal
+
+EXPONENT = 6.0
+"""How steeply the soft basis forbids: the square of a third derivative."""
+
+_SINGULAR = 1e-9
+"""Singular value, of at most one, below which the observed frames do not determine a combination of components."""
+
+
+HEADROOM = 1.25
+"""Components of a limb over those that predict its middles best."""
+
+
+def cosine_basis(F: int, K: int) -> np.ndarray:
+    """The first K orthonormal discrete cosines (type II) over F frames, (F, K) [park2011 2].
+
+    Parameters
+    ----------
+    F : int
+        Frames, at least one.
+    K : int
+        Components, from 1 to F.
+
+    Raises
+    ------
+    Refusal
+        If there are no frames, or not so many components.
+
+    Examples
+    --------
+    >>> cosine_basis(4, 2).round(3)
+    array([[ 0.5  ,  0.653],
+           [ 0.5  ,  0.271],
+           [ 0.5  , -0.271],
+           [ 0.5  , -0.653]])
+    """
+    if F < 1:
+        raise Refusal("a trajectory has no frames", expected="1 or more", received=str(F))
+    if not 1 <= K <= F:
+        raise Refusal(
+            f"{F} frames cannot have so many components", expected=f"from 1 to {F}", received=str(K)
+        )
+    # Multiples of a quarter turn over F, reduced in whole numbers: exact for sequences of any length.
+    quarters = (2 * np.arange(F)[:, None] + 1) * np.arange(K) % (4 * F)
+    basis = np.sqrt(2.0 / F) * np.cos(np.pi / (2 * F) * quarters)
+    basis[:, 0] = np.sqrt(1.0 / F)
+    return basis
+
+
+def soft_ridge(components: int, softness: float) -> np.ndarray:
+    """R (K,): (k / k0)^6, nothing for the constant; half of component k0 is lost.
+
+    Parameters
+    ----------
+    components : int
+        K.
+    softness : float
+        k0, in components: 8 to 14 for limbs over 100 frames at 30 Hz.
+
+    Raises
+    ------
+    Refusal
+        If it is not positive.
+    """
+    if not softness > 0:
+        raise Refusal(
+            "the softness of the basis is not positive", expected="components > 0", received=str(softness)
+        )
+    return (np.arange(components) / softness) ** EXPONENT
+
+
+def soft_basis(F: int, K: int, softness: float) -> np.ndarray:
+    """B (F, K) of the soft basis when all frames are observed: Theta diag(1 / sqrt(1 + R)).
+
+    K should be four times the softness k0, so that the last components cost much.
+
+    """
+    return cosine_basis(F, K) / np.sqrt(1.0 + soft_ridge(K, softness))
+
+
+def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | None = None) -> np.ndarray:
+    """B (n, K) of the n observed frames: Theta_o L^-T, L L^T = Theta_o^T Theta_o + diag(R).
+
+    Parameters
+    ----------
+    theta : (F, K)
+        Basis of all frames.
+    observed : (F,) bool
+        Frames that were seen.
+    ridge : (K,), optional
+        R; without it the basis is hard, and the columns of B are orthonormal.
+
+    Raises
+    ------
+    Refusal
+        If no frame was observed, or too few for so many components.
+
+    Notes
+    -----
+    By orthogonal factors of Theta_o above diag(sqrt(R)), which lose half as many digits as L does.
+    """
+    above, stacked = _stacked(theta, observed, ridge)
+    q, r = np.linalg.qr(stacked)
+    return q[:above] * np.where(np.diag(r) < 0, -1.0, 1.0)
+
+
+def coefficients(
+    theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
+) -> np.ndarray:
+    """a (K, D) of the trajectory that fits the observed frames best [park2011 2].
+
+    Parameters
+    ----------
+    theta : (F, K)
+        Basis of all frames.
+    observed : (F,) bool
+        Frames that were seen.
+    values : (F, D)
+        Coordinates, any unit; those of frames that were not seen are not read.
+    ridge : (K,), optional
+        R.
+
+    Raises
+    ------
+    Refusal
+        If the observed frames do not determine the coefficients, or are not finite.
+    """
+    above, stacked = _stacked(theta, observed, ridge)
+    values = np.asarray(values, dtype=float)
+    if values.ndim != 2 or len(values) != len(theta):
+        raise Refusal(
+            "the trajectory does not fit the basis",
+            expected=f"shape ({len(theta)}, D)",
+            received=str(values.shape),
+        )
+    seen = values[np.asarray(observed, dtype=bool)]
+    _check_finite(seen, np.flatnonzero(observed))
+    q, r = np.linalg.qr(stacked)
+    return np.linalg.solve(r, q[:above].T @ seen)
+
+
+def impute(
+    theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
+) -> np.ndarray:
+    """The fitted trajectory (F, D) at all frames, observed or not, from what `coefficients` takes [park2011 2]."""
+    return np.asarray(theta) @ coefficients(theta, observed, values, ridge=ridge)
+
+
+@dataclass(frozen=True)
+class ComponentChoice:
+    """How many components a limb asks for, and the evidence.
+
+    Attributes
+    ----------
+    components : int
+        K: `HEADROOM` times `least`, rounded up, and no more than the most that was tried.
+    least : int
+        The number of components that predicts best.
+    error : (M,)
+        Mean squared error of frames predicted from all others by 1 … M components, squared unit.
+    """
+
+    components: int
+    least: int
+    error: np.ndarray
+
+
+def choose_components(
+    values: np.ndarray, *, observed: np.ndarray | None = None, most: int | None = None
+) -> ComponentChoice:
+    """The number of components for a limb, from how well each of its frames is predicted by all others.
+
+    Parameters
+    ----------
+    values : (F, D)
+        What is known of the trajectory before any sign is: image coordinates, or the middles of the candidates.
+    observed : (F,) bool, optional
+        Frames that were seen; all, unless given.
+    most : int, optional
+        M; half the observed frames unless given.
+
+    Raises
+    ------
+    Refusal
+        If fewer than four frames were seen, they are not finite, or `most` is not from 1 to one less than they.
+
+    Notes
+    -----
+    The paper chose by hand, "to span the trajectory well".  Leaving one frame out of a least-squares fit divides
+    its residual by ``1 - leverage``, so one orthogonal factor gives the error for every K.  What can be measured
+    before the signs are known is smoother than the limb itself, whose half chords have sharper turns: hence the
+    headroom.  Evidence, 24 synthetic limbs of 100 frames and different pace: with 0, 1 and 3 px of noise the fit is
+    wrong by 1.7, 12 and 27 mm; the best K of each limb, known afterwards, leaves 0.1, 9 and 21 mm, K = 12 for all
+    36, 39 and 45 mm, and K = 20 for all 6, 12 and 27 mm.
+    """
+    values = np.asarray(values, dtype=float)
+    if values.ndim != 2:
+        raise Refusal(
+            "a trajectory is not frames by coordinates", expected="shape (F, D)", received=str(values.shape)
+        )
+    seen = np.ones(len(values), dtype=bool) if observed is None else np.asarray(observed, dtype=bool)
+    if seen.shape != (len(values),):
+        raise Refusal(
+            "the observed frames are not marked one by one",
+            expected=f"shape ({len(values)},)",
+            received=str(seen.shape),
+        )
+    count = int(seen.sum())
+    if count < 4:
+        raise Refusal(
+            "too few frames were observed to choose components by", expected="4", received=str(count)
+        )
+    _check_finite(values[seen], np.flatnonzero(seen))
+    largest = count // 2 if most is None else int(most)
+    if not 1 <= largest < count:
+        raise Refusal(
+            "so many components cannot be tried",
+            expected=f"from 1 to {count - 1}",
+            received=str(largest),
+        )
+    q, _ = np.linalg.qr(cosine_basis(len(values), largest)[seen])
+    parts = q[:, :, None] * (q.T @ values[seen])[None]
+    residuals = values[seen][:, None] - np.cumsum(parts, axis=1)
+    kept = 1.0 - np.cumsum(np.square(q), axis=1)
+    # A frame that the fit follows whatever it is tells nothing of the others.
+    error = np.square(residuals).sum(axis=2) / np.square(np.maximum(kept, np.finfo(float).eps))
+    mean = error.mean(axis=0)
+    # Below this all are equal: roundings are not evidence.
+    nothing = 1e-12 * np.square(values[seen] - values[seen].mean(axis=0)).sum(axis=1).mean()
+    least = int(np.argmax(mean <= mean.min() + nothing)) + 1
+    return ComponentChoice(min(int(np.ceil(HEADROOM * least)), largest), least, mean)
+
+
+def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) -> tuple[int, np.ndarray]:
+    """Frames observed, and Theta_o above diag(sqrt(R)).
+
+    Raises
+    ------
+    Refusal
+        If they do not determine the coefficients.
+    """
+    theta, seen = np.asarray(theta, dtype=float), np.asarray(observed)
+    if theta.ndim != 2 or seen.shape != theta.shape[:1] or seen.dtype != bool:
+        raise Refusal(
+            "basis and observed frames do not fit each other",
+            expected="shapes (F, K), (F,) bool",
+            received=f"{theta.shape}, {seen.shape} {seen.dtype}",
+        )
+    frames, components = theta.shape
+    count = int(seen.sum())
+    if count == 0:
+        raise Refusal("all frames are missing", expected="observed frames", received=f"none of {frames}")
+    rows = theta[seen]
+    if ridge is not None:
+        weights = np.asarray(ridge, dtype=float)
+        if weights.shape != (components,) or not (np.isfinite(weights).all() and (weights >= 0).all()):
+            raise Refusal("the ridge cannot be so", expected=f"{components} numbers of 0 or more")
+        rows = np.concatenate([rows, np.diag(np.sqrt(weights))])
+    singular = np.linalg.svd(rows, compute_uv=False)
+    if len(singular) < components or singular[-1] < _SINGULAR:
+        raise Refusal(
+            f"{count} of {frames} frames were observed, which do not determine {components} components",
+            expected="fewer components, a soft basis, or shorter gaps",
+        )
+    return count, rows
+
+
+def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
+    """Refuses what is not finite, by frame."""
+    wrong = ~np.isfinite(values).all(axis=1)
+    if wrong.any():
+        raise Refusal(
+            "the trajectory is not finite",
+            where=f"frame {int(frames[np.argmax(wrong)])}",
+            expected="finite numbers in the observed frames",
+        )

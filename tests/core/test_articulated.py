@@ -1,0 +1,600 @@
+"""Limbs and whole skeletons from one camera: recovery, gaps, mirrors, hinges, refinement, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import camera_paths
+from pipeline.core.articulated import (
+    MARGIN_OF_DOUBT,
+    Articulated,
+    Smoothness,
+    choose_limb,
+    reconstruct,
+    taken,
+)
+from pipeline.core.articulation import RayStatus
+from pipeline.core.binary_quadratic import minimise
+from pipeline.core.limb_chain import WALKER14, Chain, forward, relative_trajectories
+from pipeline.core.pinhole import Pinhole, look_at
+from pipeline.core.reconstructibility import outside
+from pipeline.core.spherical import cosines_at
+from pipeline.core.synthetic_limbs import angular_limb, smooth_series, synthetic_body
+from pipeline.refusal import Refusal
+from tests.strategies import seeds
+
+QUICK_S = 0.0
+"""For certificates: signs at once, so that no answer here depends on the clock."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A body with a known answer, and what one camera sees of it."""
+
+    positions: np.ndarray
+    lengths: np.ndarray
+    camera: Pinhole
+    images: np.ndarray
+    chain: Chain = WALKER14
+
+    @property
+    def root(self) -> np.ndarray:
+        return self.positions[:, self.chain.joints.index(self.chain.root)]
+
+    def reconstructed(self, **options: Any) -> Articulated:
+        given: dict[str, Any] = {"images": self.images, "camera": self.camera, "root": self.root}
+        given |= {"lengths": self.lengths, "chain": self.chain, "time_limit_s": QUICK_S}
+        return reconstruct(**(given | options))
+
+    def errors_mm(self, positions: np.ndarray) -> np.ndarray:
+        return np.asarray(np.linalg.norm(positions - self.positions, axis=-1))
+
+
+def scene(seed: int, *, frames: int = 60, sweep_rad: float = 1.5, noise_px: float = 0.0) -> Scene:
+    """A body of smooth angles, and a camera that walks around it."""
+    generator = np.random.default_rng(seed)
+    body = synthetic_body(generator, frames, bandwidth=4)
+    camera = camera_paths.around(frames, target=body.root_mm, sweep_rad=sweep_rad)
+    images = camera.project(body.positions_mm)
+    images = images + noise_px * generator.standard_normal(images.shape)
+    return Scene(body.positions_mm, body.lengths_mm, camera, images)
+
+
+def with_gaps(one: Scene, seed: int, *, share: float = 0.15) -> Scene:
+    """The same with points missing at random, and a wrist that is hidden for eight frames."""
+    images = one.images.copy()
+    images[np.random.default_rng(seed).random(images.shape[:2]) < share] = np.nan
+    images[20:28, one.chain.joints.index("right_wrist")] = np.nan
+    return Scene(one.positions, one.lengths, one.camera, images, one.chain)
+
+
+def length_errors(chain: Chain, positions: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """By how much every limb in every frame is longer than it should be, relative."""
+    return np.asarray(np.linalg.norm(relative_trajectories(chain, positions), axis=-1) / lengths - 1.0)
+
+
+# --- recovery ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_body_of_smooth_angles_is_recovered_from_a_moving_camera(seed: int) -> None:
+    one = scene(seed)
+    found = one.reconstructed()
+    assert one.errors_mm(found.chosen).max() < 0.1
+    assert one.errors_mm(found.positions).max() < 0.2
+    assert all(choice.solution.margin > 100.0 and not choice.undecided for choice in found.limbs.values())
+    assert {choice.light for choice in found.limbs.values()} == {"green"}
+    assert not found.imputed.any()
+
+
+def test_joints_may_stand_in_any_order() -> None:
+    one = scene(1)
+    order = np.random.default_rng(3).permutation(len(WALKER14.joints))
+    chain = Chain(tuple(WALKER14.joints[j] for j in order), tuple(WALKER14.parents[j] for j in order))
+    lengths = one.lengths[[WALKER14.limbs.index(limb) for limb in chain.limbs]]
+    turned = Scene(one.positions[:, order], lengths, one.camera, one.images[:, order], chain)
+    here, there = one.reconstructed(), turned.reconstructed()
+    np.testing.assert_allclose(there.chosen, here.chosen[:, order], atol=1e-9)
+    np.testing.assert_allclose(there.positions, here.positions[:, order], atol=1e-3)
+    assert set(there.limbs) == set(here.limbs)
+
+
+def test_a_chain_from_the_foot_upwards_is_reconstructed_too() -> None:
+    whole = scene(2)
+    joints = ("left_hip", "left_ankle", "left_knee")
+    chain = Chain(joints, ("left_knee", None, "left_ankle"))
+    places = [WALKER14.joints.index(joint) for joint in joints]
+    positions = whole.positions[:, places]
+    lengths = np.linalg.norm(relative_trajectories(chain, positions), axis=-1).mean(axis=0)
+    leg = Scene(positions, lengths, whole.camera, whole.images[:, places], chain)
+    assert chain.limbs == ("left_knee", "left_hip")
+    for use_hinges in (False, True):
+        found = leg.reconstructed(use_hinges=use_hinges)
+        assert leg.errors_mm(found.positions).max() < 0.2
+
+
+def test_one_camera_for_all_frames_serves_as_its_copies_do() -> None:
+    one = scene(3, sweep_rad=0.0)
+    camera = camera_paths.still(60, target=one.root.mean(axis=0))
+    images = camera.project(one.positions)
+    many = Scene(one.positions, one.lengths, camera, images)
+    single = Scene(one.positions, one.lengths, camera.at(0), images)
+    np.testing.assert_array_equal(
+        many.reconstructed(refine=False).chosen, single.reconstructed(refine=False).chosen
+    )
+
+
+@given(seed=seeds, missing=st.booleans(), hinged=st.booleans())
+@settings(max_examples=8)
+def test_whatever_is_chosen_reprojects_to_the_images_and_keeps_every_length(
+    seed: int, missing: bool, hinged: bool
+) -> None:
+    one = scene(seed, frames=40, noise_px=0.0)
+    one = with_gaps(one, seed) if missing else one
+    found = one.reconstructed(use_hinges=hinged, smoothness=Smoothness(30, 6.0))
+    assert np.abs(length_errors(WALKER14, found.positions, found.lengths)).max() < 1e-9
+    np.testing.assert_array_equal(found.lengths, one.lengths)
+    for limb, choice in found.limbs.items():
+        sizes = np.linalg.norm(choice.relative, axis=1)
+        length = one.lengths[WALKER14.limbs.index(limb)]
+        met = ~choice.hits.adjusted
+        np.testing.assert_allclose(sizes[met], length, rtol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(choice.directions, axis=1), 1.0, rtol=1e-12)
+        chosen = choice.hits.chosen(np.where(choice.signs == 0, 1, choice.signs))
+        settled = choice.used & (choice.solution.values[np.cumsum(choice.used) - 1] == choice.signs)
+        np.testing.assert_array_equal(choice.relative[settled], chosen[settled])
+
+
+def test_arguments_are_left_as_they_were() -> None:
+    one = with_gaps(scene(4), 4)
+    images, root, lengths = one.images.copy(), one.root.copy(), one.lengths.copy()
+    one.reconstructed(root=root, lengths=lengths, use_hinges=True)
+    np.testing.assert_array_equal(one.images, images)
+    np.testing.assert_array_equal(one.root, root)
+    np.testing.assert_array_equal(one.lengths, lengths)
+
+
+# --- gaps and dropped frames ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_missing_points_are_imputed_on_the_sphere_and_flagged(seed: int) -> None:
+    one = with_gaps(scene(seed), seed)
+    found = one.reconstructed(smoothness=Smoothness(14))
+    missing = np.isnan(one.images).any(axis=-1)
+    missing[:, WALKER14.joints.index(WALKER14.root)] = False
+    np.testing.assert_array_equal(found.imputed, missing)
+    assert np.isfinite(found.positions).all()
+    assert np.isfinite(found.chosen).all()
+    assert np.abs(length_errors(WALKER14, found.positions, one.lengths)).max() < 1e-9
+    assert one.errors_mm(found.positions)[missing].max() < 5.0
+    for limb, choice in found.limbs.items():
+        gaps = missing[:, WALKER14.joints.index(limb)]
+        np.testing.assert_array_equal(choice.used, ~gaps)
+        assert (choice.signs[gaps] == 0).all()
+        assert (np.abs(choice.signs[~gaps]) == 1).all()
+
+
+def test_a_parent_that_was_not_seen_does_not_cost_its_child_any_frame() -> None:
+    one = scene(5)
+    images = one.images.copy()
+    images[10:16, WALKER14.joints.index("left_elbow")] = np.nan
+    found = one.reconstructed(images=images, smoothness=Smoothness(12))
+    assert found.limbs["left_elbow"].used.sum() == 54
+    assert found.limbs["left_wrist"].used.all()
+    assert one.errors_mm(found.positions)[:, WALKER14.joints.index("left_wrist")].max() < 5.0
+
+
+def test_frames_without_root_or_camera_drop_out() -> None:
+    one = scene(6)
+    root, centre = one.root.copy(), one.camera.centre.copy()
+    root[7:9] = np.nan
+    centre[30] = np.nan
+    camera = Pinhole(one.camera.intrinsics, one.camera.rotation, centre)
+    found = one.reconstructed(root=root, camera=camera, smoothness=Smoothness(12))
+    lost = np.isin(np.arange(60), [7, 8, 30])
+    for limb in WALKER14.limbs:
+        np.testing.assert_array_equal(found.limbs[limb].used, ~lost)
+        np.testing.assert_array_equal(found.imputed[:, WALKER14.joints.index(limb)], lost)
+    assert np.isnan(found.positions[7:9]).all(), "without its root a body is nowhere"
+    assert np.isfinite(found.positions[30]).all(), "without its camera it is imputed"
+    assert np.nanmax(one.errors_mm(found.positions)) < 1.0
+
+
+def test_a_soft_basis_may_have_more_components_than_frames_were_seen() -> None:
+    one = scene(7)
+    images = one.images.copy()
+    images[12:48, WALKER14.joints.index("head")] = np.nan
+    smooth = Smoothness(40, 8.0)
+    found = one.reconstructed(images=images, smoothness=smooth)
+    assert found.limbs["head"].used.sum() == 24
+    assert np.isfinite(found.positions).all()
+    with pytest.raises(Refusal, match="limb head: 24 of 60 frames were observed, which do not determine 40"):
+        one.reconstructed(images=images, smoothness=Smoothness(40))
+
+
+@given(seed=seeds, seen=st.integers(3, 12))
+@settings(max_examples=20)
+def test_fewer_columns_cost_every_trajectory_the_same(seed: int, seen: int) -> None:
+    """The soft basis of few frames, squared up: J is that of the whole normal equations."""
+    generator = np.random.default_rng(seed)
+    frames, smooth = 30, Smoothness(20, 5.0)
+    observed = np.zeros(frames, dtype=bool)
+    observed[generator.choice(frames, seen, replace=False)] = True
+    rows = smooth.rows(frames, observed)
+    assert rows.shape == (seen, min(seen, 20))
+    theta = cosines_at(np.arange(frames), frames, 20)[observed]
+    c = generator.standard_normal((seen, 3))
+    a = np.linalg.solve(theta.T @ theta + np.diag(smooth.ridge), theta.T @ c)
+    cost = ((c - theta @ a) ** 2).sum() + (a * (smooth.ridge[:, None] * a)).sum()
+    np.testing.assert_allclose(outside(rows, c) ** 2, cost, rtol=1e-6, atol=1e-12)
+
+
+def close_up(frames: int = 40) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Cameras, pixels, parents and length of a limb that a camera comes so near to that a candidate falls behind."""
+    generator = np.random.default_rng(8)
+    limb = angular_limb(generator, frames, length_mm=500.0, middle=np.array([1.0, 1.0, 0.0]))
+    parents = 40.0 * smooth_series(generator, frames, 3, bandwidth=3)
+    t = np.linspace(0.0, 1.0, frames)
+    distance = np.where((t > 0.4) & (t < 0.6), 300.0, 3000.0)
+    centre = parents + np.stack([np.zeros(frames), -distance, np.zeros(frames)], axis=1)
+    camera = look_at(centre, parents, focal_px=800.0)
+    pixels = camera.project(parents + limb.relative)
+    return camera.matrix, pixels, parents, limb.length_mm
+
+
+def test_forced_frames_take_the_candidate_in_front_of_the_camera() -> None:
+    cameras, pixels, parents, length = close_up()
+    choice = choose_limb(cameras, pixels, parents, length, smoothness=Smoothness(8), time_limit_s=QUICK_S)
+    forced = choice.hits.status == RayStatus.FORCED
+    assert forced.sum() >= 4
+    assert choice.used[forced].all()
+    depth = np.einsum("fx,fx->f", cameras[:, 2, :3], parents + choice.relative) + cameras[:, 2, 3]
+    assert (depth[choice.used] > 0).all()
+    free = ~choice.hits.free & choice.used
+    assert (choice.hits.half_chord[free] == 0).all(), "what is forced has no other candidate left"
+
+
+def test_frames_whose_candidates_are_behind_the_camera_are_dropped_and_imputed() -> None:
+    one = scene(9)
+    centre, rotation = one.camera.centre, one.camera.rotation.copy()
+    away = look_at(centre, 2.0 * centre - one.root, focal_px=1000.0)
+    rotation[40:44] = away.rotation[40:44]
+    turned = Pinhole(one.camera.intrinsics, rotation, centre)
+    cameras, joint = turned.matrix, WALKER14.joints.index("sternum")
+    choice = choose_limb(
+        cameras,
+        np.nan_to_num(one.images[:, joint]),
+        one.root,
+        float(one.lengths[WALKER14.limbs.index("sternum")]),
+        smoothness=Smoothness(10),
+        time_limit_s=QUICK_S,
+    )
+    behind = np.isin(np.arange(60), range(40, 44))
+    np.testing.assert_array_equal(choice.hits.status == RayStatus.BEHIND, behind)
+    np.testing.assert_array_equal(choice.used, ~behind)
+    error = np.linalg.norm(one.root + choice.relative - one.positions[:, joint], axis=1)
+    assert error.max() < 2.0
+
+
+# --- mirrors ----------------------------------------------------------------------------------------------
+
+
+def parallel_limb(seed: int, frames: int = 50) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Orthographic cameras, pixels, parents, and the limb's true relative trajectory."""
+    generator = np.random.default_rng(seed)
+    limb = angular_limb(generator, frames, length_mm=300.0, middle=np.array([0.3, 1.0, -0.2]))
+    parents = 200.0 * smooth_series(generator, frames, 3, bandwidth=3)
+    cameras = camera_paths.parallel(frames, target=parents.mean(axis=0))
+    homogeneous = np.concatenate([parents + limb.relative, np.ones((frames, 1))], axis=1)
+    pixels = np.einsum("fij,fj->fi", cameras[:, :2], homogeneous)
+    return cameras, pixels, parents, limb.relative
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_parallel_rays_a_limb_and_its_mirror_tie_and_it_is_said(seed: int) -> None:
+    cameras, pixels, parents, truth = parallel_limb(seed)
+    choice = choose_limb(cameras, pixels, parents, 300.0, smoothness=Smoothness(14), time_limit_s=QUICK_S)
+    assert choice.solution.margin == pytest.approx(1.0, abs=1e-6)
+    assert choice.undecided
+    assert choice.light == "red"
+    mirror = taken(choice.hits, choice.solution, choice.used, Smoothness(14), mirrored=True)
+    assert mirror.mirrored
+    assert not choice.mirrored
+    np.testing.assert_array_equal(mirror.signs[choice.hits.free], -choice.signs[choice.hits.free])
+    errors = [np.linalg.norm(one.relative - truth, axis=1).max() for one in (choice, mirror)]
+    assert min(errors) < 1e-3, "one of the two is the truth"
+    assert max(errors) > 30.0, "and the other is not"
+
+
+def test_the_mirror_is_there_whatever_the_margin() -> None:
+    one = scene(10)
+    for choice in one.reconstructed(refine=False).limbs.values():
+        assert choice.solution.mirror_signs.shape == (choice.used.sum(),)
+        assert choice.solution.mirror_objective >= choice.solution.objective
+        assert choice.undecided == (choice.solution.margin < MARGIN_OF_DOUBT)
+
+
+def test_a_far_still_camera_leaves_every_limb_in_doubt() -> None:
+    one = scene(11)
+    camera = camera_paths.still(60, target=one.root.mean(axis=0), distance_mm=1e7)
+    found = one.reconstructed(images=camera.project(one.positions), camera=camera, refine=False)
+    assert all(choice.undecided for choice in found.limbs.values())
+    assert max(choice.solution.margin for choice in found.limbs.values()) < 1.5
+
+
+# --- hinges -----------------------------------------------------------------------------------------------
+
+LEG = Chain(
+    ("pelvis", "left_hip", "right_hip", "left_knee", "left_ankle"),
+    (None, "pelvis", "pelvis", "left_hip", "left_knee"),
+)
+
+
+def stepping(seed: int, *, chain: Chain = LEG, frames: int = 60) -> Scene:
+    """A leg that swings and flexes as legs do, seen obliquely from the front by a camera that stands still."""
+    generator = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, frames)
+    turn = 2 * np.pi * generator.uniform(1.0, 2.0) * t + generator.uniform(0, 2 * np.pi)
+    thigh = 0.2 + generator.uniform(0.3, 0.6) * np.sin(turn)
+    shank = (
+        thigh
+        - 0.15
+        - generator.uniform(0.3, 1.0) * (0.5 - 0.5 * np.cos(turn + generator.uniform(0, 2 * np.pi)))
+    )
+
+    def swung(angle: np.ndarray) -> np.ndarray:
+        return np.stack([np.zeros(frames), np.sin(angle), -np.cos(angle)], axis=1)
+
+    walk = [np.zeros(frames), 1000.0 * generator.uniform() * t, 900.0 + 20.0 * np.sin(4 * np.pi * t)]
+    limbs = {
+        "left_hip": np.tile([-90.0, 0.0, 0.0], (frames, 1)),
+        "right_hip": np.tile([90.0, 0.0, 0.0], (frames, 1)),
+        "left_knee": 420.0 * swung(thigh),
+        "left_ankle": 400.0 * swung(shank),
+        "marker": 150.0 * swung(thigh + 1.0),
+    }
+    relative = np.stack([limbs[limb] for limb in chain.limbs], axis=1)
+    positions = forward(chain, np.stack(walk, axis=1), relative)
+    camera = camera_paths.still(frames, target=positions[:, 0].mean(axis=0), azimuth_rad=0.5)
+    lengths = np.linalg.norm(relative[0], axis=1)
+    return Scene(positions, lengths, camera, camera.project(positions), chain)
+
+
+def right_limbs(one: Scene, found: Articulated, limb: str) -> bool:
+    """Whether a limb is told from its mirror: on average within a quarter of its length of the truth."""
+    truth = relative_trajectories(one.chain, one.positions)[:, one.chain.limbs.index(limb)]
+    error = np.linalg.norm(found.limbs[limb].relative - truth, axis=1).mean()
+    return bool(error < 0.25 * one.lengths[one.chain.limbs.index(limb)])
+
+
+def test_hinges_find_the_flexing_leg_where_the_programme_alone_cannot() -> None:
+    trials = [stepping(seed) for seed in range(24)]
+    share = {}
+    for use_hinges in (False, True):
+        found = [one.reconstructed(use_hinges=use_hinges, refine=False) for one in trials]
+        share[use_hinges] = {
+            limb: np.mean([right_limbs(one, result, limb) for one, result in zip(trials, found, strict=True)])
+            for limb in ("left_knee", "left_ankle")
+        }
+    assert share[False]["left_ankle"] <= 0.5, "alone it is no better than the toss of a coin"
+    for limb in ("left_knee", "left_ankle"):
+        assert share[True][limb] >= 0.8
+        assert share[True][limb] > share[False][limb]
+
+
+def test_what_else_hangs_on_a_mirrored_limb_goes_with_it() -> None:
+    """A marker below the knee is placed before the ankle: the hinge may move the knee under it."""
+    chain = Chain((*LEG.joints[:4], "marker", "left_ankle"), (*LEG.parents[:4], "left_knee", "left_knee"))
+    moved = 0
+    for seed in range(6):
+        one = stepping(seed, chain=chain)
+        found = one.reconstructed(use_hinges=True, refine=False)
+        moved += found.limbs["left_knee"].mirrored
+        knee, marker = found.limbs["left_knee"], found.limbs["marker"]
+        hip = found.chosen[:, chain.joints.index("left_hip")]
+        end = hip + 420.0 * knee.directions  # the hips do not move: chosen and smooth are one
+        at = found.chosen[:, chain.joints.index("marker")]
+        np.testing.assert_allclose(at - end, marker.relative, atol=1.0)
+        seen = one.camera.project(at)
+        np.testing.assert_allclose(seen, one.images[:, chain.joints.index("marker")], atol=0.5)
+    assert moved > 0
+
+
+def test_hinges_leave_alone_what_the_images_have_decided() -> None:
+    one = scene(12)
+    without, within = one.reconstructed(refine=False), one.reconstructed(refine=False, use_hinges=True)
+    np.testing.assert_array_equal(within.chosen, without.chosen)
+    assert not any(choice.mirrored for choice in within.limbs.values())
+
+
+# --- refinement -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_refinement_lowers_the_reprojection_error_and_keeps_lengths(seed: int) -> None:
+    one = scene(seed, noise_px=0.05)
+    found = one.reconstructed(noise_px=0.05, smoothness=Smoothness(6))
+    assert found.refined is not None
+    assert found.refined.converged
+    assert found.refined.reprojection_error_px < found.refined.reprojection_error_before_px
+    assert np.abs(length_errors(WALKER14, found.positions, one.lengths)).max() < 1e-9
+    assert one.errors_mm(found.chosen).mean() < 10.0
+    assert one.errors_mm(found.positions).mean() < 10.0
+    between = found.refined.relative_at(cosines_at(np.arange(0, 59, 0.25), 60, 6))
+    sizes = np.linalg.norm(between, axis=-1) / found.lengths
+    np.testing.assert_allclose(sizes, 1.0, rtol=1e-12, err_msg="between frames as well")
+
+
+def test_without_refinement_positions_are_what_was_chosen() -> None:
+    one = scene(1)
+    found = one.reconstructed(refine=False)
+    assert found.refined is None
+    np.testing.assert_array_equal(found.positions, found.chosen)
+
+
+def test_free_lengths_fit_the_images_better_than_wrong_ones() -> None:
+    one = scene(2)
+    wrong = one.lengths * np.random.default_rng(2).uniform(0.97, 1.0, 14)
+    fixed, free = (
+        one.reconstructed(lengths=wrong, free_lengths=free, smoothness=Smoothness(10))
+        for free in (False, True)
+    )
+    assert fixed.refined is not None
+    assert free.refined is not None
+    assert free.refined.reprojection_error_px < 0.5 * fixed.refined.reprojection_error_px
+    np.testing.assert_array_equal(fixed.lengths, wrong)
+    assert (free.lengths != wrong).all()
+    assert np.abs(length_errors(WALKER14, free.positions, free.lengths)).max() < 1e-9
+
+
+def test_a_robust_loss_believes_images_that_are_far_off_less() -> None:
+    one = scene(3)
+    ankle = WALKER14.joints.index("right_ankle")
+    images = one.images.copy()
+    images[[5, 23, 41], ankle] += 40.0
+    misfit = {}
+    for loss in ("squared", "cauchy"):
+        refined = one.reconstructed(images=images, loss=loss, smoothness=Smoothness(8)).refined
+        assert refined is not None
+        residual = refined.residual_px[:, 1 + WALKER14.limbs.index("right_ankle")]
+        misfit[loss] = np.median(np.delete(residual, [5, 23, 41]))
+    assert misfit["cauchy"] < 0.5 * misfit["squared"], "what is not far off is fitted as if nothing were"
+
+
+# --- one limb ---------------------------------------------------------------------------------------------
+
+
+def test_a_limb_of_no_length_stays_at_its_parent() -> None:
+    one = scene(3)
+    joint = WALKER14.joints.index("pelvis")
+    choice = choose_limb(
+        one.camera.matrix,
+        one.images[:, joint],
+        one.root,
+        0.0,
+        smoothness=Smoothness(10),
+        time_limit_s=QUICK_S,
+    )
+    np.testing.assert_array_equal(choice.relative, np.zeros((60, 3)))
+    np.testing.assert_array_equal(choice.directions, np.zeros((60, 3)))
+
+
+def test_the_signs_are_those_of_the_programme() -> None:
+    cameras, pixels, parents, length = close_up()
+    smooth = Smoothness(8)
+    choice = choose_limb(cameras, pixels, parents, length, smoothness=smooth, time_limit_s=5.0)
+    assert choice.solution.proved
+    alone = minimise(
+        smooth.rows(len(pixels), choice.used),
+        choice.hits.middle[choice.used],
+        choice.hits.half_chord[choice.used],
+        time_limit_s=5.0,
+    )
+    assert alone.proved
+    np.testing.assert_allclose(alone.objective, choice.solution.objective, rtol=1e-6)
+
+
+def test_the_ridge_of_a_soft_basis_is_the_sixth_power() -> None:
+    assert Smoothness(4, 2.0).ridge.tolist() == [0.0, 2.0**-6, 1.0, 1.5**6]
+    assert Smoothness(3).ridge.tolist() == [0.0, 0.0, 0.0]
+
+
+def test_nearly_tangent_rays_are_left_open_within_the_noise() -> None:
+    """A limb across the ray: at a pixel of noise its sign means nothing, without any it does."""
+    one = scene(13, noise_px=1.0)
+    joint, limb = WALKER14.joints.index("left_hip"), WALKER14.limbs.index("left_hip")
+    given_ = (one.camera.matrix, one.images[:, joint], one.root, float(one.lengths[limb]))
+    chosen = {
+        noise: choose_limb(*given_, smoothness=Smoothness(10), noise_px=noise, time_limit_s=QUICK_S)
+        for noise in (0.0, 1.0)
+    }
+    assert (np.abs(chosen[0.0].solution.values) == 1.0).all()
+    open_ = np.abs(chosen[1.0].solution.values) < 1.0
+    assert open_.any()
+    # sqrt(2 r sigma), sigma a pixel at four metres: 4 mm.
+    half = np.linalg.norm(chosen[1.0].hits.half_chord[chosen[1.0].used], axis=1)
+    bound = np.sqrt(2.0 * one.lengths[limb] * 4.0)
+    assert half[open_].max() < 1.2 * bound
+
+
+# --- what is refused --------------------------------------------------------------------------------------
+
+
+def _without(joint: str) -> Callable[[Scene], dict[str, Any]]:
+    def changed(one: Scene) -> dict[str, Any]:
+        images = one.images.copy()
+        images[:, WALKER14.joints.index(joint)] = np.nan
+        return {"images": images}
+
+    return changed
+
+
+def _from_behind(one: Scene) -> dict[str, Any]:
+    centre = one.camera.centre
+    return {"camera": look_at(centre, 2.0 * centre - one.root, focal_px=1000.0)}
+
+
+def _unknown_camera(one: Scene) -> dict[str, Any]:
+    return {
+        "camera": Pinhole(one.camera.intrinsics, one.camera.rotation, np.full_like(one.camera.centre, np.nan))
+    }
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (_without("left_elbow"), r"limb left_elbow: no ray meets the sphere .*60 of 60 frames missing"),
+        (_from_behind, r"limb sternum: no ray meets the sphere .*60 behind the camera"),
+        (_unknown_camera, r"limb sternum: no ray meets the sphere .*60 of 60 frames missing"),
+        (lambda one: {"images": np.full_like(one.images, np.nan)}, "limb sternum: no ray meets the sphere"),
+        (lambda one: {"root": np.full_like(one.root, np.nan)}, "limb sternum: no ray meets the sphere"),
+        (lambda one: {"lengths": -one.lengths}, "limb sternum: the radius is no length"),
+        (
+            lambda one: {"smoothness": Smoothness(61)},
+            r"limb sternum: 60 frames cannot have so many components",
+        ),
+        (lambda one: {"adjust": "never"}, "limb sternum: no such adjustment of the radius"),
+        (lambda one: {"noise_px": -1.0}, "limb sternum: the noise of the images cannot be so"),
+        (lambda one: {"time_limit_s": np.nan}, "limb sternum: the time limit cannot be so"),
+        (
+            lambda one: {"lengths": np.where(np.arange(14) == 2, 0.0, one.lengths)},
+            "joint right_hip: the length",
+        ),
+        (lambda one: {"loss": "absolute"}, "the loss is unknown"),
+        (lambda one: {"images": one.images[:, 1:]}, r"images are not of .* \(expected \(F, 15, 2\)"),
+        (lambda one: {"images": 3.0}, "the images are not of the chain's joints"),
+        (lambda one: {"images": one.images[:2]}, r"too few frames for a trajectory \(expected 3 or more"),
+        (lambda one: {"images": one.images[:0]}, r"too few frames for a trajectory"),
+        (lambda one: {"root": one.root[:50]}, r"root has the wrong shape \(expected \(60, 3\)"),
+        (lambda one: {"lengths": one.lengths[:3]}, r"not one length to each limb \(expected \(14,\)"),
+        (
+            lambda one: {"camera": camera_paths.still(59, target=one.root[0])},
+            r"images and camera differ in frames \(expected a camera of 60, received 59\)",
+        ),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(change: Callable[[Scene], dict[str, Any]], words: str) -> None:
+    one = scene(14)
+    with pytest.raises(Refusal, match=words) as refused:
+        one.reconstructed(**change(one))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("components", [0, -3])
+def test_a_basis_of_no_components_is_refused(components: int) -> None:
+    with pytest.raises(Refusal, match="a trajectory basis has no component"):
+        Smoothness(components)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, -1.0, np.nan, np.inf])
+def test_a_cutoff_that_is_none_is_refused(cutoff: float) -> None:
+    with pytest.raises(Refusal, match="the cutoff of a soft basis cannot be so"):
+        Smoothness(20, cutoff)

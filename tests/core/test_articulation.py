@@ -1,0 +1,382 @@
+"""Where rays meet spheres: against the printed formula, by hand, from afar, and what is refused."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import block_diag
+
+from pipeline.core.articulation import ROBUST_QUANTILE, RayHits, RayStatus, ray_sphere
+from pipeline.core.camera_paths import around, hand_held, parallel, still
+from pipeline.core.pinhole import Pinhole, project_by_matrix
+from pipeline.core.rays import cast_rays
+from pipeline.refusal import Refusal
+from tests.strategies import seeds
+
+AT_ORIGIN = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]])
+"""A camera at the origin that looks along z."""
+
+FRAMES = 12
+
+
+def limb(seed: int, *, frames: int = FRAMES, radius: float = 300.0) -> tuple[np.ndarray, np.ndarray]:
+    """Parents (F, 3) near the origin and directions (F, 3) of one length, in general position."""
+    generator = np.random.default_rng(seed)
+    away = generator.standard_normal((frames, 3))
+    return 200.0 * generator.standard_normal((frames, 3)), radius * away / np.linalg.norm(
+        away, axis=1, keepdims=True
+    )
+
+
+def camera(seed: int, distance_mm: float = 4000.0) -> Pinhole:
+    generator = np.random.default_rng(seed)
+    path = around(
+        FRAMES,
+        target=np.zeros(3),
+        sweep_rad=generator.uniform(-3, 3),
+        distance_mm=distance_mm,
+        height_mm=generator.uniform(-500, 500),
+        principal_px=(320.0, 240.0),
+    )
+    return hand_held(generator, path, target=np.zeros(3))
+
+
+def as_printed(
+    P: np.ndarray, pixel: np.ndarray, parent: np.ndarray, radius: float, number: type[float] | type[Fraction]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The candidates [8, 9] relative to the parent, far and near: in doubles, or with fractions and no rounding."""
+    P, parent, homogeneous = (
+        np.array([number(float(x)) for x in a.ravel()], dtype=object).reshape(a.shape)
+        for a in (P, parent, np.append(pixel, 1.0))
+    )
+    M = P[:, :3]
+    adjugate = np.stack([np.cross(M[1], M[2]), np.cross(M[2], M[0]), np.cross(M[0], M[1])], axis=1)
+    inverse = adjugate / (M[0] * np.cross(M[1], M[2])).sum()
+    C = -(inverse * P[:, 3]).sum(axis=1)
+    v = (inverse * homogeneous).sum(axis=1)
+    dC = C - parent
+    vC, vv = (v * dC).sum(), (v * v).sum()
+    root = square_root(vC**2 - vv * ((dC * dC).sum() - number(radius) ** 2))
+    far, near = (((-vC + sign * root) / vv * v + dC).astype(float) for sign in (1, -1))
+    return far, near
+
+
+def square_root(x: float | Fraction) -> float | Fraction:
+    """To sixty digits of a fraction."""
+    if isinstance(x, float):
+        return float(np.sqrt(x))
+    with localcontext(prec=60):
+        return Fraction((Decimal(x.numerator) / Decimal(x.denominator)).sqrt())
+
+
+# --- the candidates ---------------------------------------------------------------------------------------
+
+
+@given(seed=seeds, distance=st.sampled_from([1500.0, 4e3, 1e5, 1e7]))
+def test_candidates_are_those_of_the_printed_formula_without_rounding(seed: int, distance: float) -> None:
+    parents, chi = limb(seed)
+    cameras = camera(seed, distance)
+    pixels = cameras.project(parents + chi)
+    hits = ray_sphere(cameras.matrix, pixels, parents, 300.0)
+    for f in np.flatnonzero(np.linalg.norm(hits.half_chord, axis=1) > 1.0):
+        far, near = as_printed(cameras.matrix[f], pixels[f], parents[f], 300.0, Fraction)
+        np.testing.assert_allclose(hits.far[f], far, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(hits.near[f], near, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("distance", "lost"), [(1e7, 3e-4), (1e9, 1.0)])
+def test_from_afar_the_printed_formula_loses_what_this_one_keeps(distance: float, lost: float) -> None:
+    """With the image as large as ever: a micrometre at 10 km and millimetres at 1000 km, against nothing."""
+    ours, printed = [], []
+    for seed in range(3):
+        parents, chi = limb(seed)
+        camera = still(FRAMES, target=np.zeros(3), distance_mm=distance)
+        pixels = camera.project(parents + chi)
+        hits = ray_sphere(camera.matrix, pixels, parents, 300.0)
+        for f in np.flatnonzero(np.linalg.norm(hits.half_chord, axis=1) > 1.0):
+            exact, plain = (
+                as_printed(camera.matrix[f], pixels[f], parents[f], 300.0, number)[0]
+                for number in (Fraction, float)
+            )
+            ours.append(np.linalg.norm(hits.far[f] - exact))
+            printed.append(np.linalg.norm(plain - exact))
+    assert max(ours) < 1e-10
+    assert max(printed) > lost
+
+
+@given(seed=seeds)
+def test_the_truth_is_one_of_the_candidates_and_both_are_seen_where_it_is(seed: int) -> None:
+    parents, chi = limb(seed)
+    cameras = camera(seed)
+    pixels = cameras.project(parents + chi)
+    hits = ray_sphere(cameras.matrix, pixels, parents, 300.0)
+    towards = np.sign((chi * hits.rays.direction).sum(axis=1))
+    np.testing.assert_allclose(hits.chosen(towards), chi, atol=1e-3)  # near tangents amplify rounding
+    assert np.median(np.linalg.norm(hits.chosen(towards) - chi, axis=1)) < 1e-9
+    for candidate in (hits.far, hits.near):
+        np.testing.assert_allclose(cameras.project(parents + candidate), pixels, atol=1e-7)
+        np.testing.assert_allclose(np.linalg.norm(candidate, axis=1), 300.0, rtol=1e-12)
+    depth = [cameras.in_camera(parents + c)[:, 2] for c in (hits.far, hits.near)]
+    assert (depth[0] >= depth[1]).all()
+    np.testing.assert_allclose((hits.middle * hits.half_chord).sum(axis=1), 0.0, atol=1e-7)
+
+
+@given(seed=seeds, scale=st.sampled_from([1e-9, -1.0, 1e6, -3e-4]))
+def test_a_camera_matrix_may_have_any_scale_and_sign(seed: int, scale: float) -> None:
+    parents, chi = limb(seed)
+    cameras = camera(seed).matrix
+    pixels = project_by_matrix(cameras, parents + chi)
+    np.testing.assert_allclose(
+        project_by_matrix(scale * cameras, parents + chi), pixels, rtol=1e-9, atol=1e-9
+    )
+    one, other = (ray_sphere(P, pixels, parents, 310.0) for P in (cameras, scale * cameras))
+    np.testing.assert_allclose(other.far, one.far, atol=1e-6)
+    np.testing.assert_allclose(other.rays.ahead, one.rays.ahead, rtol=1e-9)
+    assert other.status.tolist() == one.status.tolist()
+
+
+def test_rays_are_those_of_the_pinhole() -> None:
+    cameras, (parents, chi) = camera(5), limb(5)
+    pixels = cameras.project(parents + chi)
+    rays = cast_rays(cameras.matrix, pixels, parents)
+    directions = cameras.rays(pixels)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    np.testing.assert_allclose(rays.direction, directions, atol=1e-12)
+    np.testing.assert_allclose(
+        cameras.centre + rays.ahead[:, None] * directions, parents + rays.middle, atol=1e-8
+    )
+    towards = parents - cameras.centre
+    np.testing.assert_allclose(
+        rays.axis, towards / np.linalg.norm(towards, axis=1, keepdims=True), atol=1e-12
+    )
+    one = still(FRAMES, target=np.zeros(3))
+    pixels = one.project(parents + chi)
+    again = cast_rays(one.matrix[0], pixels, parents)
+    np.testing.assert_array_equal(again.middle, cast_rays(one.matrix, pixels, parents).middle)
+
+
+# --- parallel rays ----------------------------------------------------------------------------------------
+
+
+@given(seed=seeds)
+def test_parallel_rays_give_mirror_images(seed: int) -> None:
+    parents, chi = limb(seed)
+    cameras = parallel(FRAMES, target=np.zeros(3), azimuth_rad=0.7)
+    pixels = project_by_matrix(cameras, parents + chi)
+    hits = ray_sphere(cameras, pixels, parents, 300.0)
+    v = hits.rays.direction
+    np.testing.assert_allclose(v, np.tile(v[0], (FRAMES, 1)), atol=1e-12)
+    along = (chi @ v[0])[:, None] * v
+    np.testing.assert_allclose(hits.middle, chi - along, atol=1e-9)
+    signs = np.sign(chi @ v[0])
+    np.testing.assert_allclose(hits.chosen(signs), chi, atol=1e-4)
+    np.testing.assert_allclose(hits.chosen(-signs), chi - 2 * along, atol=1e-4)
+    assert np.isinf(hits.rays.ahead).all()
+    assert set(hits.status) <= {RayStatus.TWO, RayStatus.TANGENT}
+    np.testing.assert_array_equal(hits.rays.axis, v)
+
+
+def test_far_cameras_come_to_parallel_rays_as_one_over_the_distance() -> None:
+    parents, chi = limb(8)
+    towards = parallel(FRAMES, target=np.zeros(3))
+    off = []
+    for distance in (1e5, 1e6, 1e7, 1e8, 1e9):
+        far = still(FRAMES, target=np.zeros(3), distance_mm=distance)
+        rays = cast_rays(far.matrix, far.project(parents + chi), parents)
+        limit = cast_rays(towards, project_by_matrix(towards, parents + chi), parents)
+        off.append(np.abs(rays.middle - limit.middle).max())
+    np.testing.assert_allclose(np.diff(np.log10(off)), -1.0, atol=0.05)
+
+
+# --- what a frame may be ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("parent", "status", "far", "near"),
+    [
+        ([3.0, 0, 10], RayStatus.TWO, [-3, 0, 4], [-3, 0, -4]),
+        ([5.0, 0, 10], RayStatus.TANGENT, [-5, 0, 0], [-5, 0, 0]),
+        ([6.0, 0, 10], RayStatus.TANGENT, [-6, 0, 0], [-6, 0, 0]),
+        ([3.0, 0, 2], RayStatus.FORCED, [-3, 0, 4], [-3, 0, -4]),
+        ([3.0, 0, 4], RayStatus.FORCED, [-3, 0, 4], [-3, 0, -4]),
+        ([3.0, 0, -2], RayStatus.FORCED, [-3, 0, 4], [-3, 0, -4]),
+        ([3.0, 0, -4], RayStatus.BEHIND, [np.nan] * 3, [np.nan] * 3),  # the far one is the camera's centre
+        ([3.0, 0, -6], RayStatus.BEHIND, [np.nan] * 3, [np.nan] * 3),
+        ([6.0, 0, -6], RayStatus.BEHIND, [np.nan] * 3, [np.nan] * 3),
+        ([np.nan, 0, 10], RayStatus.MISSING, [np.nan] * 3, [np.nan] * 3),
+    ],
+)
+def test_every_kind_of_frame_by_hand(
+    parent: list[float], status: RayStatus, far: list[float], near: list[float]
+) -> None:
+    """The ray is the z axis, the limb 5 long; a second frame keeps the clip usable."""
+    hits = ray_sphere(AT_ORIGIN, np.zeros((2, 2)), np.array([parent, [0.0, 0, 10]]), 5.0)
+    assert hits.status.tolist() == [status, RayStatus.TWO]
+    np.testing.assert_allclose(hits.far[0], far, atol=1e-12)
+    np.testing.assert_allclose(hits.near[0], near, atol=1e-12)
+    assert hits.adjusted.tolist() == [parent == [6.0, 0, 10], False]
+    assert hits.usable.tolist() == [status <= RayStatus.FORCED, True]
+    assert hits.free.tolist() == [status == RayStatus.TWO, True]
+    settled = hits.settled()
+    if status == RayStatus.FORCED:
+        np.testing.assert_allclose(settled.chosen(np.array([-1, 1]))[0], far)
+    else:
+        np.testing.assert_array_equal(settled.near[0], hits.near[0])
+
+
+@pytest.mark.parametrize("what", ["camera", "pixel", "parent"])
+def test_whatever_is_missing_the_other_frames_are_the_same(what: str) -> None:
+    parents, chi = limb(2)
+    cameras = camera(2).matrix.copy()
+    pixels = camera(2).project(parents + chi)
+    whole = ray_sphere(cameras, pixels, parents, 320.0)
+    {"camera": cameras, "pixel": pixels, "parent": parents}[what][4].flat[0] = np.nan
+    hits = ray_sphere(cameras, pixels, parents, 320.0)
+    others = np.arange(FRAMES) != 4
+    np.testing.assert_array_equal(hits.far[others], whole.far[others])
+    assert hits.status[4] == RayStatus.MISSING
+    assert np.isnan(hits.far[4]).all()
+    assert not hits.adjusted[4]
+
+
+def test_a_limb_of_no_length_ends_where_the_ray_passes() -> None:
+    hits = ray_sphere(AT_ORIGIN, np.zeros((2, 2)), np.array([[0.0, 0, 10], [0.5, 0, 10]]), 0.0)
+    np.testing.assert_array_equal(hits.far, [[0, 0, 0], [-0.5, 0, 0]])
+    assert hits.status.tolist() == [RayStatus.TANGENT] * 2
+    assert hits.adjusted.tolist() == [False, True]
+
+
+# --- the radius -------------------------------------------------------------------------------------------
+
+
+def at_distances(distances: np.ndarray, radius: float, **options: str) -> RayHits:
+    """Hits of rays that pass the parents at these distances."""
+    parents = np.column_stack([distances, np.zeros(len(distances)), np.full(len(distances), 100.0)])
+    return ray_sphere(AT_ORIGIN, np.zeros((len(distances), 2)), parents, radius, **options)  # type: ignore[arg-type]
+
+
+def test_the_radius_is_adjusted_in_a_frame_in_all_or_in_most() -> None:
+    distances = np.arange(1.0, 22.0)
+    own = at_distances(distances, 15.0)
+    assert own.radius == 15.0
+    np.testing.assert_array_equal(own.adjusted, distances > 15)
+    np.testing.assert_array_equal(own.status == RayStatus.TANGENT, distances >= 15)
+    np.testing.assert_allclose(np.linalg.norm(own.far, axis=1), np.maximum(distances, 15.0))
+
+    all_of_them = at_distances(distances, 15.0, adjust="global")
+    assert all_of_them.radius == 21.0
+    np.testing.assert_array_equal(all_of_them.adjusted, distances > 15)
+    np.testing.assert_allclose(np.linalg.norm(all_of_them.far, axis=1), 21.0)
+    assert all_of_them.status.tolist() == [RayStatus.TWO] * 20 + [RayStatus.TANGENT]
+
+    most = at_distances(distances, 15.0, adjust="robust")
+    assert most.radius == np.quantile(distances, ROBUST_QUANTILE) == 20.0
+    np.testing.assert_allclose(np.linalg.norm(most.far, axis=1), np.maximum(distances, 20.0))
+
+
+@given(seed=seeds, adjust=st.sampled_from(["per_frame", "global", "robust"]))
+def test_a_radius_that_every_ray_reaches_is_kept(seed: int, adjust: str) -> None:
+    distances = np.random.default_rng(seed).uniform(0, 10, 9)
+    hits = at_distances(distances, 10.0, adjust=adjust)
+    assert hits.radius == 10.0
+    assert not hits.adjusted.any()
+
+
+def test_frames_behind_the_camera_do_not_stretch_the_limb() -> None:
+    parents = np.array([[3.0, 0, 10], [50.0, 0, -10], [np.nan, 0, 10]])
+    hits = ray_sphere(AT_ORIGIN, np.zeros((3, 2)), parents, 1.0, adjust="global")
+    assert hits.radius == 3.0
+    assert hits.adjusted.tolist() == [True, False, False]
+
+
+# --- choices ----------------------------------------------------------------------------------------------
+
+
+@given(seed=seeds)
+def test_choices_are_the_printed_linear_function_of_binary_variables(seed: int) -> None:
+    """chi = E b + F with E block diagonal of 3-vectors."""
+    parents, chi = limb(seed)
+    hits = ray_sphere(camera(seed).matrix, camera(seed).project(parents + chi), parents, 300.0)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], FRAMES)
+    E = block_diag(*(hits.far - hits.near)[:, :, None])
+    printed = E @ ((1 + signs) / 2) + hits.near.ravel()
+    np.testing.assert_allclose(hits.chosen(signs).ravel(), printed, atol=1e-9)
+    one_by_one = np.where((signs > 0)[:, None], hits.far, hits.near)
+    np.testing.assert_allclose(hits.chosen(signs), one_by_one, atol=1e-9)
+
+
+def test_nothing_is_written_to() -> None:
+    parents, chi = limb(2)
+    cameras, pixels = camera(2).matrix.copy(), camera(2).project(parents + chi)
+    for array in (cameras, pixels, parents):
+        array.flags.writeable = False
+    hits = ray_sphere(cameras, pixels, parents, 250.0, adjust="robust").settled()
+    assert hits.middle.shape == hits.half_chord.shape == (FRAMES, 3)
+
+
+# --- refusals ---------------------------------------------------------------------------------------------
+
+AHEAD = np.array([[0.0, 0, 10], [1.0, 0, 10]])
+
+
+@pytest.mark.parametrize(
+    ("cameras", "pixels", "parents", "radius", "sentence"),
+    [
+        (
+            AT_ORIGIN,
+            np.zeros((2, 2)),
+            AHEAD,
+            -1.0,
+            r"radius is no length \(expected mm, 0 or more, received -1\)",
+        ),
+        (AT_ORIGIN, np.zeros((2, 2)), AHEAD, np.nan, "radius is no length"),
+        (
+            AT_ORIGIN,
+            np.zeros((2, 3)),
+            AHEAD,
+            1.0,
+            r"pixels .*wrong shape \(expected \(2, 2\), received \(2, 3\)\)",
+        ),
+        (AT_ORIGIN, np.zeros((0, 2)), AHEAD[:0], 1.0, r"expected \(F, 2\), received \(0, 2\)"),
+        (AT_ORIGIN[:2], np.zeros((2, 2)), AHEAD, 1.0, r"cameras .*expected \(2, 3, 4\), received \(2, 4\)"),
+        (AT_ORIGIN, np.zeros((2, 2)), AHEAD[:1], 1.0, r"parents .*expected \(2, 3\), received \(1, 3\)"),
+        (
+            AT_ORIGIN,
+            np.zeros((2, 2)),
+            AHEAD * [[1], [0]],
+            1.0,
+            "frame 1: the camera stands at the parent joint",
+        ),
+        (AT_ORIGIN, np.zeros((2, 2)), -AHEAD, 1.0, "no ray meets .*received 0 of 2 frames missing, 2 behind"),
+        (AT_ORIGIN, np.zeros((2, 2)), AHEAD * np.nan, 1.0, "no ray meets .*received 2 of 2 frames missing"),
+        (
+            np.zeros((3, 4)),
+            np.zeros((2, 2)),
+            AHEAD,
+            1.0,
+            "frame 0: the camera is neither perspective nor affine",
+        ),
+        (AT_ORIGIN * [[1], [1], [0]], np.zeros((2, 2)), AHEAD, 1.0, "neither perspective nor affine"),
+        (AT_ORIGIN[[0, 0, 2]], np.zeros((2, 2)), AHEAD, 1.0, "neither perspective nor affine"),
+        (AT_ORIGIN[[0, 1, 0]], np.zeros((2, 2)), AHEAD, 1.0, "neither perspective nor affine"),
+    ],
+)
+def test_what_has_no_candidates_is_refused(
+    cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, radius: float, sentence: str
+) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        ray_sphere(cameras, pixels, parents, radius)
+
+
+def test_no_such_adjustment_and_no_such_signs_are_refused() -> None:
+    with pytest.raises(Refusal, match=r"no such adjustment .*received shrink"):
+        at_distances(np.ones(3), 2.0, adjust="shrink")
+    hits = at_distances(np.ones(3), 2.0)
+    for signs in ([1, -1], [1, 0, -1]):
+        with pytest.raises(Refusal, match="no sign for each frame"):
+            hits.chosen(np.array(signs))

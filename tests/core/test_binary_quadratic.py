@@ -1,0 +1,390 @@
+"""The binary quadratic programme: enumeration, SCIP, the printed formula, bounds that hold, and both mirrors."""
+
+from __future__ import annotations
+
+import itertools
+import tracemalloc
+from collections.abc import Callable
+from time import perf_counter
+from types import SimpleNamespace
+
+import numba.core.caching
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import lsq_linear
+
+from pipeline.core import sign_search
+from pipeline.core.binary_quadratic import BinarySolution, minimise
+from pipeline.core.box_search import BoxSearch
+from pipeline.core.sign_candidates import programme_of
+from pipeline.core.sign_programme import Programme, compiled
+from pipeline.core.suffix_search import SuffixSearch
+from pipeline.core.trajectory_basis import cosine_basis, restricted, soft_basis, soft_ridge
+from pipeline.refusal import Refusal
+from tests.benchmarks.binary_quadratic import by_scip, limb
+from tests.strategies import seeds
+
+STYLES = ("generic", "limb", "parallel", "tied", "tangent")
+BASES = ("hard", "soft", "gaps", "soft with gaps")
+
+
+def candidates(generator: np.random.Generator, frames: int, style: str) -> tuple[np.ndarray, np.ndarray]:
+    """m and u (F, 3)."""
+    if style == "limb":
+        one = limb(frames, int(generator.integers(2**31)), noise_px=generator.uniform(0, 3))
+        return one.middle, one.half_chord
+    middle, half_chord = generator.standard_normal((2, frames, 3))
+    if style == "parallel":
+        middle[:, 1] = 0.0
+        half_chord[:, [0, 2]] = 0.0
+    elif style == "tied":
+        middle[:] = middle[0]
+        half_chord[:] = half_chord[0]
+    elif style == "tangent":
+        half_chord[generator.uniform(size=frames) < 0.4] = 0.0
+    return middle, half_chord
+
+
+def basis_of(generator: np.random.Generator, frames: int, style: str) -> np.ndarray:
+    """B (F, K)."""
+    components = int(generator.integers(1, frames + 1))
+    ridge = soft_ridge(components, generator.uniform(0.5, 5)) if style.startswith("soft") else None
+    if not style.endswith("gaps"):
+        return cosine_basis(frames, components) if ridge is None else soft_basis(
+            frames, components, generator.uniform(0.5, 5)
+        )  # fmt: skip
+    whole = 2 * frames
+    observed = generator.permutation(np.arange(whole) < frames)
+    # One more would not be determined by the frames of an unlucky draw.
+    few = min(components, frames // 2 + 1)
+    return restricted(cosine_basis(whole, few), observed, ridge=None if ridge is None else ridge[:few])
+
+
+def enumerated(
+    basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray, allowed: np.ndarray, linear: np.ndarray
+) -> np.ndarray:
+    """J of all signs that `allowed` (F,) leaves open, as the difference of squares."""
+    options = [(-1.0, 1.0) if sign == 0 else (float(sign),) for sign in allowed]
+    signs = np.array(list(itertools.product(*options)))
+    points = middle + signs[:, :, None] * half_chord
+    inside = np.einsum("fk,nfd->nkd", basis, points)
+    return np.square(points).sum(axis=(1, 2)) - np.square(inside).sum(axis=(1, 2)) + signs @ linear
+
+
+@given(
+    seed=seeds,
+    frames=st.integers(2, 12),
+    style=st.sampled_from(STYLES),
+    kind=st.sampled_from(BASES),
+    extras=st.booleans(),
+)
+@settings(max_examples=150)
+def test_the_proved_signs_are_those_of_enumeration(
+    seed: int, frames: int, style: str, kind: str, extras: bool
+) -> None:
+    generator = np.random.default_rng(seed)
+    middle, half_chord = candidates(generator, frames, style)
+    basis = basis_of(generator, frames, kind)
+    forced, linear = np.zeros(frames, dtype=int), np.zeros(frames)
+    if extras:
+        forced = generator.choice([-1, 0, 0, 0, 1], frames)
+        linear = generator.standard_normal(frames) * np.square(half_chord).mean()
+    found = minimise(basis, middle, half_chord, forced=forced, linear=linear, time_limit_s=20.0)
+
+    costs = enumerated(basis, middle, half_chord, forced, linear)
+    size = np.square(middle).sum() + np.square(half_chord).sum() + np.abs(linear).sum()
+    least = costs.min()
+    assert found.proved
+    assert found.objective == pytest.approx(least, rel=1.1e-6, abs=1e-11 * size)
+    assert found.lower_bound <= least + 1e-11 * size
+    assert found.lower_bound >= found.objective - max(1e-6 * abs(found.objective), 1e-11 * size)
+    own = enumerated(basis, middle, half_chord, found.signs, linear)
+    assert own == pytest.approx([found.objective], rel=1e-9, abs=1e-11 * size)
+    assert (found.signs[forced != 0] == forced[forced != 0]).all()
+    tangent = (half_chord == 0).all(axis=1) & (forced == 0) & (linear == 0)
+    assert (found.signs[tangent] == 1).all()
+    assert (found.values == found.signs).all()
+
+
+@pytest.mark.parametrize("kind", BASES)
+@pytest.mark.parametrize("search", [BoxSearch, SuffixSearch])
+def test_either_search_proves_the_optimum_alone_whatever_it_starts_from(
+    search: type[BoxSearch] | type[SuffixSearch], kind: str
+) -> None:
+    for seed in range(12):
+        generator = np.random.default_rng(seed)
+        frames = int(generator.integers(4, 14))
+        middle, half_chord = candidates(generator, frames, STYLES[seed % len(STYLES)])
+        programme = programme_of(basis_of(generator, frames, kind), middle, half_chord)
+        costs = enumerated(programme.basis, middle, half_chord, programme.kind, programme.linear)
+        values = np.where(programme.kind == 0, generator.choice([-1.0, 1.0], frames), programme.kind)
+        best = np.array([programme.objective(values)])
+        searcher = search(programme) if search is BoxSearch else search(programme, float(best[0]))  # type: ignore[call-arg]
+        bounds = []
+        while not searcher.finished:
+            searcher.run(best, values, 1e-6, programme.allowance(float(best[0])), 7)
+            bounds.append(min(searcher.lower_bound(), best[0] * (1 - 1e-6)))
+        rounding = 1e-11 * programme.size
+        assert best[0] == pytest.approx(costs.min(), rel=1.1e-6, abs=rounding)
+        assert programme.objective(values) == pytest.approx(best[0], rel=1e-12, abs=rounding)
+        assert max(bounds) <= costs.min() + rounding
+        assert searcher.nodes > 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_bound_holds_whenever_a_search_is_stopped(seed: int) -> None:
+    one = limb(60, seed, noise_px=2.0)
+    basis = cosine_basis(60, 10)
+    optimum = minimise(basis, one.middle, one.half_chord, time_limit_s=20.0)
+    assert optimum.proved
+    programme = programme_of(basis, one.middle, one.half_chord)
+    for searcher in (BoxSearch(programme), SuffixSearch(programme, optimum.objective * 2)):
+        values = np.where(programme.weight > 0, 1.0, programme.kind)
+        best = np.array([programme.objective(values)])
+        bounds = []
+        for _ in range(400):
+            bounds.append(min(searcher.lower_bound(), best[0] * (1 - 1e-6)))
+            if searcher.finished:
+                break
+            searcher.run(best, values, 1e-6, programme.allowance(float(best[0])), 20)
+        assert max(bounds) <= optimum.objective
+        assert max(bounds) > 0
+
+
+def test_the_objective_is_the_printed_one() -> None:
+    """||(Theta Theta^T - I)(E b + F)||² with one 3-vector to a frame and b in {0, 1} [park2011 10-12]."""
+    generator = np.random.default_rng(12)
+    one, theta = limb(30, 3), cosine_basis(30, 8)
+    b = generator.integers(0, 2, 30)
+    first, second = one.middle + one.half_chord, one.middle - one.half_chord
+    e = np.zeros((30, 3, 30))
+    e[np.arange(30), :, np.arange(30)] = first - second
+    outside = np.einsum("fg,gd->fd", theta @ theta.T - np.eye(30), e @ b + second)
+    programme = programme_of(theta, one.middle, one.half_chord)
+    assert programme.objective(2.0 * b - 1.0) == pytest.approx(np.square(outside).sum(), rel=1e-10)
+
+
+@pytest.mark.parametrize(("frames", "components"), [(18, 5), (24, 6), (30, 8)])
+def test_scip_finds_the_same(frames: int, components: int) -> None:
+    scip = pytest.importorskip("pyscipopt", reason="needs SCIP: pip install pyscipopt")
+    one, basis = limb(frames, 5, noise_px=1.0), cosine_basis(frames, components)
+    ours = minimise(basis, one.middle, one.half_chord, time_limit_s=20.0)
+    theirs = by_scip(scip, basis, one.middle, one.half_chord, limit_s=60.0)
+    assert ours.proved
+    assert theirs.proved
+    assert ours.objective == pytest.approx(theirs.objective, rel=2e-4)
+    assert ours.objective <= theirs.objective * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> None:
+    """Against enumeration of the signs, and bounded least squares for the rest."""
+    generator = np.random.default_rng(seed)
+    middle, half_chord = generator.standard_normal((2, 8, 3))
+    basis = cosine_basis(8, 3) if seed % 2 else soft_basis(8, 6, 2.0)
+    lengths = np.linalg.norm(half_chord, axis=1)
+    below = np.sort(lengths)[3]
+    found = minimise(basis, middle, half_chord, relax_below=float(below), time_limit_s=20.0)
+    relaxed = lengths < below
+    values, vectors = np.linalg.eigh(np.eye(8) - basis @ basis.T)
+    root = np.sqrt(np.maximum(values, 0))[:, None] * vectors.T
+    costs = []
+    for signs in itertools.product((-1.0, 1.0), repeat=int((~relaxed).sum())):
+        fixed = np.zeros(8)
+        fixed[~relaxed] = signs
+        target = -(root @ (middle + fixed[:, None] * half_chord)).T.ravel()
+        matrix = np.concatenate([root[:, relaxed] * half_chord[relaxed, d] for d in range(3)])
+        costs.append(2 * lsq_linear(matrix, target, (-1, 1), tol=1e-14, method="bvls").cost)
+    assert found.proved
+    assert found.objective == pytest.approx(min(costs), rel=2e-6)
+    assert (np.abs(found.values[relaxed]) <= 1).all()
+    assert (found.values[~relaxed] == found.signs[~relaxed]).all()
+
+
+@pytest.mark.parametrize("camera", ["still", "shaky", "distant"])
+def test_limbs_of_a_hundred_frames_are_proved(camera: str) -> None:
+    """Without noise all, and the first signs are the best of all."""
+    for seed in range(6):
+        one, basis = limb(100, seed, camera=camera), cosine_basis(100, 20)
+        found = minimise(basis, one.middle, one.half_chord, time_limit_s=30.0)
+        assert found.proved
+        assert found.objective <= programme_of(basis, one.middle, one.half_chord).objective(one.signs) * (
+            1 + 1e-6
+        )
+        _, first = sign_search.search(programme_of(basis, one.middle, one.half_chord))
+        assert first <= 1.1 * found.objective
+
+
+def test_with_a_shaky_camera_and_a_limb_in_the_basis_the_truth_is_found() -> None:
+    for seed in range(6):
+        one = limb(100, seed, camera="shaky", rate_hz=0.8)
+        found = minimise(cosine_basis(100, 24), one.middle, one.half_chord, time_limit_s=30.0)
+        across = np.linalg.norm(one.half_chord, axis=1) > 30.0
+        assert found.proved
+        assert found.margin > 2
+        assert (found.signs == one.signs)[across].all()
+
+
+@pytest.mark.parametrize("noise_px", [0.0, 1.0])
+def test_parallel_rays_do_not_tell_the_mirrors_apart(noise_px: float) -> None:
+    generator = np.random.default_rng(4)
+    one = limb(80, 9, camera="distant")
+    middle = one.middle + noise_px * generator.standard_normal((80, 3)) * [1, 0, 1]
+    half_chord = one.half_chord * [0, 1, 0]
+    found = minimise(cosine_basis(80, 14), middle, half_chord, time_limit_s=30.0)
+    assert found.margin == pytest.approx(1.0, abs=1e-9)
+    assert (found.mirror_signs == -found.signs).all()
+    assert found.signs[0] == 1
+
+
+@given(seed=seeds, frames=st.integers(6, 40), style=st.sampled_from(STYLES), kind=st.sampled_from(BASES))
+@settings(max_examples=60)
+def test_the_mirror_is_a_minimum_on_the_other_side(seed: int, frames: int, style: str, kind: str) -> None:
+    generator = np.random.default_rng(seed)
+    middle, half_chord = candidates(generator, frames, style)
+    programme = programme_of(basis_of(generator, frames, kind), middle, half_chord)
+    found = minimise(programme.basis, middle, half_chord, time_limit_s=20.0)
+    weight = programme.weight
+    rounding = 1e-11 * programme.size
+    if not weight.any():
+        assert found.mirror_objective == found.margin == np.inf
+        return
+    agreement = weight * found.signs * found.mirror_signs
+    assert agreement.sum() <= 1e-9 * weight.sum()
+    assert found.mirror_objective == pytest.approx(
+        programme.objective(found.mirror_signs), rel=1e-9, abs=rounding
+    )
+    assert found.margin >= 1 - 1e-6
+    assert found.objective <= found.mirror_objective * (1 + 1e-9) + rounding
+    for frame in np.flatnonzero(weight):
+        flipped = found.mirror_signs.copy()
+        flipped[frame] *= -1
+        nearer = agreement.sum() - 2 * agreement[frame]
+        assert (
+            nearer > -1e-9 * weight.sum()
+            or programme.objective(flipped) >= found.mirror_objective * (1 - 1e-8) - rounding
+        )
+
+
+def same(one: BinarySolution, other: BinarySolution) -> bool:
+    """Whether two solutions are the same to the last bit."""
+    return all(np.array_equal(value, vars(other)[name]) for name, value in vars(one).items())
+
+
+def test_a_proof_does_not_depend_on_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that stands still, and one that runs; nor are the arguments written to."""
+    one, basis = limb(120, 2, noise_px=1.0), cosine_basis(120, 14)
+    given = [basis.copy(), one.middle.copy(), one.half_chord.copy()]
+    for array in given:
+        array.setflags(write=False)
+    running = minimise(given[0], given[1], given[2], time_limit_s=60.0)
+    monkeypatch.setattr("pipeline.core.binary_quadratic.perf_counter", lambda: 0.0)
+    assert running.proved
+    assert same(running, minimise(given[0], given[1], given[2], time_limit_s=60.0))
+
+
+def test_without_time_there_are_signs_and_a_bound_all_the_same() -> None:
+    one, basis = limb(300, 1, noise_px=1.0), cosine_basis(300, 30)
+    found = minimise(basis, one.middle, one.half_chord, time_limit_s=0.0)
+    assert not found.proved
+    assert 0 < found.lower_bound < found.objective
+    assert found.objective <= programme_of(basis, one.middle, one.half_chord).objective(one.signs)
+
+
+def test_the_time_limit_is_kept() -> None:
+    one, basis = limb(400, 1, noise_px=1.0), cosine_basis(400, 40)
+    minimise(basis[:2, :1], one.middle[:2], one.half_chord[:2])  # compiled
+    started = perf_counter()
+    found = minimise(basis, one.middle, one.half_chord, time_limit_s=0.5)
+    assert perf_counter() - started < 1.0  # half of it for a busy machine
+    assert not found.proved
+
+
+def test_nothing_as_large_as_the_null_space_is_formed() -> None:
+    frames = 4000
+    one, basis = limb(frames, 1), cosine_basis(frames, 8)
+    programme = programme_of(basis, one.middle, one.half_chord)
+    tracemalloc.start()
+    minimise(basis, one.middle, one.half_chord, time_limit_s=0.0)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert isinstance(programme, Programme)
+    assert most < frames * frames * 8 / 20
+
+
+def test_two_frames_and_one_are_programmes_too() -> None:
+    pair = minimise(np.full((2, 1), np.sqrt(0.5)), np.zeros((2, 3)), np.array([[1.0, 0, 0], [-1.0, 0, 0]]))
+    assert pair.signs.tolist() == [1, -1]
+    assert pair.objective == pytest.approx(0.0, abs=1e-15)
+    assert pair.proved
+    single = minimise(np.array([[0.5]]), np.ones((1, 3)), np.array([[0.5, 0, 0]]))
+    assert single.signs.tolist() == [-1]
+    assert single.objective == pytest.approx(0.75 * 2.25)
+
+
+def test_where_nothing_can_be_kept_kernels_are_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("CacheImpl", "_CacheImpl"):
+        if hasattr(numba.core.caching, name):
+            monkeypatch.setattr(getattr(numba.core.caching, name), "_locator_classes", [])
+    kernel = compiled(lambda x: 2.0 * x)
+    assert kernel(1.5) == 3.0
+
+
+FINE = SimpleNamespace(basis=cosine_basis(6, 2), middle=np.zeros((6, 3)), half_chord=np.ones((6, 3)))
+HOLE = np.where(np.arange(6)[:, None] == 4, np.nan, np.zeros((6, 3)))
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "missing frame": (lambda: minimise(FINE.basis, HOLE, FINE.half_chord), "^frame 4: middle is missing"),
+    "missing chord": (lambda: minimise(FINE.basis, FINE.middle, HOLE), "^frame 4: half_chord is missing"),
+    "all missing": (
+        lambda: minimise(FINE.basis, np.full((6, 3), np.nan), FINE.half_chord),
+        "middle is missing in all frames",
+    ),
+    "infinite": (
+        lambda: minimise(FINE.basis, np.where(np.isnan(HOLE), np.inf, 0.0), FINE.half_chord),
+        "^frame 4: ",
+    ),
+    "other frames": (lambda: minimise(FINE.basis, FINE.middle[:5], FINE.half_chord), r"received \(5, 3\)"),
+    "more components than frames": (
+        lambda: minimise(np.ones((2, 3)) / 9, FINE.middle[:2], FINE.half_chord[:2]),
+        "more components than there are frames",
+    ),
+    "no components": (lambda: minimise(FINE.basis[:, :0], FINE.middle, FINE.half_chord), r"\(6, 0\)"),
+    "not orthonormal": (
+        lambda: minimise(1.1 * FINE.basis, FINE.middle, FINE.half_chord),
+        "at most 1, received 1.1",
+    ),
+    "basis of NaN": (
+        lambda: minimise(np.where(FINE.basis > 0.5, np.nan, FINE.basis), FINE.middle, FINE.half_chord),
+        "^frame 0: the basis is not finite",
+    ),
+    "forced to something else": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, forced=np.full(6, 2)),
+        "forced signs",
+    ),
+    "forced elsewhere": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, forced=np.zeros(5)),
+        "6 numbers",
+    ),
+    "linear cost of NaN": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, linear=HOLE[:, 0]),
+        "linear cost",
+    ),
+    "negative gap": (lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, gap=-1), "the gap"),
+    "time limit of NaN": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, time_limit_s=np.nan),
+        "the time limit",
+    ),
+    "negative chord": (
+        lambda: minimise(FINE.basis, FINE.middle, FINE.half_chord, relax_below=-1.0),
+        "relax below",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_programme_is_refused_in_one_sentence(case: str) -> None:
+    attempt, sentence = REFUSED[case]
+    with pytest.raises(Refusal, match=sentence):
+        attempt()

@@ -1,0 +1,205 @@
+"""The tree of limbs: there and back, in any order of joints; lengths from three sources; what is no tree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.core.camera_paths import around
+from pipeline.core.limb_chain import (
+    LENGTH_RATIOS,
+    WALKER14,
+    Chain,
+    anthropometric_lengths,
+    demanded_length,
+    forward,
+    relative_trajectories,
+    true_lengths,
+)
+from pipeline.core.synthetic import walking_population
+from pipeline.core.synthetic_limbs import angular_limb, synthetic_body
+from pipeline.refusal import Refusal
+from pipeline.skeleton import WALKER15
+from tests.strategies import seeds
+
+
+def random_chain(generator: np.random.Generator, joints: int) -> Chain:
+    """A tree whose joints stand in no order."""
+    parents = [None if j == 0 else int(generator.integers(j)) for j in range(joints)]
+    order = generator.permutation(joints)
+    return Chain(
+        tuple(f"joint {j}" for j in order),
+        tuple(None if (p := parents[j]) is None else f"joint {p}" for j in order),
+    )
+
+
+# --- the tree ---------------------------------------------------------------------------------------------
+
+
+def test_the_walkers_chain_has_fourteen_limbs_from_the_pelvis() -> None:
+    assert WALKER14.root == "pelvis"
+    assert sorted(map(tuple, WALKER14.ends.tolist())) == sorted(WALKER15.bones)
+    path = ["left_wrist"]
+    while path[-1] != WALKER14.root:
+        path.append(WALKER14.held_by(path[-1]))
+    assert path == ["left_wrist", "left_elbow", "left_shoulder", "sternum", "pelvis"]
+    assert WALKER14.held_by("right_knee") == "right_hip"
+
+
+@given(seed=seeds, joints=st.integers(1, 12))
+def test_every_limb_comes_after_the_one_that_holds_it(seed: int, joints: int) -> None:
+    chain = random_chain(np.random.default_rng(seed), joints)
+    assert {chain.root, *chain.limbs} == set(chain.joints)
+    reached = [chain.root]
+    for limb, (parent, child) in zip(chain.limbs, chain.ends, strict=True):
+        assert chain.joints[parent] == chain.held_by(limb)
+        assert chain.joints[child] == limb
+        assert chain.held_by(limb) in reached
+        reached.append(limb)
+
+
+@pytest.mark.parametrize(
+    ("joints", "parents", "sentence"),
+    [
+        (("a", "b"), (None,), r"not one parent to each joint \(expected 2 parents, received 1\)"),
+        (("a", "b", "b"), (None, "a", "a"), "the joint 'b' stands twice"),
+        (("a", "b"), (None, "c"), r"the parent 'c' of 'b' is not in the chain \(expected one of a, b\)"),
+        (("a", "b", "c"), (None, None, "a"), r"more than one root .*received a, b\)"),
+        (("a", "b", "c"), (None, "c", "b"), "has a loop: 'b' does not lead to the root"),
+        (("a", "b"), ("b", "a"), "has a loop: 'a'"),
+        (("a",), ("a",), "has a loop: 'a'"),
+        ((), (), "a chain of no joints"),
+    ],
+)
+def test_what_is_no_tree_is_refused(joints: tuple, parents: tuple, sentence: str) -> None:
+    with pytest.raises(Refusal, match=sentence):
+        Chain(joints, parents)
+
+
+def test_a_limb_that_is_not_there_is_refused() -> None:
+    for name in ("tail", "pelvis"):  # the root is no limb
+        with pytest.raises(Refusal, match=f"no limb '{name}'"):
+            WALKER14.held_by(name)
+
+
+# --- there and back ---------------------------------------------------------------------------------------
+
+
+@given(seed=seeds, joints=st.integers(1, 12), frames=st.integers(1, 4))
+def test_relative_trajectories_and_forward_kinematics_are_inverse(
+    seed: int, joints: int, frames: int
+) -> None:
+    generator = np.random.default_rng(seed)
+    chain = random_chain(generator, joints)
+    positions = 1000.0 * generator.standard_normal((frames, joints, 3))
+    relative = relative_trajectories(chain, positions)
+    assert relative.shape == (frames, joints - 1, 3)
+    root = positions[:, chain.joints.index(chain.root)]
+    np.testing.assert_allclose(forward(chain, root, relative), positions, atol=1e-9)
+
+
+def test_a_chain_that_can_be_checked_in_the_head() -> None:
+    leg = Chain(("ankle", "hip", "knee"), ("knee", None, "hip"))
+    relative = np.array([[[0.0, 1, -4], [0, -1, -5]]])  # thigh, shank
+    positions = forward(leg, np.array([[1.0, 0, 9]]), relative)
+    np.testing.assert_array_equal(positions, [[[1, 0, 0], [1, 0, 9], [1, 1, 5]]])
+
+
+def test_what_hangs_on_an_unknown_limb_is_unknown_and_nothing_else() -> None:
+    body = synthetic_body(np.random.default_rng(0), 6)
+    relative = body.relative_mm.copy()
+    relative[2, WALKER14.limbs.index("left_shoulder")] = np.nan
+    positions = forward(WALKER14, body.root_mm, relative)
+    lost = np.isnan(positions).any(axis=2)
+    assert [WALKER14.joints[j] for j in np.flatnonzero(lost[2])] == [
+        "left_shoulder",
+        "left_elbow",
+        "left_wrist",
+    ]
+    assert not np.delete(lost, 2, axis=0).any()
+
+
+def test_arrays_that_are_not_of_the_chain_are_refused() -> None:
+    with pytest.raises(Refusal, match=r"expected \(F, 15, 3\), received \(4, 14, 3\)"):
+        relative_trajectories(WALKER14, np.zeros((4, 14, 3)))
+    with pytest.raises(
+        Refusal, match=r"expected \(F, 3\) and \(F, 14, 3\), received \(4, 3\) and \(5, 14, 3\)"
+    ):
+        forward(WALKER14, np.zeros((4, 3)), np.zeros((5, 14, 3)))
+
+
+# --- lengths ----------------------------------------------------------------------------------------------
+
+
+def test_true_lengths_are_means_over_the_frames_that_are_known() -> None:
+    body = synthetic_body(np.random.default_rng(1), 30)
+    positions = body.positions_mm.copy()
+    positions[3:9, 4] = np.nan
+    np.testing.assert_allclose(true_lengths(WALKER14, positions), body.lengths_mm, rtol=1e-12)
+    pair = Chain(("root", "end"), (None, "root"))
+    stretching = np.array([[[0.0, 0, 0], [3, 4, 0]], [[1, 0, 0], [1, 0, 7]]])
+    assert true_lengths(pair, stretching).tolist() == [6.0]
+    positions[:, 4] = np.nan
+    with pytest.raises(Refusal, match="the limb to 'left_wrist' is known in no frame"):
+        true_lengths(WALKER14, positions)
+
+
+def test_ordinary_lengths_are_those_of_the_synthetic_walkers_on_average() -> None:
+    """The walkers draw the same sources by another road: kinematics with spreads and unlike sides."""
+    walkers = walking_population(np.random.default_rng(4), male=6, female=6, duration_s=2.5)
+    lengths = np.array([true_lengths(WALKER14, positions) for positions in walkers.positions_mm])
+    ordinary = np.array([anthropometric_lengths(WALKER14, size_mm=s) for s in walkers.stature_mm])
+    np.testing.assert_allclose(ordinary.mean(axis=0), lengths.mean(axis=0), rtol=0.04)
+
+
+@given(limb=st.sampled_from(WALKER14.limbs), size=st.floats(1.0, 1e4))
+def test_one_known_limb_gives_the_others_in_proportion(limb: str, size: float) -> None:
+    from_limb = anthropometric_lengths(WALKER14, of=limb, size_mm=size)
+    assert from_limb[WALKER14.limbs.index(limb)] == pytest.approx(size)
+    stature = size / LENGTH_RATIOS[limb.removeprefix("left_").removeprefix("right_")]
+    np.testing.assert_allclose(from_limb, anthropometric_lengths(WALKER14, size_mm=stature))
+
+
+def test_lengths_that_nobody_has_measured_are_refused() -> None:
+    with pytest.raises(Refusal, match=r"the stature is no length \(expected mm > 0, received -3\)"):
+        anthropometric_lengths(WALKER14, size_mm=-3.0)
+    with pytest.raises(Refusal, match="no limb 'tail'"):
+        anthropometric_lengths(WALKER14, of="tail", size_mm=300.0)
+    with pytest.raises(Refusal, match="no published ratio for the limb to 'tail'"):
+        anthropometric_lengths(Chain(("pelvis", "tail"), (None, "pelvis")), size_mm=1700.0)
+
+
+# --- lengths from the image -------------------------------------------------------------------------------
+
+
+@given(seed=seeds, quantile=st.floats(0.1, 1.0))
+def test_the_image_never_asks_for_more_than_the_length(seed: int, quantile: float) -> None:
+    generator = np.random.default_rng(seed)
+    limb = angular_limb(generator, 40, length_mm=250.0)
+    parents = 100.0 * generator.standard_normal((40, 3))
+    camera = around(40, target=np.zeros(3), sweep_rad=1.0)
+    pixels = camera.project(parents + limb.relative)
+    asked = demanded_length(camera.matrix, pixels, parents, quantile=quantile)
+    assert 0.0 < asked <= 250.0 * (1 + 1e-9)
+    assert asked <= demanded_length(camera.matrix, pixels, parents)
+
+
+def test_a_limb_that_lies_across_a_ray_shows_its_length() -> None:
+    """A hand of a clock whose face is turned to the camera, and one that swings past it."""
+    turn = np.linspace(0.0, np.pi, 60)
+    relative = 250.0 * np.column_stack([np.sin(turn), np.cos(turn), np.zeros(60)])
+    camera = around(60, target=np.zeros(3), sweep_rad=0.0)
+    pixels = camera.project(relative)
+    assert demanded_length(camera.matrix, pixels, np.zeros((60, 3))) == pytest.approx(250.0, rel=2e-3)
+    pixels[[4, 30]] = np.nan
+    assert demanded_length(camera.matrix, pixels, np.zeros((60, 3))) == pytest.approx(250.0, rel=2e-3)
+
+
+def test_an_image_that_asks_for_nothing_is_refused() -> None:
+    camera = around(3, target=np.zeros(3), sweep_rad=0.0)
+    with pytest.raises(Refusal, match="no ray asks for a length"):
+        demanded_length(camera.matrix, np.full((3, 2), np.nan), np.zeros((3, 3)))
+    with pytest.raises(Refusal, match=r"no such quantile \(expected above 0, up to 1, received 95\)"):
+        demanded_length(camera.matrix, np.zeros((3, 2)), np.ones((3, 3)), quantile=95)

@@ -1,0 +1,574 @@
+"""Refinement of whole bodies: derivatives, the tree's algebra, recovery, gaps, outliers, gauge, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from pipeline.core import reprojection
+from pipeline.core.limb_equations import LimbEquations, damped_step, minimise, normal_equations
+from pipeline.core.pinhole import Pinhole, look_at
+from pipeline.core.refinement import Refinement, refine
+from pipeline.core.reprojection import LOSSES, Observations
+from pipeline.core.spherical import SphericalTrajectory, cosines_at
+from pipeline.refusal import Refusal
+from tests.strategies import seeds
+
+TREE = (-1, 0, 1, 2, 1, 0)
+"""Root, a chain of three, a branch from its first limb, and a limb of its own."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """Limbs whose truth lies in a basis, and what a moving camera sees of them."""
+
+    images: np.ndarray
+    camera: Pinhole
+    root: np.ndarray
+    relative: np.ndarray
+    lengths: np.ndarray
+    charts: np.ndarray
+    basis: np.ndarray
+    paths: tuple[SphericalTrajectory, ...]
+    parents: tuple[int, ...]
+
+    @property
+    def positions(self) -> np.ndarray:
+        return kinematics(self.parents, self.root, self.relative)
+
+    def start(self, seed: int, size: float = 0.03) -> np.ndarray:
+        """The truth, smoothly perturbed by so many radians."""
+        generator = np.random.default_rng(seed)
+        frames = len(self.root)
+        waves = self.basis[:, :4] * np.sqrt(frames)
+        bend = np.einsum("fk,klx->flx", waves, generator.standard_normal((4, len(self.lengths), 3)))
+        return self.relative / self.lengths[:, None] + 0.5 * size * bend
+
+    def refined(self, start: np.ndarray, **options: Any) -> Refinement:
+        """From a start, in the charts of the truth unless others are asked for."""
+        given = {"images": self.images, "camera": self.camera, "root": self.root, "lengths": self.lengths}
+        given |= {"parents": self.parents, "basis": self.basis, "charts": self.charts}
+        return refine(directions=start, **(given | options))
+
+
+def kinematics(parents: tuple[int, ...], root: np.ndarray, relative: np.ndarray) -> np.ndarray:
+    """Positions (F, J, 3), joint by joint."""
+    positions = [root]
+    for joint in range(1, len(parents)):
+        positions.append(positions[parents[joint]] + relative[:, joint - 1])
+    return np.stack(positions, axis=1)
+
+
+def body(
+    seed: int,
+    *,
+    frames: int = 40,
+    components: int = 5,
+    noise_px: float = 0.0,
+    parents: tuple[int, ...] = TREE,
+) -> Body:
+    """Limbs that lean towards and away from the camera and never pass the plane across its ray."""
+    generator = np.random.default_rng(seed)
+    basis = cosines_at(np.arange(frames), frames, components)
+    limbs = len(parents) - 1
+    lengths = generator.uniform(150.0, 450.0, limbs)
+    sizes = 0.12 * np.sqrt(frames) / np.arange(1, components + 1) ** 1.5
+    paths = []
+    for _ in range(limbs):
+        theta, phi = generator.uniform(-1, 1, (2, components)) * sizes
+        theta[0] += np.pi / 2 * np.sqrt(frames)
+        lean = generator.uniform(0.5, 1.0) * generator.choice([-1.0, 1.0])
+        ahead = np.array([np.cos(lean) * generator.choice([-1.0, 1.0]), np.sin(lean), 0.0])
+        up = np.array([0.0, 0.0, 1.0])
+        turn = Rotation.from_euler("y", generator.uniform(-np.pi, np.pi)).as_matrix()
+        paths.append(SphericalTrajectory(theta, phi, np.stack([ahead, np.cross(up, ahead), up]) @ turn.T))
+    directions = np.stack([path.directions(basis) for path in paths], axis=1)
+    relative = lengths[:, None] * directions
+    t = np.linspace(0, 1, frames)
+    root = np.column_stack([600 * t - 300, 100 * np.sin(3 * t), 900 + 40 * np.sin(9 * t)])
+    centre = np.column_stack([800 * t - 200, np.full(frames, -3000.0), 1200 + 300 * np.cos(4 * t)])
+    camera = look_at(centre, root, focal_px=1000.0, principal_px=(320.0, 240.0))
+    images = camera.project(kinematics(parents, root, relative))
+    images = images + noise_px * generator.standard_normal(images.shape)
+    charts = np.stack([path.chart for path in paths])
+    return Body(images, camera, root, relative, lengths, charts, basis, tuple(paths), parents)
+
+
+def observed(
+    one: Body, *, free: bool = False, loss: str = "squared", scale_px: float = 1.0, penalty: float = 0.0
+) -> tuple[Observations, np.ndarray]:
+    """The problem inside of `refine`, and unknowns near its truth."""
+    unknowns = np.stack([np.concatenate([p.coefficients_theta, p.coefficients_phi]) for p in one.paths])
+    if free:
+        unknowns = np.column_stack([unknowns, np.zeros(len(unknowns))])
+    generator = np.random.default_rng(0)
+    given = reprojection.observe(
+        one.images[:, 1:],
+        one.camera,
+        one.root,
+        parents=tuple(parent - 1 for parent in one.parents[1:]),
+        lengths=one.lengths,
+        charts=one.charts,
+        basis=one.basis,
+        penalty=penalty * generator.uniform(0.0, 2.0, unknowns.shape),
+        loss=loss,
+        scale_px=scale_px,
+    )
+    return given, unknowns + 0.05 * generator.standard_normal(unknowns.shape)
+
+
+def with_gaps(one: Body, seed: int) -> Body:
+    """The same with a fifth of the images missing, and two frames without camera or root."""
+    images = one.images.copy()
+    images[np.random.default_rng(seed).uniform(size=images.shape[:2]) < 0.2] = np.nan
+    root, centre = one.root.copy(), one.camera.centre.copy()
+    root[3] = np.nan
+    centre[5] = np.nan
+    return replace(
+        one,
+        images=images,
+        root=root,
+        camera=Pinhole(one.camera.intrinsics, one.camera.rotation, centre),
+    )
+
+
+# --- derivatives and the algebra of the tree ---------------------------------------------------------------
+
+
+@settings(max_examples=10)
+@given(seed=seeds, free=st.booleans(), gaps=st.booleans())
+def test_the_analytic_jacobian_is_the_limit_of_differences(seed: int, free: bool, gaps: bool) -> None:
+    """The error of central differences falls with the square of the step: a slope of two."""
+    one = body(seed, frames=12, components=3)
+    given, unknowns = observed(with_gaps(one, seed) if gaps else one, free=free)
+    exact = reprojection.jacobian(given, unknowns).reshape(-1, unknowns.size)
+
+    def residuals(flat: np.ndarray) -> np.ndarray:
+        positions = reprojection.forward(given, reprojection.relative(given, flat.reshape(unknowns.shape)))
+        return reprojection.residuals(given, positions).ravel()
+
+    steps = np.array([1e-1, 1e-2, 1e-3])
+    errors = []
+    for step in steps:
+        around = step * np.eye(unknowns.size)
+        columns = [residuals(unknowns.ravel() + d) - residuals(unknowns.ravel() - d) for d in around]
+        errors.append(np.abs(np.stack(columns, axis=1) / (2 * step) - exact).max())
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert 1.9 < slope < 2.1
+    assert errors[-1] < 1e-4 * np.abs(exact).max()
+
+
+@settings(max_examples=10)
+@given(seed=seeds, loss=st.sampled_from(sorted(LOSSES)))
+def test_the_gradient_is_that_of_the_cost(seed: int, loss: str) -> None:
+    """With every loss, near its edge and beyond, and with penalties."""
+    given, unknowns = observed(
+        with_gaps(body(seed, noise_px=2.0), seed), free=True, loss=loss, scale_px=5.0, penalty=3.0
+    )
+    along = np.random.default_rng(seed).standard_normal(unknowns.shape)
+    gradient = normal_equations(given, unknowns).gradient
+    step = 1e-5
+    ahead, back = (reprojection.cost(given, unknowns + s * along) for s in (step, -step))
+    size = float(np.linalg.norm(gradient) * np.linalg.norm(along))
+    assert abs((ahead - back) / (2 * step) - (gradient * along).sum()) < 1e-7 * size
+
+
+def dense(equations: LimbEquations) -> np.ndarray:
+    """H as one matrix."""
+    limbs, size = equations.gradient.shape
+    whole = np.zeros((limbs, size, limbs, size))
+    for limb, (row, line) in enumerate(zip(equations.rows, equations.lines, strict=True)):
+        for place, carrier in enumerate(line):
+            whole[limb, :, carrier] = row[:, place]
+            whole[carrier, :, limb] = row[:, place].T
+    return whole.reshape(limbs * size, -1)
+
+
+@settings(max_examples=20)
+@given(
+    seed=seeds,
+    free=st.booleans(),
+    loss=st.sampled_from(sorted(LOSSES)),
+    parents=st.sampled_from([TREE, (-1, 0), (-1, 0, 0, 0), (-1, 0, 1, 2, 3, 4), (-1, 0, 1, 1, 2, 2, 3)]),
+)
+def test_the_tree_has_the_algebra_of_the_dense_matrices(
+    seed: int, free: bool, loss: str, parents: tuple[int, ...]
+) -> None:
+    """J^T W J and the damped step, block by block, against the whole Jacobian."""
+    one = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
+    given, unknowns = observed(one, free=free, loss=loss, scale_px=4.0, penalty=2.0)
+    equations = normal_equations(given, unknowns)
+    whole = reprojection.jacobian(given, unknowns).reshape(-1, unknowns.size)
+    differences = reprojection.linearise(given, unknowns).residuals
+    weights = np.repeat(reprojection.loss_weights(given, differences).ravel(), 2)
+    curvature = whole.T @ (weights[:, None] * whole) + np.diag(given.penalty.ravel())
+    gradient = whole.T @ (weights * differences.ravel()) + given.penalty.ravel() * unknowns.ravel()
+    scale = np.abs(curvature).max()
+    np.testing.assert_allclose(dense(equations), curvature, rtol=1e-9, atol=1e-9 * scale)
+    np.testing.assert_allclose(
+        equations.gradient.ravel(), gradient, rtol=1e-9, atol=1e-9 * np.abs(gradient).max()
+    )
+    np.testing.assert_allclose(
+        equations.diagonal.ravel(), np.diagonal(curvature), rtol=1e-9, atol=1e-9 * scale
+    )
+    damping = 0.01 * scale * np.random.default_rng(seed).uniform(0.5, 1.0, unknowns.shape)
+    step = damped_step(equations, damping)
+    expected = np.linalg.solve(curvature + np.diag(damping.ravel()), -gradient)
+    np.testing.assert_allclose(step.ravel(), expected, rtol=1e-7, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        equations.curvature_along(step), step.ravel() @ curvature @ step.ravel(), rtol=1e-9
+    )
+    again = damped_step(equations, damping)
+    np.testing.assert_array_equal(again, step)
+
+
+def test_the_losses_have_the_slopes_they_say() -> None:
+    s = np.array([0.0, 0.3, 0.999, 1.001, 7.0, 1e4])
+    for name, loss in LOSSES.items():
+        slope = (loss(s + 1e-6)[0] - loss(np.maximum(s - 1e-6, 0.0))[0]) / (
+            s + 1e-6 - np.maximum(s - 1e-6, 0.0)
+        )
+        np.testing.assert_allclose(loss(s)[1], slope, rtol=1e-4, err_msg=name)
+        np.testing.assert_allclose(
+            loss(1e-9 * np.ones(1))[0], 1e-9, rtol=1e-6
+        )  # all alike when nothing is wrong
+
+
+# --- recovery ----------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=15)
+@given(seed=seeds)
+def test_a_truth_in_the_basis_is_recovered_from_a_perturbed_start(seed: int) -> None:
+    one = body(seed)
+    found = one.refined(one.start(seed))
+    assert found.converged
+    assert found.reprojection_error_before_px > 1.0
+    assert found.reprojection_error_px < 1e-9
+    np.testing.assert_allclose(found.positions, one.positions, atol=1e-6)
+    np.testing.assert_allclose(found.relative, one.relative, atol=1e-6)
+    np.testing.assert_array_equal(found.lengths, one.lengths)
+
+
+def test_the_minimum_is_that_of_an_outside_solver() -> None:
+    """SciPy's trust region with differences for derivatives, on noisy images."""
+    one = body(4, frames=24, components=4, noise_px=1.0)
+    start = one.start(1, 0.01)
+    found = one.refined(start, tolerance=1e-12)
+    given, _ = observed(one)
+
+    def residuals(flat: np.ndarray) -> np.ndarray:
+        positions = reprojection.forward(given, reprojection.relative(given, flat.reshape(len(TREE) - 1, -1)))
+        return reprojection.residuals(given, positions).ravel()
+
+    ours = np.concatenate([found.coefficients_theta, found.coefficients_phi], axis=1)
+    truth = [np.concatenate([p.coefficients_theta, p.coefficients_phi]) for p in one.paths]
+    peer = least_squares(residuals, np.concatenate(truth), xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    np.testing.assert_allclose(found.cost, peer.cost, rtol=1e-9)
+    np.testing.assert_allclose(ours.ravel(), peer.x, atol=1e-4)
+    np.testing.assert_allclose(found.cost, 0.5 * (residuals(ours.ravel()) ** 2).sum(), rtol=1e-12)
+    errors = found.residual_px[:, 1:]
+    np.testing.assert_allclose(found.reprojection_error_px, np.sqrt((errors**2).mean()), rtol=1e-12)
+
+
+@settings(max_examples=10)
+@given(seed=seeds)
+def test_lengths_are_kept_between_frames(seed: int) -> None:
+    one = body(seed, noise_px=2.0)
+    found = one.refined(one.start(seed), max_iterations=5)
+    frames = len(one.root)
+    between = found.relative_at(cosines_at(np.arange(0.0, frames - 0.9, 0.5), frames, one.basis.shape[1]))
+    np.testing.assert_allclose(
+        np.linalg.norm(between, axis=2), np.tile(one.lengths, (len(between), 1)), rtol=1e-13
+    )
+    np.testing.assert_allclose(between[::2], found.relative, atol=1e-9)
+    np.testing.assert_allclose(found.positions, kinematics(TREE, one.root, found.relative), atol=1e-9)
+
+
+@settings(max_examples=10)
+@given(seed=seeds)
+def test_what_was_not_seen_is_imputed_on_the_sphere(seed: int) -> None:
+    """Missing images, a frame without camera, one without root: directions and lengths are there all the same."""
+    one = body(seed)
+    gappy = with_gaps(one, seed)
+    start = one.start(seed)
+    start[np.isnan(gappy.images[:, 1:, 0])] = np.nan
+    found = gappy.refined(start)
+    assert found.converged
+    np.testing.assert_allclose(found.relative, one.relative, atol=1e-5)
+    np.testing.assert_array_equal(np.isnan(found.positions[..., 0]).all(axis=1), np.arange(40) == 3)
+    rest = np.arange(40) != 3
+    np.testing.assert_allclose(found.positions[rest], one.positions[rest], atol=1e-5)
+    unseen = np.isnan(gappy.images[..., 0])
+    unseen[[3, 5]] = unseen[:, 0] = True
+    np.testing.assert_array_equal(np.isnan(found.residual_px), unseen)
+
+
+def test_a_joint_never_seen_is_led_by_those_it_carries() -> None:
+    """A leaf that is never seen stays where it started; an inner joint is found through its child's images."""
+    one = body(11)
+    images = one.images.copy()
+    images[:, 5] = np.nan  # a limb alone
+    images[:, 2] = np.nan  # carries joint 3
+    start = one.start(3, 0.01)
+    kept = one.refined(start, images=images, max_iterations=1).relative[:, 4]
+    found = one.refined(start, images=images)
+    assert np.isfinite(found.positions).all()
+    np.testing.assert_allclose(found.relative[:, 4], kept, atol=1e-9)
+    assert found.reprojection_error_px < 1e-3
+    np.testing.assert_allclose(
+        np.linalg.norm(found.relative, axis=2), np.tile(one.lengths, (40, 1)), rtol=1e-12
+    )
+
+
+def test_robust_losses_believe_outliers_less() -> None:
+    one = body(2, noise_px=0.5)
+    generator = np.random.default_rng(0)
+    images = one.images.copy()
+    wrong = generator.uniform(size=images.shape[:2]) < 0.08
+    images[wrong] += generator.choice([-1.0, 1.0], (wrong.sum(), 2)) * generator.uniform(
+        40, 90, (wrong.sum(), 2)
+    )
+    start = one.start(1, 0.01)
+
+    def error(found: Refinement) -> float:
+        assert found.converged
+        return float(np.sqrt(((found.positions - one.positions) ** 2).sum(axis=-1).mean()))
+
+    squared = error(one.refined(start, images=images))
+    clean = error(one.refined(start, images=np.where(wrong[..., None], np.nan, images)))
+    for loss in ("huber", "cauchy"):
+        assert error(one.refined(start, images=images, loss=loss, scale_px=2.0)) < min(
+            0.3 * squared, 3.0 * clean
+        )
+
+
+def test_a_robust_loss_of_a_large_scale_is_the_squared_one() -> None:
+    one = body(3, noise_px=1.0)
+    start = one.start(1)
+    plain = one.refined(start, tolerance=1e-12)
+    for loss in ("huber", "cauchy"):
+        far = one.refined(start, tolerance=1e-12, loss=loss, scale_px=1e6)
+        np.testing.assert_allclose(far.positions, plain.positions, atol=1e-3)
+
+
+def test_a_soft_basis_bridges_a_block_that_a_hard_one_does_not() -> None:
+    one = body(6, frames=60, noise_px=1.0)
+    images, start = one.images.copy(), one.start(1, 0.0)
+    images[20:32, 1:] = np.nan
+    start[20:32] = np.nan
+    many = cosines_at(np.arange(60), 60, 30)
+
+    def error(found: Refinement) -> float:
+        return float(np.abs(found.positions - one.positions).max())
+
+    soft = one.refined(start, images=images, basis=many, cutoff=6.0)
+    hard = one.refined(start, images=images, basis=many)
+    assert soft.converged
+    assert error(soft) < 60.0
+    assert error(soft) < 0.5 * error(hard)
+
+
+@settings(max_examples=5)
+@given(seed=seeds)
+def test_the_world_may_be_turned(seed: int) -> None:
+    """Charts are found anew in the turned world; the body is the same, turned."""
+    one = body(seed, noise_px=0.5)
+    start = one.start(seed, 0.01)
+    turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+    turned = Pinhole(one.camera.intrinsics, one.camera.rotation @ turn.T, one.camera.centre @ turn.T)
+    options: dict[str, Any] = {"charts": None, "tolerance": 1e-12, "cutoff": 3.0}
+    here = one.refined(start, **options)
+    there = one.refined(start @ turn.T, camera=turned, root=one.root @ turn.T, **options)
+    assert here.converged
+    assert there.converged
+    np.testing.assert_allclose(there.positions, here.positions @ turn.T, atol=1e-3)
+    np.testing.assert_allclose(there.cost, here.cost, rtol=1e-9)
+
+
+def test_a_limb_through_the_printed_pole_and_round_it_is_found() -> None:
+    """An arm that swings through the vertical, and a hand that turns round it twice: no jump, no stop."""
+    frames = 80
+    t = (np.arange(frames) + 0.5) / frames
+    swing, turning = 0.8 * np.cos(3 * np.pi * t), 2 * np.pi * (1 - np.cos(np.pi * t))
+    arm = np.stack([np.sin(swing), np.zeros(frames), -np.cos(swing)], axis=1)
+    hand = np.stack([np.cos(turning), np.sin(turning), np.full(frames, 0.5)], axis=1) / np.sqrt(1.25)
+    relative = np.stack([300 * arm, 200 * hand], axis=1)
+    root = np.column_stack([100 * t, 0 * t, 1400 + 0 * t])
+    centre = np.column_stack([500 * np.sin(5 * t), -3000 + 0 * t, 1200 + 300 * t])
+    camera = look_at(centre, root, focal_px=1000.0)
+    positions = kinematics((-1, 0, 1), root, relative)
+    start = relative + np.random.default_rng(0).standard_normal(relative.shape)
+    found = refine(
+        camera.project(positions), camera, root, (-1, 0, 1), start, np.array([300.0, 200.0]), basis=6
+    )
+    assert found.converged
+    # The charts are those of the noisy start, so the truth is next to the basis and not in it.
+    np.testing.assert_allclose(found.positions, positions, atol=5.0)
+    exact = refine(
+        camera.project(positions), camera, root, (-1, 0, 1), relative, np.array([300.0, 200.0]), basis=6
+    )
+    np.testing.assert_allclose(exact.positions, positions, atol=1e-6)
+
+
+# --- lengths -----------------------------------------------------------------------------------------------
+
+
+def test_free_lengths_are_found() -> None:
+    one = body(8)
+    wrong = one.lengths * np.array([1.05, 0.95, 1.1, 0.97, 1.02])
+    start = one.start(2, 0.005)
+    found = one.refined(start, lengths=wrong, free_lengths=True)
+    assert found.converged
+    np.testing.assert_allclose(found.lengths, one.lengths, rtol=1e-8)
+    np.testing.assert_allclose(found.positions, one.positions, atol=1e-4)
+    fixed = one.refined(start, lengths=wrong)
+    assert fixed.cost > 1e6 * found.cost
+    assert np.abs(fixed.positions - one.positions).max() > 10.0
+    np.testing.assert_array_equal(fixed.lengths, wrong)
+
+
+def test_free_lengths_keep_within_their_bounds() -> None:
+    one = body(8)
+    wrong = one.lengths * np.array([1.3, 1.0, 1.0, 0.75, 1.0])
+    found = one.refined(one.start(2, 0.005), lengths=wrong, free_lengths=True, length_factor=1.1)
+    assert found.converged
+    np.testing.assert_allclose(found.lengths[[0, 3]], wrong[[0, 3]] * [1 / 1.1, 1.1], rtol=1e-9)
+    assert (np.abs(np.log(found.lengths / wrong)) <= np.log(1.1) + 1e-12).all()
+
+
+# --- the descent -------------------------------------------------------------------------------------------
+
+
+def test_the_cost_never_rises_and_convergence_is_not_claimed_early() -> None:
+    one = body(9, noise_px=1.0)
+    start = one.start(5, 0.05)
+    costs = [one.refined(start, max_iterations=n) for n in (1, 2, 4, 8, 200)]
+    assert not costs[0].converged
+    assert costs[0].n_iterations == 1
+    assert (np.diff([found.cost for found in costs]) <= 0).all()
+    assert costs[-1].converged
+    assert costs[-1].n_iterations < 200
+    given, _ = observed(one)
+    there = np.concatenate([costs[-1].coefficients_theta, costs[-1].coefficients_phi], axis=1)
+    equations = normal_equations(given, there)
+    newton = damped_step(equations, 1e-9 * equations.diagonal)
+    assert -0.5 * (newton * equations.gradient).sum() < 1e-6 * costs[-1].cost
+
+
+def test_a_start_at_the_minimum_is_soon_done() -> None:
+    """What a start is smoothed by is far below a pixel."""
+    one = body(10)
+    found = one.refined(one.refined(one.start(1)).relative)
+    assert found.converged
+    assert found.reprojection_error_before_px < 0.05
+    assert found.n_iterations <= 4
+    np.testing.assert_allclose(found.positions, one.positions, atol=1e-6)
+
+
+def test_a_step_behind_the_camera_is_refused_and_the_run_goes_on() -> None:
+    """A long limb towards a near camera: the first undamped step would throw its end behind it."""
+    frames = 10
+    camera = Pinhole(np.diag([500.0, 500.0, 1.0]), np.eye(3), np.zeros(3))
+    root = np.tile([0.0, 0.0, 900.0], (frames, 1))
+    truth = np.tile([np.sin(0.75), 0.0, -np.cos(0.75)], (frames, 1))[:, None]
+    begin = np.tile([np.sin(0.6), 0.5, -np.cos(0.6)], (frames, 1))[:, None]
+    images = camera.project(kinematics((-1, 0), root, 1000.0 * truth))
+    with_pole = np.array([[[0.0, 0, -1], [1, 0, 0], [0, -1, 0]]])
+    found = refine(images, camera, root, (-1, 0), begin, np.array([1000.0]), basis=1, charts=with_pole)
+    assert found.converged
+    np.testing.assert_allclose(found.relative[:, 0], 1000.0 * truth[:, 0], atol=1e-5)
+    given = reprojection.observe(
+        images[:, 1:], camera, root, parents=(-1,), lengths=np.array([1000.0]), charts=with_pole,
+        basis=np.ones((frames, 1)), penalty=np.zeros((1, 2)), loss="squared", scale_px=1.0,
+    )  # fmt: skip
+    through = np.array([[np.pi / 2, 0.0]])  # straight at the camera and past it
+    assert reprojection.cost(given, through) == np.inf
+    assert reprojection.behind(
+        given, reprojection.forward(given, reprojection.relative(given, through))
+    ).all()
+    bound = np.full((1, 2), np.inf)
+    unknowns, cost, converged, _ = minimise(
+        given, np.array([[np.pi / 2 + 0.5, 0.6]]), bound, max_iterations=100, tolerance=1e-8
+    )
+    assert converged
+    assert cost < 1e-9
+    assert np.isfinite(unknowns).all()
+
+
+def test_a_start_behind_the_camera_is_refused_by_joint_and_frame() -> None:
+    one = body(1)
+    centre = one.camera.centre.copy()
+    centre[7] = one.positions[7, 4] + [0.0, 1e4, 0.0]
+    camera = Pinhole(one.camera.intrinsics, one.camera.rotation, centre)
+    with pytest.raises(Refusal, match="joint hand: the start stands behind the camera in frame 7"):
+        one.refined(one.start(1, 0.0), camera=camera, names=["root", "hand", "b", "c", "d", "e"])
+
+
+def test_what_it_was_given_stays_as_it_was() -> None:
+    one = with_gaps(body(1), 1)
+    start, weights = body(1).start(1), np.ones((40, 5))
+    arrays = [one.images, one.root, one.lengths, one.basis, one.charts, start, weights]
+    before = [array.copy() for array in arrays]
+    found = one.refined(start, weights=weights, free_lengths=True, max_iterations=3)
+    for array, kept in zip(arrays, before, strict=True):
+        np.testing.assert_array_equal(array, kept)
+    found.chart[:] = 0.0
+    np.testing.assert_array_equal(one.charts, before[4])
+
+
+# --- what is refused ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"images": np.zeros((40, 6))}, "the images have the wrong shape"),
+        ({"images": np.zeros((40, 5, 2))}, "the directions and the images do not agree"),
+        ({"images": np.full((40, 6, 2), np.nan)}, "nothing was seen"),
+        ({"root": np.zeros((39, 3))}, r"the root and the images do not agree \(expected \(40, 3\)"),
+        ({"parents": (-1, 0, 1, 2, 5, 1)}, "the parents are not those of a tree in order"),
+        ({"parents": np.arange(-1.0, 5.0)}, "a parent cannot be so"),
+        ({"parents": (-1, 0, 1)}, "the parents are not those of a tree in order"),
+        ({"lengths": np.array([1.0, 2.0, -3.0, 4.0, 5.0])}, "joint 3: the length of a limb cannot be so"),
+        ({"basis": 41}, r"the number of components cannot be so \(expected 1 to 40, received 41\)"),
+        ({"basis": np.ones((39, 2))}, "the basis cannot be used"),
+        ({"weights": np.ones((40, 6))}, "the weights have the wrong shape"),
+        ({"weights": np.zeros((40, 5))}, "the start of joint 1: no frame is left"),
+        ({"charts": np.eye(3)}, "the charts have the wrong shape"),
+        ({"charts": np.full((5, 3, 3), np.nan)}, "the start of joint 1: the chart is not a rotation"),
+        ({"loss": "l1"}, "the loss is unknown"),
+        ({"scale_px": 0.0}, "the scale in px cannot be so"),
+        ({"cutoff": np.nan}, "the cutoff cannot be so"),
+        ({"length_factor": 1.0}, "the length factor less one cannot be so"),
+        ({"tolerance": -1.0}, "the tolerance cannot be so"),
+        ({"max_iterations": 0}, "the largest number of iterations cannot be so"),
+        ({"names": ["a"]}, "joints and their names differ in number"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_a_sentence(options: dict[str, Any], sentence: str) -> None:
+    one = body(1)
+    with pytest.raises(Refusal, match=sentence):
+        one.refined(one.start(1, 0.0), **options)
+
+
+def test_a_limb_without_any_direction_is_refused_by_name() -> None:
+    one = body(1)
+    start = one.start(1, 0.0)
+    start[:, 2] = np.nan
+    with pytest.raises(Refusal, match="the start of joint 3: no direction is known"):
+        one.refined(start)
+
+
+def test_cameras_of_other_frames_are_refused() -> None:
+    one = body(1)
+    other = Pinhole(one.camera.intrinsics, one.camera.rotation[1:], one.camera.centre[1:])
+    with pytest.raises(Refusal, match="images and cameras disagree in their frames"):
+        one.refined(one.start(1, 0.0), camera=other)

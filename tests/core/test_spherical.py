@@ -1,0 +1,280 @@
+"""Angles of directions: the way back, continuity against all choices, poles, gauge, gaps, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.fft import dct
+from scipy.spatial.transform import Rotation
+
+from pipeline.core.spherical import (
+    SphericalAngles,
+    SphericalTrajectory,
+    continuous_angles,
+    cosines_at,
+    farthest_chart,
+    fit,
+    tangents,
+    to_directions,
+    unit_vectors,
+)
+from pipeline.refusal import Refusal
+from tests.strategies import seeds
+
+STYLES = ("generic", "planar", "nearly_planar", "still", "nearly_still", "everywhere", "two")
+
+
+def path(seed: int, style: str = "generic", frames: int = 60) -> np.ndarray:
+    """Directions (F, 3), smooth but where the style says otherwise."""
+    generator = np.random.default_rng(seed)
+    waves = cosines_at(np.arange(frames), frames, 5) * np.sqrt(frames)
+    turn = Rotation.random(rng=generator)
+    moving = waves @ (generator.standard_normal((5, 3)) * np.array([2.0, 1.0, 0.5, 0.2, 0.1])[:, None])
+    if style == "everywhere":
+        moving = generator.standard_normal((frames, 3))
+    elif style in ("planar", "nearly_planar"):
+        moving[:, 2] *= 0.0 if style == "planar" else 1e-7
+    elif style in ("still", "nearly_still"):
+        moving = np.array([0.0, 0.0, 1.0]) + moving * (0.0 if style == "still" else 1e-7)
+    elif style == "two":
+        moving = moving[:2]
+    return unit_vectors(turn.apply(moving))
+
+
+def farthest_from_pole(chart: np.ndarray, directions: np.ndarray) -> float:
+    return float(np.abs(directions @ chart[2]).max())
+
+
+@given(seed=seeds, style=st.sampled_from(STYLES))
+def test_angles_lead_back_to_the_directions_in_any_chart(seed: int, style: str) -> None:
+    directions = path(seed, style)
+    for chart in (None, np.eye(3), Rotation.random(rng=np.random.default_rng(seed)).as_matrix()):
+        angles = continuous_angles(directions, chart=chart)
+        back = to_directions(angles.theta, angles.phi, angles.chart)
+        np.testing.assert_allclose(back, directions, atol=2e-9)
+        np.testing.assert_allclose(angles.chart @ angles.chart.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(angles.chart) > 0
+
+
+@given(seed=seeds, frames=st.integers(min_value=1, max_value=9))
+def test_no_choice_of_sheets_is_shorter(seed: int, frames: int) -> None:
+    """All 2^F choices of (theta, phi) or (-theta, phi + pi), each frame with the nearest whole turns."""
+    directions = path(seed, "everywhere", frames)
+    found = continuous_angles(directions, chart=np.eye(3))
+    length = (np.diff(found.theta) ** 2 + np.diff(found.phi) ** 2).sum()
+    theta = np.arccos(np.clip(directions[:, 2], -1, 1))
+    phi = np.arctan2(directions[:, 1], directions[:, 0])
+    best = np.inf
+    for choice in itertools.product([1.0, -1.0], repeat=frames):
+        sheet = np.array(choice)
+        pairs = np.stack([theta * sheet, phi + np.pi * (sheet < 0)])
+        best = min(best, (np.diff(np.unwrap(pairs, axis=1)) ** 2).sum())
+    np.testing.assert_allclose(length, best, rtol=1e-6, atol=1e-12)
+
+
+def test_a_turning_limb_has_no_jump_at_half_a_turn() -> None:
+    """Three turns about the pole: the azimuth runs on to six pi."""
+    turning = np.linspace(0.0, 6 * np.pi, 200)
+    across = np.stack([np.cos(turning), np.sin(turning), np.full(200, 0.3)], axis=1)
+    angles = continuous_angles(across, chart=np.eye(3))
+    np.testing.assert_allclose(np.diff(angles.phi), turning[1], atol=1e-9)
+    assert np.ptp(angles.theta) < 1e-12
+
+
+def test_a_limb_that_turns_over_both_poles_has_an_inclination_that_runs_on() -> None:
+    turning = np.linspace(0.1, 4 * np.pi + 0.1, 200)
+    over = np.stack([np.sin(turning), np.zeros(200), np.cos(turning)], axis=1)
+    angles = continuous_angles(over, chart=np.eye(3))
+    np.testing.assert_allclose(angles.theta, turning, atol=1e-9)
+    np.testing.assert_allclose(angles.phi, 0.0, atol=1e-9)
+
+
+def test_a_direction_at_the_pole_takes_its_azimuth_from_its_neighbours() -> None:
+    swing = np.linspace(-0.4, 0.4, 9)  # exactly at the pole in the middle
+    over = np.stack([np.sin(swing) * 0.6, np.sin(swing) * 0.8, -np.cos(swing)], axis=1)
+    angles = continuous_angles(over, chart=np.eye(3))
+    np.testing.assert_allclose(np.abs(np.diff(angles.theta)), 0.1, atol=1e-9)
+    np.testing.assert_allclose(angles.phi, angles.phi[0], atol=1e-9)
+    still = continuous_angles(np.tile([0.0, 0.0, 2.0], (4, 1)), chart=np.eye(3))
+    np.testing.assert_array_equal(still.theta, 0.0)
+    np.testing.assert_array_equal(still.phi, 0.0)
+
+
+@given(seed=seeds, style=st.sampled_from(STYLES))
+def test_no_pole_is_farther_from_the_path(seed: int, style: str) -> None:
+    """Against half a sphere of candidates, and against small turns of the one that was found."""
+    directions = path(seed, style)
+    chart = farthest_chart(directions)
+    here = farthest_from_pole(chart, directions)
+    generator = np.random.default_rng(seed)
+    poles = unit_vectors(generator.standard_normal((500, 3)))
+    near = unit_vectors(chart[2] + 10.0 ** generator.uniform(-6, -1, (200, 1)) * poles[:200])
+    others = np.abs(np.concatenate([poles, near]) @ directions.T).max(axis=1)
+    assert others.min() >= here - 1e-8
+
+
+def test_the_printed_pole_has_steps_of_a_radian_where_ours_has_none() -> None:
+    """A thigh that swings past the vertical, a little to the side of it [park2011 4 as printed]."""
+    swing = 0.5 * np.sin(np.linspace(0, 4 * np.pi, 100))
+    thigh = np.stack([np.full(100, 0.01), np.sin(swing), -np.cos(swing)], axis=1)
+    printed, ours = continuous_angles(thigh, chart=np.eye(3)), continuous_angles(thigh)
+    assert np.abs(np.diff(printed.phi)).max() > 1.0
+    assert max(np.abs(np.diff(ours.phi)).max(), np.abs(np.diff(ours.theta)).max()) < 0.1
+
+
+@given(seed=seeds)
+def test_the_chart_turns_with_the_world(seed: int) -> None:
+    directions = path(seed)
+    turn = Rotation.random(rng=np.random.default_rng(seed + 1)).as_matrix()
+    here, there = continuous_angles(directions), continuous_angles(directions @ turn.T)
+    basis = cosines_at(np.arange(60), 60, 8)
+    smooth = fit(here, basis).directions(basis) @ turn.T
+    np.testing.assert_allclose(fit(there, basis).directions(basis), smooth, atol=1e-6)
+
+
+def test_cosines_are_rows_of_the_orthonormal_transform() -> None:
+    np.testing.assert_allclose(
+        cosines_at(np.arange(12), 12, 12), dct(np.eye(12), norm="ortho", axis=0).T, atol=1e-12
+    )
+    few = cosines_at(np.array([0.0, 0.5, 1.0]), 12, 3)
+    assert few.shape == (3, 3)
+    assert (np.diff(few[:, 1]) < 0).all()
+
+
+def in_basis(seed: int, frames: int, components: int) -> tuple[SphericalTrajectory, np.ndarray]:
+    """A trajectory about the equator of its chart, so smooth that its angles are read without doubt."""
+    generator = np.random.default_rng(seed)
+    basis = cosines_at(np.arange(frames), frames, components)
+    sizes = 0.15 * np.sqrt(frames) / np.arange(1, components + 1) ** 2
+    theta, phi = generator.uniform(-1, 1, (2, components)) * sizes
+    theta[0] += np.pi / 2 * np.sqrt(frames)
+    return SphericalTrajectory(theta, phi, Rotation.random(rng=generator).as_matrix()), basis
+
+
+@given(seed=seeds, missing=st.floats(min_value=0.0, max_value=0.4))
+def test_a_trajectory_of_the_basis_comes_back_also_where_frames_are_missing(
+    seed: int, missing: float
+) -> None:
+    truth, basis = in_basis(seed, 80, 6)
+    seen = truth.directions(basis)
+    seen[np.random.default_rng(seed).uniform(size=80) < missing] = np.nan
+    seen[40] = truth.directions(basis)[40]
+    angles = continuous_angles(3.0 * seen, chart=truth.chart)
+    assert (np.isnan(angles.theta) == np.isnan(seen[:, 0])).all()
+    found = fit(angles, basis)
+    np.testing.assert_allclose(found.directions(basis), truth.directions(basis), atol=1e-7)
+
+
+@given(seed=seeds)
+def test_the_path_stays_on_the_sphere_at_any_time(seed: int) -> None:
+    """Between frames too, where the straight line between two directions leaves it."""
+    truth, basis = in_basis(seed, 30, 6)
+    between = truth.directions(cosines_at(np.linspace(0, 29, 117), 30, 6))
+    np.testing.assert_allclose(np.linalg.norm(between, axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_allclose(between[::4], truth.directions(basis), atol=1e-12)
+    line = 0.5 * (between[:-4:4] + between[4::4])
+    assert (np.linalg.norm(line, axis=1) < np.linalg.norm(between[2::4], axis=1)).all()
+
+
+def test_a_frame_of_weight_zero_is_as_good_as_missing() -> None:
+    truth, basis = in_basis(1, 40, 5)
+    wrong = truth.directions(basis)
+    wrong[7] = -wrong[7]
+    weights = np.ones(40)
+    weights[7] = 0.0
+    # The outlier is read on another turn, perhaps, but the frames behind it are not.
+    angles = continuous_angles(wrong, chart=truth.chart)
+    clean = continuous_angles(truth.directions(basis), chart=truth.chart)
+    np.testing.assert_allclose(np.cos(angles.phi[8:] - clean.phi[8:]) ** 2, 1.0, atol=1e-9)
+    found = fit(
+        SphericalAngles(np.where(weights > 0, clean.theta, 9.0), clean.phi, truth.chart),
+        basis,
+        weights=weights,
+    )
+    np.testing.assert_allclose(found.directions(basis), truth.directions(basis), atol=1e-9)
+    assert np.abs(fit(angles, basis).directions(basis) - truth.directions(basis)).max() > 1e-3
+
+
+def test_a_penalty_bridges_a_gap_that_a_hard_basis_does_not() -> None:
+    truth, basis = in_basis(3, 60, 6)
+    many = cosines_at(np.arange(60), 60, 30)
+    noisy = truth.directions(basis) + 1e-3 * np.random.default_rng(0).standard_normal((60, 3))
+    noisy[25:37] = np.nan
+    angles = continuous_angles(noisy, chart=truth.chart)
+    soft = fit(angles, many, penalty=(np.arange(30) / 8.0) ** 6)
+    error = [np.abs(f.directions(many) - truth.directions(basis)).max() for f in (soft, fit(angles, many))]
+    assert error[0] < 0.05
+    assert error[0] < 0.2 * error[1]
+
+
+def test_an_azimuth_near_the_pole_counts_little() -> None:
+    """Errors count as they move the direction: that of one frame a thousandth from the pole does not."""
+    theta, phi = np.full(20, np.pi / 2), np.zeros(20)
+    theta[3], phi[3] = 1e-3, 2.0
+    basis = cosines_at(np.arange(20), 20, 2)
+    found = fit(SphericalAngles(theta, phi, np.eye(3)), basis)
+    assert np.abs(basis @ found.coefficients_phi).max() < 1e-5
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_the_derivative_is_that_of_the_directions(step: float) -> None:
+    generator = np.random.default_rng(0)
+    theta, phi = generator.uniform(-7, 7, (2, 50))
+    chart = Rotation.random(rng=generator).as_matrix()
+    given_ = tangents(theta, phi, chart)
+    by_theta = to_directions(theta + step, phi, chart) - to_directions(theta - step, phi, chart)
+    by_phi = to_directions(theta, phi + step, chart) - to_directions(theta, phi - step, chart)
+    difference = np.stack([by_theta, by_phi], axis=1) / (2 * step)
+    assert np.abs(given_ - difference).max() < step**2
+
+
+def test_what_it_was_given_stays_as_it_was() -> None:
+    directions = path(5) * 3.0
+    directions[4] = np.nan
+    before = directions.copy()
+    angles = continuous_angles(directions)
+    kept = angles.theta.copy()
+    fit(angles, cosines_at(np.arange(60), 60, 4))
+    np.testing.assert_array_equal(directions, before)
+    np.testing.assert_array_equal(angles.theta, kept)
+
+
+@pytest.mark.parametrize(
+    ("directions", "sentence"),
+    [
+        (np.ones((4, 2)), r"the wrong shape \(expected \(F, 3\), received \(4, 2\)\)"),
+        (np.full((4, 3), np.nan), "no direction is known"),
+        (np.array([[1.0, 0, 0], [0, 0, 0]]), "the direction of frame 1 has no length"),
+    ],
+)
+def test_directions_that_are_none_are_refused(directions: np.ndarray, sentence: str) -> None:
+    for function in (continuous_angles, farthest_chart):
+        with pytest.raises(Refusal, match=sentence):
+            function(directions)
+
+
+def test_a_fit_of_nothing_is_refused() -> None:
+    angles, basis = continuous_angles(path(1)), cosines_at(np.arange(60), 60, 4)
+    with pytest.raises(Refusal, match=r"the basis has the wrong shape \(expected \(60, K\)"):
+        fit(angles, basis[1:])
+    with pytest.raises(Refusal, match=r"the weights have the wrong shape \(expected \(60,\)"):
+        fit(angles, basis, weights=np.ones(3))
+    with pytest.raises(Refusal, match="the penalties cannot be so"):
+        fit(angles, basis, penalty=-np.ones(4))
+    with pytest.raises(Refusal, match="no frame is left"):
+        fit(angles, basis, weights=np.zeros(60))
+    with pytest.raises(Refusal, match="the weights cannot be so"):
+        fit(angles, basis, weights=np.full(60, np.nan))
+
+
+@settings(max_examples=20)
+@given(seed=seeds, size=st.sampled_from([1e-200, 1e-3, 1e200]))
+def test_the_length_of_a_direction_does_not_matter(seed: int, size: float) -> None:
+    directions = path(seed)
+    here, there = continuous_angles(directions), continuous_angles(size * directions)
+    np.testing.assert_allclose(there.theta, here.theta, atol=1e-6)
+    np.testing.assert_allclose(there.phi, here.phi, atol=1e-6)

@@ -1,0 +1,186 @@
+"""The trajectory basis: the printed sums of cosines, the best fit to observed frames, and the choice of K."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.fft import dct, idct
+
+from pipeline.core import trajectory_basis as basis
+from pipeline.refusal import Refusal
+from tests.strategies import seeds
+
+
+@given(frames=st.integers(1, 200), data=st.data())
+@settings(max_examples=60)
+def test_the_basis_is_that_of_the_discrete_cosine_transform(frames: int, data: st.DataObject) -> None:
+    components = data.draw(st.integers(1, frames))
+    theta = basis.cosine_basis(frames, components)
+    transform = dct(np.eye(frames), type=2, norm="ortho", axis=0)
+    np.testing.assert_allclose(theta, transform[:components].T, atol=1e-13)
+    np.testing.assert_allclose(theta.T @ theta, np.eye(components), atol=1e-13)
+
+
+def test_the_basis_of_a_long_sequence_is_orthonormal_to_rounding() -> None:
+    theta = basis.cosine_basis(200_000, 6)
+    np.testing.assert_allclose(theta.T @ theta, np.eye(6), atol=1e-12)
+
+
+@given(seed=seeds, frames=st.integers(4, 60), soft=st.booleans(), data=st.data())
+@settings(max_examples=80)
+def test_the_quadratic_form_of_the_observed_frames_is_the_error_of_the_best_fit(
+    seed: int, frames: int, soft: bool, data: st.DataObject
+) -> None:
+    """Against SciPy's transform for the trajectory and least squares for its coefficients."""
+    generator = np.random.default_rng(seed)
+    components = data.draw(st.integers(1, frames // 2))
+    theta = idct(np.eye(frames, components), type=2, norm="ortho", axis=0)
+    # Every other frame at least, so that hard coefficients are determined too.
+    observed = (np.arange(frames) % 2 == 0) | (generator.uniform(size=frames) < 0.5)
+    ridge = basis.soft_ridge(components, generator.uniform(1, 10)) if soft else None
+    c = generator.standard_normal((int(observed.sum()), 3))
+    rows = theta[observed] if ridge is None else np.vstack([theta[observed], np.diag(np.sqrt(ridge))])
+    target = c if ridge is None else np.vstack([c, np.zeros((components, 3))])
+    a = np.linalg.lstsq(rows, target, rcond=None)[0]
+    least = np.square(rows @ a - target).sum()
+
+    b = basis.restricted(basis.cosine_basis(frames, components), observed, ridge=ridge)
+    assert np.square(c).sum() - np.square(b.T @ c).sum() == pytest.approx(least, rel=1e-9, abs=1e-10)
+    assert np.linalg.norm(b, 2) <= 1 + 1e-12
+    everywhere = np.full((frames, 3), np.nan)
+    everywhere[observed] = c
+    np.testing.assert_allclose(basis.coefficients(theta, observed, everywhere, ridge=ridge), a, atol=1e-8)
+    np.testing.assert_allclose(basis.impute(theta, observed, everywhere, ridge=ridge), theta @ a, atol=1e-8)
+
+
+def test_the_restricted_basis_is_that_of_the_triangular_factor() -> None:
+    theta, ridge = basis.cosine_basis(30, 8), basis.soft_ridge(8, 4.0)
+    observed = np.arange(30) % 5 != 2
+    gram = theta[observed].T @ theta[observed]
+    for weights in (None, ridge):
+        lower = np.linalg.cholesky(gram + (0 if weights is None else np.diag(weights)))
+        expected = np.linalg.solve(lower, theta[observed].T).T
+        np.testing.assert_allclose(basis.restricted(theta, observed, ridge=weights), expected, atol=1e-12)
+
+
+def test_without_gaps_the_soft_basis_has_shorter_cosines() -> None:
+    soft = basis.soft_basis(50, 20, 8.0)
+    observed = np.ones(50, dtype=bool)
+    restricted = basis.restricted(basis.cosine_basis(50, 20), observed, ridge=basis.soft_ridge(20, 8.0))
+    np.testing.assert_allclose(soft, restricted, atol=1e-13)
+    np.testing.assert_allclose(np.linalg.norm(soft, axis=0)[[0, 8]], [1.0, np.sqrt(0.5)])
+
+
+@given(seed=seeds, gap=st.integers(0, 6))
+@settings(max_examples=40)
+def test_a_trajectory_in_the_basis_is_imputed_exactly(seed: int, gap: int) -> None:
+    generator = np.random.default_rng(seed)
+    theta = basis.cosine_basis(60, 10)
+    truth = theta @ generator.standard_normal((10, 3))
+    observed = np.ones(60, dtype=bool)
+    start = generator.integers(0, 60 - gap)
+    observed[start : start + gap] = False
+    with_holes = np.where(observed[:, None], truth, np.nan)
+    np.testing.assert_allclose(basis.impute(theta, observed, with_holes), truth, atol=1e-9)
+
+
+def test_a_soft_basis_does_not_run_wild_in_a_gap_where_a_hard_one_does() -> None:
+    generator = np.random.default_rng(11)
+    theta = basis.cosine_basis(100, 20)
+    truth = basis.cosine_basis(100, 8) @ (10 * generator.standard_normal((8, 3)))
+    observed = np.ones(100, dtype=bool)
+    observed[40:65] = False
+    seen = truth + 0.5 * generator.standard_normal(truth.shape)
+    error = {
+        name: np.abs(basis.impute(theta, observed, seen, ridge=ridge) - truth)[~observed].max()
+        for name, ridge in (("hard", None), ("soft", basis.soft_ridge(20, 10.0)))
+    }
+    assert error["soft"] < 0.1 * error["hard"]
+
+
+@given(seed=seeds, frames=st.integers(4, 24))
+@settings(max_examples=40)
+def test_the_evidence_for_each_number_of_components_is_leaving_each_frame_out(seed: int, frames: int) -> None:
+    generator = np.random.default_rng(seed)
+    values = generator.standard_normal((frames, 2))
+    observed = generator.permutation(np.arange(frames) < max(4, frames - 3))
+    choice = basis.choose_components(values, observed=observed)
+    seen = np.flatnonzero(observed)
+    for k, error in enumerate(choice.error, start=1):
+        theta = idct(np.eye(frames, k), type=2, norm="ortho", axis=0)
+        left_out = []
+        for frame in seen:
+            others = seen[seen != frame]
+            a = np.linalg.lstsq(theta[others], values[others], rcond=None)[0]
+            left_out.append(np.square(values[frame] - theta[frame] @ a).sum())
+        assert error == pytest.approx(np.mean(left_out), rel=1e-6)
+    assert choice.least == np.argmin(choice.error) + 1
+
+
+@pytest.mark.parametrize("bandwidth", [3, 9, 17])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_the_choice_finds_the_bandwidth(bandwidth: int, noise: float) -> None:
+    generator = np.random.default_rng(bandwidth)
+    values = basis.cosine_basis(100, bandwidth) @ generator.choice([-1.0, 1.0], (bandwidth, 3))
+    choice = basis.choose_components(values + noise * generator.standard_normal(values.shape))
+    assert bandwidth <= choice.least <= bandwidth + 2
+    assert choice.components == np.ceil(basis.HEADROOM * choice.least)
+
+
+GOOD = np.ones(10, dtype=bool)
+HOLED = np.where(np.arange(10) == 3, np.nan, 1.0)[:, None]
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "no frames": (lambda: basis.cosine_basis(0, 1), "no frames"),
+    "no components": (lambda: basis.cosine_basis(5, 0), "from 1 to 5, received 0"),
+    "more components than frames": (lambda: basis.cosine_basis(5, 6), "from 1 to 5, received 6"),
+    "softness": (lambda: basis.soft_basis(5, 3, 0.0), "softness"),
+    "softness NaN": (lambda: basis.soft_ridge(3, float("nan")), "softness"),
+    "all missing": (lambda: basis.restricted(basis.cosine_basis(10, 3), ~GOOD), "all frames are missing"),
+    "too few": (
+        lambda: basis.restricted(basis.cosine_basis(10, 5), np.arange(10) < 4),
+        "4 of 10 frames were observed, which do not determine 5",
+    ),
+    "a block too long": (
+        lambda: basis.restricted(basis.cosine_basis(200, 40), np.arange(200) < 60),
+        "60 of 200 frames were observed",
+    ),
+    "mask of the wrong length": (lambda: basis.restricted(basis.cosine_basis(9, 3), GOOD), "do not fit"),
+    "mask of numbers": (
+        lambda: basis.restricted(basis.cosine_basis(10, 3), GOOD.astype(int)),
+        "do not fit each other",
+    ),
+    "negative ridge": (
+        lambda: basis.restricted(basis.cosine_basis(10, 3), GOOD, ridge=np.full(3, -1.0)),
+        "ridge",
+    ),
+    "not finite": (lambda: basis.impute(basis.cosine_basis(10, 3), GOOD, HOLED), "^frame 3: "),
+    "values of the wrong shape": (
+        lambda: basis.impute(basis.cosine_basis(10, 3), GOOD, np.ones(10)),
+        "expected shape \\(10, D\\)",
+    ),
+    "nothing to choose by": (
+        lambda: basis.choose_components(np.ones((10, 1)), observed=np.arange(10) < 3),
+        "too few frames",
+    ),
+    "choice of NaN": (lambda: basis.choose_components(HOLED), "^frame 3: "),
+    "choice of a vector": (lambda: basis.choose_components(np.ones(10)), "frames by coordinates"),
+    "choice with a wrong mask": (
+        lambda: basis.choose_components(np.ones((9, 1)), observed=GOOD),
+        "marked one by one",
+    ),
+    "choice among too many": (
+        lambda: basis.choose_components(np.ones((10, 1)), most=10),
+        "from 1 to 9, received 10",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_done_is_refused_in_one_sentence(case: str) -> None:
+    attempt, sentence = REFUSED[case]
+    with pytest.raises(Refusal, match=sentence):
+        attempt()

@@ -1,0 +1,198 @@
+"""What every figure leaves at smoke scale: the columns of its tables, the entities of its recording."""
+
+from __future__ import annotations
+
+WALKERS = 12
+"""Of the smoke scale."""
+
+# --- zhang2004, zhang2007 -----------------------------------------------------------------------------------
+
+SPECTRUM = {
+    "table": ["component", "eigenvalue_mm2", "variance_fraction", "cumulative_fraction"],
+    "table_harmonics": ["walker", "harmonic", "variance_fraction", "residual_fraction", "frequency_hz"],
+}
+POSTURES = [
+    "walker", "view_angle_deg", "method", "instant", "joint",
+    *(f"{which}_{axis}_mm" for which in ("original", "reconstructed") for axis in "xyz"),
+]  # fmt: skip
+VIEW_ERRORS = {
+    "table": [
+        "method", "view_angle_deg", "absolute_error_mm2", "absolute_error_sd_mm2", "rms_error_mm", "relative_error",
+        "relative_error_sd", "missing_variance_mm2", "missing_variance_sd_mm2",
+    ],
+    "table_walkers": ["walker", "method", "absolute_error_mm2", "relative_error"],
+}  # fmt: skip
+VIEW_ANGLES = {
+    "table": [
+        "method", "view_angle_deg", "estimated_mean_deg", "estimated_sd_deg", "absolute_angle_error_median_deg",
+        "failures", "walkers",
+    ],
+    "table_walkers": [
+        "walker", "method", "mean_error_deg", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
+        "failures", "runner_up_cost_ratio_min", "not_converged",
+    ],
+}  # fmt: skip
+PROMISED: dict[str, dict[str, list[str]]] = {
+    "zhang2004_fig2": SPECTRUM,
+    "zhang2004_fig3": {
+        "table": POSTURES,
+        "table_demonstrations": ["walker", "view_angle_deg", "rms_error_least_squares_mm"],
+    },
+    "zhang2004_fig4": VIEW_ERRORS,
+    "zhang2004_fig5": VIEW_ANGLES,
+    "zhang2007_fig2": SPECTRUM,
+    "zhang2007_fig3": {
+        "table": ["sigma2_mm2", "absolute_error_mm2", "absolute_error_se_mm2"],
+        "table_views": ["view_angle_deg", "sigma2_mm2", "absolute_error_mm2"],
+        "table_nested": ["walker", "sigma2_mm2", "absolute_error_mm2"],
+    },
+    "zhang2007_fig4": {
+        "table": POSTURES,
+        "table_demonstrations": [
+            "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_map_mm", "rms_between_methods_mm",
+        ],
+    },
+    "zhang2007_fig5": VIEW_ERRORS,
+    "zhang2007_fig6": VIEW_ANGLES,
+}  # fmt: skip
+ENTITIES = {
+    "zhang2004_fig2": {"world/average", "world/eigenwalker_1/plus_2_sd", "cumulative/variance_percent"},
+    "zhang2007_fig3": {"curves/absolute_error_mm2/map", "matrices/error_by_view_and_sigma2"},
+    "zhang2007_fig4": {
+        f"{entity}/synthetic_{walker:03d}"
+        for walker in range(1, WALKERS + 1)
+        for entity in (
+            "world/original",
+            *(f"world/reconstructed/{m}/view_{v}" for m in ("least_squares", "map") for v in (0, 30, 90)),
+            *(f"image/observed/view_{v}" for v in (0, 30, 90)),
+        )
+    },
+    "zhang2007_fig5": {
+        "world/original", "world/reconstructed/least_squares", "world/reconstructed/map", "image/observed",
+        "curves/absolute_error_mm2/least_squares", "curves/absolute_error_mm2/map",
+        "curves/relative_error/least_squares", "curves/relative_error/map", "curves/missing_variance_mm2/truth",
+    },
+    "zhang2007_fig6": {
+        f"curves/{curve}/{method}"
+        for curve in ("estimated_deg", "error_deg", "absolute_error_median_deg")
+        for method in ("least_squares", "map")
+    },
+}  # fmt: skip
+ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
+for _ours, _theirs in (("fig3", "fig4"), ("fig4", "fig5"), ("fig5", "fig6")):
+    ENTITIES[f"zhang2004_{_ours}"] = {e for e in ENTITIES[f"zhang2007_{_theirs}"] if "/map" not in e}
+
+# --- mozerov2006 --------------------------------------------------------------------------------------------
+
+STAGES = ["raw", "linear", "keyframe", "synchronized"]
+LEFT = ["variance_left", "variance_left_to_linear"]
+ERRORS = ["error_frames", "error_sd_frames", "error_moving_frames", "error_moving_sd_frames"]
+PROMISED |= {
+    "mozerov2006_fig1": {
+        "table": ["performance", "stage", "component", "sample", "time_s", "value"],
+        "table_rates": [
+            "performance", "duration_s", "disparity_max_abs", "rate_min", "rate_max", "rate_sd",
+            "at_rate_limit_fraction", "at_rate_limit_longest", "distance", "distance_linear",
+        ],
+    },
+    "mozerov2006_fig2": {
+        "table": ["sample", "disparity", "cost", "on_path"],
+        "table_path": ["sample", "disparity", "rate_to_rate", "accumulated_cost"],
+        "table_pair": [
+            "pattern", "performance", "distance", "distance_linear", "least_other_distance", "other_paths",
+            "smoothness",
+        ],
+    },
+    "mozerov2006_fig3": {
+        "table": ["performance", "stage", "sample", "component", "value"],
+        "distances": ["n", "m", "distance"],
+        "table_spectrum": ["component", "eigenvalue", "variance_fraction", "cumulative_fraction", "kept"],
+        "table_performances": [
+            "performance", "person", "frames", "duration_s", "global_distance", "is_median", "disparity_max_abs",
+            "acceptance_linear", "acceptance_keyframe", "acceptance_synchronized",
+        ],
+        "table_stages": [
+            "stage", *LEFT, "acceptance", "acceptance_person", "rms_from_keyframe", "rms_from_keyframe_sd",
+            "rms_of_mean_from_keyframe", "rms_from_keyframe_to_deviation", "warp_from_keyframe_frames",
+            "warp_from_keyframe_sd_frames",
+        ],
+        "table_model": ["sample", "component", "mean", "standard_deviation", "floored"],
+        "table_timings": ["what", "performances", "samples", "dimensions", "seconds"],
+        "table_posture": [
+            "limbs", "joints", "numbers", "numbers_per_limb", "asymmetry", "limb_norm_error_max", "cosine_change_max",
+        ],
+    },
+    "mozerov2006_warp_error": {
+        "table": ["stage", "penalty", "smoothness", *ERRORS],
+        "table_starts": ["start", "penalty", "smoothness", *ERRORS],
+        "table_performances": ["performance", "stage", "error_moving_frames"],
+    },
+    "mozerov2006_variance_left": {
+        "table": ["stage", "sample", "variance_left", "performances"],
+        "table_stages": ["stage", *LEFT],
+    },
+}  # fmt: skip
+ENTITIES |= {
+    "mozerov2006_fig1": {
+        *(f"world/{s}/{who}" for s in ("linear", "synchronized") for who in ("pattern", "performance")),
+        *(f"curves/dimension_1/{s}/{w}" for s in ("linear", "synchronized") for w in ("pattern", "performance")),
+        "curves/disparity/performance",
+    },
+    "mozerov2006_fig2": {
+        "matrices/disparity_space_image", "matrices/disparity_space_image/optimal_path",
+        "matrices/disparity_space_image/trellis", "curves/disparity/path", "curves/accumulated_cost/path",
+        "curves/dimension_1/linear/pattern", "curves/dimension_1/synchronized/performance",
+    },
+    "mozerov2006_fig3": {
+        "world/mean_performance", "matrices/distances",
+        *(f"curves/dimension_{k}/{line}" for k in (1, 2, 3) for line in ("mean", "lower_bound", "upper_bound")),
+    },
+    "mozerov2006_warp_error": {
+        f"curves/{curve}/{way}"
+        for curve in ("error_frames", "error_moving_frames")
+        for way in ("change", "as_printed", "linear", "keyframe")
+    },
+    "mozerov2006_variance_left": {f"curves/variance_left/{stage}" for stage in (*STAGES, "true_warp")},
+}  # fmt: skip
+PROMISED |= {
+    "mozerov2006_fig4": {
+        "table": ["frame", "draw", "joint", "x_mm", "y_mm", "z_mm"],
+        "table_samples": [
+            "frame", "kind", "draws", "acceptance", "nearest_training_mm", "nearest_training_max_mm", "spread_mm",
+            "limb_direction_norm_min", "limb_direction_norm_max", "bounds_held_fraction",
+        ],
+    },
+    "mozerov2006_tracking": {
+        "table": [
+            "leave_out", "varied", "method", "particles", "noise_mm", "occluded", "error_mm", "error_sd_mm",
+            "error_median_mm", "aspace_error_mm", "lost_fraction", "performances",
+        ],
+        "table_performances": [
+            "performance", "leave_out", "varied", "method", "particles", "noise_mm", "occluded", "error_mm",
+            "aspace_error_mm", "lost_fraction",
+        ],
+    },
+}  # fmt: skip
+ENTITIES |= {
+    "mozerov2006_fig4": {
+        "world/mean_performance",
+        *(f"world/frame_{f}/{d}" for f in (10, 40) for d in ("mean", *(f"accepted_{k}" for k in range(1, 9)))),
+    },
+    "mozerov2006_tracking": {
+        "world/original", "image/observed",
+        *(
+            f"{top}/{m}"
+            for top in ("world/tracked", "curves/error_mm")
+            for m in ("prior", "no_prior", "no_prior_own_step", "mean_linear_phase", "mean_best_phase")
+        ),
+    },
+}  # fmt: skip
+MAY_BE_EMPTY = {
+    ("mozerov2006_fig3", "table_stages"): {
+        "acceptance", "acceptance_person", "rms_from_keyframe", "rms_from_keyframe_sd", "rms_of_mean_from_keyframe",
+        "rms_from_keyframe_to_deviation", "warp_from_keyframe_frames", "warp_from_keyframe_sd_frames",
+    },
+    ("mozerov2006_warp_error", "table"): {"smoothness"},
+    ("mozerov2006_warp_error", "table_starts"): {"smoothness"},
+}  # fmt: skip
+"""Columns with rows that have no such number."""

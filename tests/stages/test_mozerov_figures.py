@@ -1,0 +1,414 @@
+"""Figures of mozerov2006 on small data: the tables' columns, and what must be true of their numbers.
+
+Smoke scale has six performances by five people; recorded ones take part where they are.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import recording_check, tables
+from pipeline.__main__ import compose
+from pipeline.core import trellis
+from pipeline.figures import other_paths
+from pipeline.refusal import Refusal
+from pipeline.run import Outcome, make_figure, not_for
+from pipeline.store import Store
+from tests.stages.promised import ENTITIES, PROMISED, STAGES
+
+FIGURES = tuple(f"mozerov2006_{name}" for name in ("fig1", "fig2", "fig3", "warp_error", "variance_left"))
+Columns = dict[str, np.ndarray]
+
+
+def read(folder: Path, name: str, table: str = "table") -> Columns:
+    """One table of one figure."""
+    return tables.read(folder / name / f"{table}.csv")
+
+
+def of(columns: Columns, name: str, **labels: str) -> np.ndarray:
+    """A column's rows that carry labels in other columns."""
+    here = np.ones(len(columns[name]), dtype=bool)
+    for column, label in labels.items():
+        here &= columns[column] == label
+    return columns[name][here]
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """Artefacts of all figures here."""
+    return Store(tmp_path_factory.mktemp("mozerov"))
+
+
+def make(store: Store, name: str, *overrides: str) -> Outcome:
+    """One figure at smoke scale."""
+    given = [f"experiment={name}", "scale=smoke", f"results={store.results}", *overrides]
+    config = compose(given)
+    return make_figure(config, store.results / config.data.name / name, store=store)
+
+
+@pytest.fixture(scope="module")
+def made(store: Store) -> Path:
+    """Folder of the figures of synthetic performances, with pictures and recordings."""
+    for name in FIGURES:
+        make(store, name)
+    return store.results / "synthetic"
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_tables_have_the_columns_promised(made: Path, name: str) -> None:
+    for table, columns in PROMISED[name].items():
+        assert list(read(made, name, table)) == columns
+    found = {path.stem for path in (made / name).glob("*.csv")} - {"claims", "table_ingest"}
+    assert found == set(PROMISED[name])
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_recording_is_whole_and_holds_what_is_promised(made: Path, name: str) -> None:
+    path = made / name / "recording.rrd"
+    recording_check.verify(path)
+    assert {"about"} | ENTITIES[name] <= set(recording_check.entities(path))
+    assert recording_check.views(path)
+    assert (made / name / "figure.png").stat().st_size > 20_000
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_second_run_computes_nothing(made: Path, store: Store, name: str) -> None:
+    quick = ("report.picture=false", "report.recording=false")
+    config = compose([f"experiment={name}", "scale=smoke", f"results={store.results}", *quick])
+    again = make_figure(config, store.results / "again" / name, store=Store(store.results))
+    assert again.reused == ("ingest", "dataset", "model", "sweep")
+    for table in PROMISED[name]:
+        first = (made / name / f"{table}.csv").read_bytes()
+        assert (again.folder / f"{table}.csv").read_bytes() == first
+
+
+# --- figure 1 ---------------------------------------------------------------------------------------------
+
+
+def test_raw_performances_have_their_own_lengths_and_the_others_common_ends(made: Path) -> None:
+    columns, rates = read(made, FIGURES[0]), read(made, FIGURES[0], "table_rates")
+    ends: dict[str, set[float]] = {}
+    starts: dict[str, list[float]] = {}
+    for stage in STAGES:
+        for name, duration in zip(rates["performance"], rates["duration_s"], strict=True):
+            time = of(columns, "time_s", stage=stage, performance=name)
+            assert time[0] == 0
+            assert (np.diff(time) > 0).all()
+            ends.setdefault(stage, set()).add(float(time[-1]))
+            starts.setdefault(stage, []).extend(
+                of(columns, "value", stage=stage, performance=name)[[0, -1]].tolist()
+            )
+            if stage == "raw":
+                assert time[-1] == pytest.approx(duration)
+    assert len(ends["raw"]) > 1
+    for stage in STAGES[1:]:
+        np.testing.assert_allclose(list(ends[stage]), rates["duration_s"].mean(), rtol=1e-9)
+        np.testing.assert_allclose(starts[stage], starts["raw"], atol=1e-9)  # both ends are kept
+
+
+def test_rates_are_those_that_the_steps_allow(made: Path) -> None:
+    rates = read(made, FIGURES[0], "table_rates")
+    assert set(rates["rate_min"]) <= {0, 1}
+    assert set(rates["rate_max"]) <= {1, 2}
+    still = rates["disparity_max_abs"] == 0
+    assert 1 <= still.sum() < len(still), "the median sequence at least, and not all"
+    assert (rates["rate_sd"][still] == 0).all()
+    assert (rates["at_rate_limit_fraction"][~still] > 0).all()
+    assert (rates["at_rate_limit_longest"] <= rates["at_rate_limit_fraction"] * 99 + 1e-9).all()
+    assert (rates["distance"] <= rates["distance_linear"] * (1 + 1e-9)).all()
+
+
+# --- figure 2 ---------------------------------------------------------------------------------------------
+
+
+def test_the_path_lies_inside_the_trellis_and_is_fixed_at_both_ends(made: Path) -> None:
+    nodes, path = read(made, FIGURES[1]), read(made, FIGURES[1], "table_path")
+    samples = len(path["sample"])
+    assert path["disparity"][0] == path["disparity"][-1] == 0
+    assert (np.abs(np.diff(path["disparity"])) <= 1).all()
+    on = nodes["on_path"]
+    np.testing.assert_array_equal(nodes["sample"][on], path["sample"])
+    np.testing.assert_array_equal(nodes["disparity"][on], path["disparity"])
+    room = np.minimum(nodes["sample"], samples - 1 - nodes["sample"])
+    assert (np.abs(nodes["disparity"]) <= np.minimum(room, 49)).all()
+    assert len(nodes["sample"]) == sum(2 * min(p, samples - 1 - p, 49) + 1 for p in range(samples))
+    np.testing.assert_array_equal(path["rate_to_rate"], path["sample"] + path["disparity"])
+
+
+def test_the_distance_is_the_sum_along_the_path_and_the_least(made: Path) -> None:
+    nodes, path = read(made, FIGURES[1]), read(made, FIGURES[1], "table_path")
+    pair = {name: values[0] for name, values in read(made, FIGURES[1], "table_pair").items()}
+    by_hand = nodes["cost"][nodes["on_path"]].sum()
+    by_hand += pair["smoothness"] * np.abs(np.diff(path["disparity"])).sum()
+    assert pair["distance"] == pytest.approx(by_hand, rel=1e-8)
+    assert path["accumulated_cost"][-1] == pytest.approx(by_hand, rel=1e-8)
+    assert pair["distance"] < pair["least_other_distance"]
+    assert pair["distance"] < pair["distance_linear"]
+    assert pair["other_paths"] > 9_000
+    distances = read(made, FIGURES[2], "distances")
+    assert np.isclose(distances["distance"], pair["distance"], rtol=1e-8).any()
+
+
+@pytest.mark.parametrize("start", ["fixed", "free"])
+@pytest.mark.parametrize("steps", [(-1, 0, 1), (-2, 0), (-3, 0, 1)])
+def test_random_paths_are_admissible_and_corner_changes_are_all_there_are(
+    start: str, steps: tuple[int, ...]
+) -> None:
+    nodes = trellis.trellis(8, max_disparity=5, smoothness=0.1, start=start, steps=steps)
+    paths = other_paths.random_paths(nodes, 500, np.random.default_rng(1))
+    assert (paths[:, -1] == 0).all()
+    assert ((paths >= nodes.low) & (paths <= nodes.high)).all()
+    assert np.isin(-np.diff(paths, axis=1), steps).all()
+    if start == "fixed":
+        assert (paths[:, 0] == 0).all()
+    drawn = {tuple(path) for path in paths.tolist()}
+    near = other_paths.single_corner_changes(nodes, paths[0])
+    # Every drawn path that differs by one at one sample must be among them.
+    expected = {p for p in drawn if np.abs(np.subtract(p, paths[0])).sum() == 1}
+    assert expected <= {tuple(path) for path in near.tolist()}
+    assert np.isin(-np.diff(near, axis=1), steps).all()
+
+
+def test_a_pair_can_be_chosen_but_not_the_median_with_itself(made: Path, store: Store) -> None:
+    is_median = read(made, FIGURES[2], "table_performances")["is_median"]
+    median = int(np.flatnonzero(is_median)[0])
+    other = (median + 1) % len(is_median)
+    plain = ("report.picture=false", "report.recording=false", "data.name=chosen")
+    outcome = make(store, FIGURES[1], f"report.performance={other}", *plain)
+    names = read(made, FIGURES[2], "table_performances")["performance"]
+    assert tables.read(outcome.folder / "table_pair.csv")["performance"][0] == names[other]
+    for wrong in (median, len(is_median), -2):
+        with pytest.raises(Refusal, match="no such performance"):
+            make(store, FIGURES[1], f"report.performance={wrong}", *plain)
+
+
+# --- figure 3 ---------------------------------------------------------------------------------------------
+
+
+def test_distances_are_asymmetric_with_a_zero_diagonal_and_the_median_has_the_least(made: Path) -> None:
+    columns, performances = (read(made, FIGURES[2], t) for t in ("distances", "table_performances"))
+    size = len(performances["performance"])
+    matrix = np.full((size, size), np.nan)
+    matrix[columns["n"], columns["m"]] = columns["distance"]
+    assert (np.diag(matrix) == 0).all()
+    assert (matrix[~np.eye(size, dtype=bool)] > 0).all()
+    assert np.abs(matrix - matrix.T).max() > 1e-6
+    np.testing.assert_allclose(matrix.sum(axis=1), performances["global_distance"], rtol=1e-8)
+    assert performances["is_median"].sum() == 1
+    assert performances["is_median"][performances["global_distance"].argmin()]
+    (asymmetry,) = read(made, FIGURES[2], "table_posture")["asymmetry"]
+    off = ~np.eye(size, dtype=bool)
+    assert asymmetry == pytest.approx(np.abs(matrix - matrix.T)[off].mean() / matrix[off].mean())
+
+
+def test_synchronization_leaves_less_variance_and_key_frames_differ_from_themselves_by_nothing(
+    made: Path,
+) -> None:
+    stages = read(made, FIGURES[2], "table_stages")
+    assert stages["stage"].tolist() == STAGES
+    left = dict(zip(STAGES, stages["variance_left"], strict=True))
+    assert left["synchronized"] < left["linear"] < left["raw"]
+    columns = read(made, FIGURES[2])
+    for name in ("rms_from_keyframe", "rms_of_mean_from_keyframe", "warp_from_keyframe_frames"):
+        raw, linear, keyframe, synchronized = stages[name]
+        assert np.isnan(raw)
+        assert keyframe == pytest.approx(0.0, abs=1e-9)
+        assert min(linear, synchronized) > 0
+    per_sample = np.stack(
+        [
+            of(columns, "value", stage="synchronized", performance=name).reshape(-1, 100)
+            for name in np.unique(columns["performance"])
+        ]
+    )
+    kept = read(made, FIGURES[2], "table_spectrum")["kept"].sum()
+    assert per_sample.shape[1] == kept, "all dimensions are drawn, so the variance can be had from the table"
+    by_hand = per_sample.var(axis=0, ddof=1).sum(axis=0).mean()
+    assert left["synchronized"] == pytest.approx(by_hand, rel=1e-8)
+
+
+def test_the_model_is_the_mean_and_spread_of_the_synchronized_performances(made: Path) -> None:
+    model, columns = read(made, FIGURES[2], "table_model"), read(made, FIGURES[2])
+    for component in (1, 2):
+        here = (columns["stage"] == "synchronized") & (columns["component"] == component)
+        values = columns["value"][here].reshape(-1, 100)
+        of_model = model["component"] == component
+        np.testing.assert_allclose(model["mean"][of_model], values.mean(axis=0), rtol=1e-7, atol=1e-9)
+        free = ~model["floored"][of_model]
+        spread = model["standard_deviation"][of_model]
+        np.testing.assert_allclose(spread[free], values.std(axis=0, ddof=1)[free], rtol=1e-7)
+
+
+def test_a_posture_is_what_the_paper_says_and_the_times_are_times(made: Path) -> None:
+    posture = {name: values[0] for name, values in read(made, FIGURES[2], "table_posture").items()}
+    assert (posture["limbs"], posture["joints"], posture["numbers"]) == (12, 15, 37)
+    assert posture["numbers_per_limb"] == 3
+    assert posture["limb_norm_error_max"] < 1e-9
+    assert 0 < posture["cosine_change_max"] < 1
+    timings = read(made, FIGURES[2], "table_timings")
+    assert timings["what"].tolist() == ["pair", "onto_pattern", "all_pairs"]
+    assert (timings["seconds"] > 0).all()
+    assert timings["performances"].tolist() == [2, 6, 6]
+
+
+def test_figure_3_without_a_timing_is_refused(store: Store) -> None:
+    with pytest.raises(Refusal, match="has not been timed"):
+        make(store, FIGURES[2], "sweep=none")
+
+
+# --- ours -------------------------------------------------------------------------------------------------
+
+
+def test_recovered_time_is_nearer_the_truth_than_linear_time(made: Path) -> None:
+    columns = read(made, FIGURES[3])
+    (linear,) = of(columns, "error_moving_frames", stage="linear")
+    change = of(columns, "error_moving_frames", stage="synchronized", penalty="change")
+    printed = of(columns, "error_moving_frames", stage="synchronized", penalty="as_printed")
+    mu = of(columns, "smoothness", stage="synchronized", penalty="change")
+    assert change[mu == 0.02] < linear
+    assert change[mu == 0] == printed[mu == 0], "without a penalty there is nothing to read in two ways"
+    assert printed[mu == 10] == pytest.approx(linear), "a pull towards no disparity ends there"
+    assert (printed[mu >= 0.1] >= change[mu >= 0.1] - 1e-9).all()
+    assert np.isnan(columns["smoothness"][columns["stage"] == "linear"]).all()
+
+
+def test_errors_at_the_models_own_smoothness_are_those_of_the_sweep(made: Path) -> None:
+    columns, each = read(made, FIGURES[3]), read(made, FIGURES[3], "table_performances")
+    median = read(made, FIGURES[2], "table_performances")["is_median"]
+    own = columns["smoothness"] == 0.02
+    for stage in ("linear", "keyframe", "synchronized"):
+        errors = of(each, "error_moving_frames", stage=stage)
+        assert errors[median] == pytest.approx(0.0, abs=1e-9), "the pattern's time is its own"
+        here = (columns["stage"] == stage) & (own | (stage != "synchronized"))
+        here &= columns["penalty"] != "as_printed"
+        (mean,) = columns["error_moving_frames"][here]
+        assert errors[~median].mean() == pytest.approx(mean, rel=1e-8)
+
+
+def test_a_free_start_is_tried_beside_the_fixed_one(made: Path) -> None:
+    starts, columns = read(made, FIGURES[3], "table_starts"), read(made, FIGURES[3])
+    assert set(starts["start"]) == {"fixed", "free"}
+    for penalty in ("change", "as_printed"):
+        np.testing.assert_array_equal(
+            of(starts, "error_frames", start="fixed", penalty=penalty),
+            of(columns, "error_frames", stage="synchronized", penalty=penalty),
+        )
+
+
+def test_variance_left_is_below_linear_and_the_means_are_those_of_the_curves(made: Path) -> None:
+    columns, stages = read(made, FIGURES[4]), read(made, FIGURES[4], "table_stages")
+    assert stages["stage"].tolist() == [*STAGES, "true_warp"]
+    left = dict(zip(stages["stage"].tolist(), stages["variance_left_to_linear"], strict=True))
+    assert left["linear"] == 1
+    assert left["synchronized"] < 1
+    assert left["true_warp"] < 1
+    assert left["raw"] > 1
+    for stage, mean in zip(stages["stage"].tolist(), stages["variance_left"], strict=True):
+        weights = of(columns, "performances", stage=stage)
+        assert np.average(of(columns, "variance_left", stage=stage), weights=weights) == pytest.approx(
+            mean, rel=1e-8
+        )
+        assert (weights[0] == weights).all() == (stage != "raw"), "raw performances end one after another"
+        assert weights.min() >= 2
+    performances = read(made, FIGURES[2], "table_stages")
+    np.testing.assert_array_equal(stages["variance_left"][:4], performances["variance_left"])
+
+
+# --- recorded ---------------------------------------------------------------------------------------------
+
+
+RECORDED = pytest.mark.skipif(
+    not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR"
+)
+
+
+@RECORDED
+def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store: Store) -> None:
+    quick = ("data=hdm05", "report.picture=false", "report.recording=false")
+    folder = store.results / "hdm05"
+    for name in FIGURES:
+        if name == "mozerov2006_warp_error":
+            config = compose([f"experiment={name}", "data=hdm05"])
+            assert "synthetic performances alone" in not_for(config)
+            with pytest.raises(Refusal, match="synthetic performances alone"):
+                make(store, name, *quick)
+            continue
+        make(store, name, *quick)
+        for table, columns in PROMISED[name].items():
+            assert list(read(folder, name, table)) == columns
+    stages = read(folder, FIGURES[4], "table_stages")
+    assert stages["stage"].tolist() == STAGES, "nobody knows the true course of a recording"
+    assert of(stages, "variance_left_to_linear", stage="synchronized") < 1
+    pair = read(folder, FIGURES[1], "table_pair")
+    assert pair["distance"] <= pair["least_other_distance"]
+
+
+def test_sequences_that_cannot_be_drawn_are_refused(tmp_path: Path) -> None:
+    from pipeline.pictures_sequences import Bundle, SequencePanel, sequence_panels
+
+    good = (np.arange(3.0), np.arange(3.0))
+    panels: list[tuple[Bundle, str]] = [
+        (Bundle(sequences=[]), "nothing to draw"),
+        (Bundle(sequences=[(np.arange(3.0), np.arange(2.0))]), "wrong shape"),
+        (Bundle(sequences=[(np.arange(2.0), np.array([0.0, np.nan]))]), "not finite"),
+        (Bundle(sequences=[good], colour="pink"), "unknown style or colour"),
+        (Bundle(sequences=[good], style="wavy"), "unknown style or colour"),
+    ]
+    for bundle, words in panels:
+        with pytest.raises(Refusal, match=words):
+            sequence_panels(tmp_path / "figure", [[SequencePanel(bundles=[bundle])]])
+    with pytest.raises(Refusal, match="nothing to draw"):
+        sequence_panels(tmp_path / "figure", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "override", "words"),
+    [
+        ("mozerov2006_fig1", "report.dimension=99", "no such dimension"),
+        ("mozerov2006_fig1", "report.performances=0", "no performances"),
+        ("mozerov2006_fig3", "report.dimensions=0", "no dimensions"),
+        ("mozerov2006_fig3", "sweep.repeats=0", "nothing is timed"),
+        ("mozerov2006_warp_error", "sweep.smoothness=[]", "nothing to try"),
+        ("mozerov2006_warp_error", "sweep.penalties=[change,change]", "something twice"),
+    ],
+)
+def test_options_that_make_no_figure_are_refused(
+    make_refused: Callable[[str, str], str], name: str, override: str, words: str
+) -> None:
+    assert words in make_refused(name, override)
+
+
+@pytest.fixture
+def make_refused(store: Store) -> Callable[[str, str], str]:
+    """What the refusal of a figure with an override says."""
+
+    def make_refused(name: str, override: str) -> str:
+        with pytest.raises(Refusal) as caught:
+            make(store, name, override, "report.picture=false", "report.recording=false")
+        return str(caught.value)
+
+    return make_refused
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("model.smoothness=0", r"model.smoothness: .*not positive.*received 0"),
+        ("model.smoothness=-1", r"model.smoothness: .*not positive.*received -1"),
+        ("model.max_disparity=100", r"model.max_disparity: the band is wider than the sequence .*1 to 99"),
+        ("model.max_disparity=0", r"model.max_disparity: the band has no width"),
+        ("model.samples=30", r"wider than the sequence .*1 to 29, less than model.samples, received 49"),
+        ("model.variance=0", r"share of the variance is none"),
+        ("model.dimensions=40", r"no such number of dimensions .*1 to 37, received 40"),
+        ("model.key_frames=0", r"key-frames"),
+        ("data.performances.limit=1", r"too few performances .*3 or more, received 1 of 1"),
+    ],
+)
+def test_options_that_cannot_be_are_refused_in_a_sentence(store: Store, override: str, words: str) -> None:
+    with pytest.raises(Refusal, match=words):
+        make(store, "mozerov2006_fig3", "report.picture=false", "report.recording=false", override)
