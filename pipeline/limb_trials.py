@@ -20,6 +20,9 @@ from pipeline.store import Artefact, derive_generator
 CAMERAS = ("still", "moving", "shaky")
 ADJUSTMENTS: tuple[Adjustment, ...] = ("per_frame", "global", "robust")
 
+STARTS = ("programme", "random_signs", "mean_direction")
+"""Of the refinement: the chosen candidates, candidates by the toss of a coin, one direction for all frames."""
+
 SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
 
@@ -291,6 +294,17 @@ def wrong_trajectory(
     else:
         error = cosine_basis(frames, components) @ generator.standard_normal((components, 3))
     return np.asarray(size_mm / np.linalg.norm(error, axis=1).mean() * error)
+
+
+def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Spearman's rank correlation of two series (N,); 0 where one of them is constant."""
+    ranks = []
+    for values in (a, b):
+        _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+        ranks.append((np.cumsum(count) - 0.5 * (count - 1))[place])
+    x, y = (rank - rank.mean() for rank in ranks)
+    size = np.sqrt((x @ x) * (y @ y))
+    return float(x @ y / size) if size > 0 else 0.0
 
 
 def check_sweep(options: LimbSweep, *, adjusts: Sequence[str] | None = None) -> None:

@@ -10,12 +10,15 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import getpass
+import shutil
+import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -36,6 +39,15 @@ settings.load_profile("ci" if os.environ.get("CI") == "true" else "dev")
 
 QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
 """Tables alone, of twelve walkers."""
+
+FEW_TRIALS = {
+    "park2011_fig3a": ["sweep.trials=15", "sweep.refined=6"],
+    "park2011_fig3b": ["sweep.trials=20", "sweep.time_limit_s=0"],
+    "park2011_fig3c": ["sweep.trials=8", "sweep.time_limit_s=0", "sweep.adjusts=[global]"],
+    "park2011_fig3d": ["sweep.trials=3", "sweep.fractions=[0,0.05,0.3]"],
+    "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
+}
+"""What keeps the figures of limbs short where their claims are tested: fewer trials, and certificates for one alone."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +97,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     plain = ["report.picture=false", "report.recording=false"]
     judged = {claim.figure for paper in papers.PAPERS.values() for claim in paper.claims if claim.value}
     names = [name for name in command_line.presets() if name in judged]
-    _make(results, results, names, ["data=synthetic", "scale=full", *coarse, *plain])
+    _make(results, results, names, ["data=synthetic", "scale=full", *coarse, *plain], FEW_TRIALS)
     found = {}
     for name in names:
         for path in sorted((results / name).glob("table*.csv")):
@@ -93,12 +105,40 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     return found
 
 
+_BESIDE: dict[str, subprocess.Popen[str]] = {}
+"""Every preset at smoke scale, made by the command line on another core while other tests run: by results folder."""
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Begin with the smoke figures as soon as it is known that a test wants them."""
+    wanted = any("smoke_results" in getattr(item, "fixturenames", ()) for item in session.items)
+    if wanted and not session.config.option.collectonly:
+        results = tempfile.mkdtemp(prefix="gait-pipeline-smoke-")
+        command = [sys.executable, "-m", "pipeline", "figures", "scale=smoke", f"results={results}"]
+        _BESIDE[results] = subprocess.Popen(
+            command,
+            cwd=Path(__file__).resolve().parent.parent,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+
+def pytest_sessionfinish() -> None:
+    """End what is still running, and remove the folder."""
+    for results, process in _BESIDE.items():
+        process.kill()
+        process.communicate()
+        shutil.rmtree(results, ignore_errors=True)
+
+
 @pytest.fixture(scope="session")
-def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def smoke_results() -> Path:
     """Results folder of every preset at ``scale=smoke``, with pictures and recordings."""
-    results = tmp_path_factory.mktemp("smoke")
-    _make(results, results / "synthetic" / "smoke", command_line.presets(), ["scale=smoke"])
-    return results
+    ((results, process),) = _BESIDE.items()
+    _, complaints = process.communicate()
+    assert process.returncode == 0, complaints
+    return Path(results)
 
 
 @pytest.fixture(scope="session")
@@ -110,10 +150,17 @@ def mocap_mirror() -> Path:
     return Path(mirror)
 
 
-def _make(results: Path, folder: Path, names: Sequence[str], overrides: Sequence[str]) -> None:
-    """Make presets below `folder`, in one process."""
+def _make(
+    results: Path,
+    folder: Path,
+    names: Sequence[str],
+    overrides: Sequence[str],
+    own: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> None:
+    """Make presets below `folder`, in one process; some with overrides of their own."""
+    given = [f"results={results}", *overrides]
     jobs = [
-        (command_line.compose([f"experiment={name}", f"results={results}", *overrides]), folder / name)
+        (command_line.compose([f"experiment={name}", *given, *own.get(name, ())]), folder / name)
         for name in names
     ]
     assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []

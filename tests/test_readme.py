@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from pipeline.__main__ import compose, presets
+from pipeline.config import Config
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 
 
-def test_the_library_example_recovers_the_view(capsys: pytest.CaptureFixture[str]) -> None:
-    code = re.search(r"```python\n(.*?)```", README, re.DOTALL)
-    assert code is not None
-    exec(compile(code[1], "README.md", "exec"), {})
-    assert abs(float(capsys.readouterr().out) - 30.0) < 5.0
+@pytest.mark.parametrize(
+    ("example", "expected", "within"), [(0, 30.0, 5.0), (1, 0.27, 0.1), (2, 0.5, 0.5)], ids=str
+)
+def test_the_library_examples_do_what_they_say(
+    capsys: pytest.CaptureFixture[str], example: int, expected: float, within: float
+) -> None:
+    codes = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    assert len(codes) == 3
+    exec(compile(codes[example], "README.md", "exec"), {})
+    said = capsys.readouterr().out
+    assert abs(float(said.split()[-1]) - expected) <= within
+    assert "red" not in said
 
 
 def test_every_make_target_named_exists() -> None:
@@ -38,8 +47,13 @@ def test_every_override_named_composes() -> None:
 @pytest.mark.parametrize("option", sorted(set(re.findall(r"`((?:sweep|model|dataset)\.\w+)`", README))))
 def test_every_option_of_the_table_exists(option: str) -> None:
     group, name = option.split(".")
-    options = [getattr(compose([f"experiment={figure}"]), group) for figure in presets()]
-    assert any(hasattr(chosen, name) for chosen in options)
+    assert any(hasattr(getattr(chosen, group), name) for chosen in composed())
+
+
+@cache
+def composed() -> list[Config]:
+    """Every preset as it stands."""
+    return [compose([f"experiment={figure}"]) for figure in presets()]
 
 
 def test_every_preset_is_listed() -> None:

@@ -39,6 +39,15 @@ KINDS: dict[type[options.Report], tuple[str, type[options.Model], type[options.S
     options.WarpErrorReport: ("warp_error", options.ActionSpaceModel, options.SmoothnessSweep),
     options.VarianceLeftReport: ("variance_left", options.ActionSpaceModel, options.Sweep),
     options.TrackingReport: ("tracking", options.ActionSpaceModel, options.TrackingSweep),
+    options.LimbScatterReport: (
+        "limb_scatter",
+        options.TrajectoryBasisModel,
+        options.ReconstructibilitySweep,
+    ),
+    options.LimbErrorsReport: ("limb_errors", options.TrajectoryBasisModel, options.LimbSweep),
+    options.ProofsReport: ("proofs", options.TrajectoryBasisModel, options.ProofSweep),
+    options.MotionsReport: ("motions", options.TrajectoryBasisModel, options.MotionsSweep),
+    options.FaceOffReport: ("face_off", options.EigenwalkersModel, options.FaceOffSweep),
 }
 """Of each report: its module in `pipeline.figures`, and the model and the sweep that it shows."""
 

@@ -10,9 +10,16 @@ from collections.abc import Callable
 from typing import Any
 
 from pipeline.config import (
+    FaceOffSweep,
     KnownViewSweep,
+    MissingDataSweep,
+    MotionsSweep,
     NoSweep,
     PostureSamplesSweep,
+    ProofSweep,
+    RadiusScaleSweep,
+    ReconstructibilitySweep,
+    RootErrorSweep,
     SmoothnessSweep,
     Sweep,
     TimingSweep,
@@ -107,6 +114,40 @@ def run(
         case TimingSweep():
             return store.artefact(
                 "sweep", options, [dataset, model], lambda: synchronization_time.measure(options, model)
+            )
+        # Imported where they are used: compiled kernels take a second to load.
+        case ReconstructibilitySweep():
+            from pipeline.experiments import reconstructibility
+
+            return limbs(reconstructibility.measure)
+        case RootErrorSweep():
+            from pipeline.experiments import limb_errors
+
+            return limbs(limb_errors.measure_root_error)
+        case RadiusScaleSweep():
+            from pipeline.experiments import limb_errors
+
+            return limbs(limb_errors.measure_radius_scale)
+        case MissingDataSweep():
+            from pipeline.experiments import missing_data
+
+            return limbs(missing_data.measure)
+        case ProofSweep():
+            from pipeline.experiments import proofs
+
+            return limbs(proofs.measure)
+        case MotionsSweep():
+            from pipeline.experiments import motions
+
+            return limbs(motions.measure)
+        case FaceOffSweep():
+            from pipeline.experiments import face_off
+
+            return store.artefact(
+                "sweep",
+                {"sweep": options, "seed": seed},
+                [ingest, dataset, model],
+                lambda: face_off.measure(options, ingest, dataset, model, workers, seed),
             )
         case _:
             raise TypeError(f"no sweep for {type(options).__name__}")

@@ -9,6 +9,7 @@ unknown_view    view angle and coefficients together, against SciPy's trust regi
 synchronization all ordered pairs of performances with their paths, against dtaidistance, tslearn and a plain loop
 binary_quadratic   signs of a limb with a proof, against SCIP; growth with F and K
 refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust region
+articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
 growth          with the number of walkers and of view angles
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
@@ -40,6 +41,7 @@ BENCHMARKS = (
     "synchronization",
     "binary_quadratic",
     "refinement",
+    "articulated",
     "growth",
     "whole",
 )

@@ -187,6 +187,154 @@ ENTITIES |= {
         ),
     },
 }  # fmt: skip
+# --- park2011 -----------------------------------------------------------------------------------------------
+
+PROMISED |= {
+    "park2011_face_off": {
+        "table": [
+            "walker", "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "error_mm",
+            "missing_dimension_error_mm", "frames",
+        ],
+        "table_joints": ["method", "camera", "view_angle_deg", "joint", "error_mm", "error_sd_mm"],
+        "table_summary": [
+            "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "error_mm", "error_sd_mm",
+            "missing_dimension_error_mm", "walkers",
+        ],
+    },
+    "park2011_fig3a": {
+        "table": [
+            "trial", "clip", "limb", "camera", "reconstructibility", "reconstructibility_angle", "mirror_margin",
+            "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective", "lower_bound",
+            "truth_objective", "impostor_objective", "light", "taken_impostor",
+        ],
+        "table_bins": [
+            "reconstructibility_from", "reconstructibility_to", "trials", "limb_error_median", "limb_error_low",
+            "limb_error_high", "success", "taken_impostor",
+        ],
+        "table_correlation": [
+            "camera", "spearman_vector", "spearman_angle", "spearman_margin", "success", "success_up_to_mirror",
+            "trials",
+        ],
+        "table_matrices": ["camera", "numerically_singular_share", "trials"],
+        "table_refinement": [
+            "start", "limb_error_median", "reprojection_error_px_median", "converged_share", "success", "trials",
+        ],
+        "table_running": ["reconstructibility", "limb_error_median", "limb_error_low", "limb_error_high"],
+    },
+    "park2011_fig3b": {
+        "table": [
+            "trial", "clip", "limb", "camera", "root_error_ratio", "limb_error", "relative_error",
+            "error_up_to_mirror", "child_error_ratio", "parent_error_ratio", "reconstructibility", "proved",
+            "objective", "lower_bound",
+        ],
+        "table_cameras": [
+            "camera", "root_error_ratio", "trials", "child_error_median", "child_error_low", "child_error_high",
+            "child_error_sd", "share_above_parent_error", "limb_error_median", "error_up_to_mirror_median",
+        ],
+        "table_points": [
+            "camera", "root_error_ratio", "trials", "child_error_median", "child_error_low", "child_error_high",
+            "child_error_sd", "share_above_parent_error", "limb_error_median", "error_up_to_mirror_median",
+        ],
+    },
+    "park2011_fig3c": {
+        "table": [
+            "trial", "clip", "limb", "camera", "radius_scale", "adjust", "limb_error", "relative_error",
+            "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved", "objective", "lower_bound",
+        ],
+        "table_cameras": [
+            "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
+            "adjusted_share", "error_up_to_mirror_median",
+        ],
+        "table_points": [
+            "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
+            "adjusted_share", "error_up_to_mirror_median",
+        ],
+    },
+    "park2011_fig3d": {
+        "table": [
+            "trial", "clip", "camera", "missing_fraction", "pattern", "relative_error", "limb_error",
+            "joint_error_mm", "imputed_error_mm", "seen_error_mm", "missing_share", "relative_error_up_to_mirror",
+            "limb_error_up_to_mirror", "reprojection_error_px", "length_violation", "cartesian_length_violation",
+        ],
+        "table_points": [
+            "missing_fraction", "pattern", "trials", "relative_error_mean", "relative_error_sd",
+            "limb_error_median", "joint_error_mm_median", "imputed_error_mm_median", "seen_error_mm_median",
+            "relative_error_up_to_mirror_mean", "limb_error_up_to_mirror_median",
+        ],
+    },
+    "park2011_fig4": {
+        "table": ["clip", "action", "camera", "joint", "error_mm", "error_sd_mm", "imputed_share"],
+        "table_clips": [
+            "clip", "action", "camera", "lengths", "error_mm", "error_sd_mm", "error_up_to_mirror_mm",
+            "length_change_max", "acceleration_ratio", "reprojection_error_px", "proved_share", "light",
+            "mirror_margin_median", "reconstructibility",
+        ],
+        "table_limbs": [
+            "clip", "action", "camera", "limb", "reconstructibility", "mirror_margin", "light", "mirrored",
+            "proved", "objective", "best_objective", "lower_bound", "limb_error",
+        ],
+    },
+    "park2011_proofs": {
+        "table": [
+            "frames", "components", "noise_px", "trials", "proved_share", "gap_median", "first_best_share",
+            "limb_error_median",
+        ],
+        "table_seconds": [
+            "frames", "components", "noise_px", "trials", "seconds_median", "seconds_to_proof_median",
+            "seconds_most", "first_seconds_median",
+        ],
+        "table_trials": [
+            "frames", "components", "noise_px", "trial", "clip", "limb", "camera", "proved", "objective",
+            "lower_bound", "gap", "first_objective", "limb_error", "boxes", "steps", "seconds", "first_seconds",
+        ],
+    },
+}  # fmt: skip
+ENTITIES |= {
+    "park2011_fig3a": {
+        *(f"curves/limb_error/{line}" for line in ("low", "median", "high")),
+        *(
+            f"world/{limb}/{path}"
+            for limb in ("good", "impostor", "cursor")
+            for path in ("truth", "impostor", "estimate", "sphere")
+        ),
+    },
+    "park2011_fig3b": {"curves/child_error/parent", "world/truth", "world/estimate", "world/sphere"},
+    "park2011_fig3c": {
+        "world/truth", "world/estimate", "world/sphere",
+        *(f"curves/log10_limb_error/{adjust}" for adjust in ("global", "per_frame", "robust")),
+    },
+    "park2011_fig3d": {
+        "image/observed", "world/original", "world/reconstructed", "world/imputed", "curves/error_mm/imputed",
+        "curves/error_mm/seen",
+    },
+    "park2011_proofs": {
+        f"curves/{curve}/k{k}_noise_{noise}_px"
+        for curve in ("proved_share", "log10_seconds")
+        for k in (10, 20)
+        for noise in (0, 1)
+    },
+    "park2011_fig4": {
+        f"{entity}/{clip}"
+        for entity in (
+            "world/truth", "world/trajectories/truth",
+            *(f"{e}/{c}" for e in ("image", "world/trajectories") for c in ("still", "moving", "shaky")),
+        )
+        for clip in ("walking_001", "bending_001", "smooth_angles_001")
+    },
+    "park2011_face_off": {
+        "world/original",
+        *(f"image/observed/{camera}" for camera in ("still", "moving", "shaky")),
+        *(
+            f"{top}/{camera}/{method}"
+            for top in ("world/reconstructed", "curves/error_mm")
+            for camera in ("still", "moving", "shaky")
+            for method in (
+                "articulated", "articulated_hinges", "mean_walker",
+                *(("least_squares", "map") if camera == "still" else ()),
+            )
+        ),
+    },
+}  # fmt: skip
 MAY_BE_EMPTY = {
     ("mozerov2006_fig3", "table_stages"): {
         "acceptance", "acceptance_person", "rms_from_keyframe", "rms_from_keyframe_sd", "rms_of_mean_from_keyframe",
@@ -194,5 +342,7 @@ MAY_BE_EMPTY = {
     },
     ("mozerov2006_warp_error", "table"): {"smoothness"},
     ("mozerov2006_warp_error", "table_starts"): {"smoothness"},
+    ("park2011_fig3d", "table"): {"imputed_error_mm"},
+    ("park2011_fig3d", "table_points"): {"imputed_error_mm_median"},
 }  # fmt: skip
 """Columns with rows that have no such number."""

@@ -1,0 +1,67 @@
+"""Limbs as paths on their sphere, for recordings; names and colours that figures on limbs share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+CAMERA_NAMES = {"still": "still camera", "moving": "moving camera", "shaky": "shaky camera"}
+CAMERA_COLOURS = {"still": "orange", "moving": "purple", "shaky": "blue"}
+
+ADJUST_NAMES = {
+    "global": "one radius for all frames",
+    "robust": "one for 95 % of the frames",
+    "per_frame": "longer where a ray misses",
+}
+ADJUST_COLOURS = {"global": "blue", "robust": "green", "per_frame": "orange"}
+
+LEAST = 1e-3
+"""On logarithmic axes, errors are drawn as at least so much."""
+
+RADIUS_MM = 1000.0
+"""Of the sphere in a recording, whatever the length of the limb."""
+
+EYE_MM = (2100.0, 1500.0, 1000.0)
+"""From where the sphere is looked at."""
+
+OUTSIDE = 1.03
+"""Estimates are drawn a little outside of the sphere, or they would hide what they agree with."""
+
+
+def sphere(
+    meridians: int = 8, parallels: int = 5, steps: int = 48
+) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined.
+
+    Parameters
+    ----------
+    meridians, parallels, steps : int
+        Full circles through the poles, circles around them, and points to a circle.
+    """
+    turn = np.linspace(0.0, 2.0 * np.pi, steps, endpoint=False)
+    circles = []
+    for azimuth in np.linspace(0.0, np.pi, meridians, endpoint=False):
+        flat = np.sin(turn)
+        circles.append(np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.cos(turn)], axis=1))
+    for height in np.linspace(-1.0, 1.0, parallels + 2)[1:-1]:
+        wide = np.sqrt(1.0 - height**2)
+        circles.append(np.stack([wide * np.cos(turn), wide * np.sin(turn), np.full(steps, height)], axis=1))
+    joined = [(c * steps + i, c * steps + (i + 1) % steps) for c in range(len(circles)) for i in range(steps)]
+    return RADIUS_MM * np.concatenate(circles)[None], joined
+
+
+def path_bones(frames: int) -> list[tuple[int, int]]:
+    """Pairs of successive frames of a path."""
+    return [(f, f + 1) for f in range(frames - 1)]
+
+
+def quartiles(values: np.ndarray, axis: int = -1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Median, lower and upper quartile along an axis."""
+    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75], axis=axis)
+    return middle, low, high
+
+
+def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Whole numbers that increase, and the places of the values that they are nearest to, the first of equal ones."""
+    order = np.argsort(values, kind="stable")
+    whole, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
+    return whole, order[first]
