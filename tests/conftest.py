@@ -127,8 +127,9 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 def pytest_sessionfinish() -> None:
     """End what is still running, and remove the folder."""
     for results, process in _BESIDE.items():
-        process.kill()
-        process.communicate()
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
         shutil.rmtree(results, ignore_errors=True)
 
 
