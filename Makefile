@@ -18,7 +18,7 @@ export MKL_NUM_THREADS ?= 1
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
-	@echo; echo "  one figure:   make FIGURE [DATA=synthetic|optical|cmu] [SCALE=full|smoke], where FIGURE is"
+	@echo; echo "  one figure:   make FIGURE [DATA=synthetic|optical|cmu|hdm05] [SCALE=full|smoke], where FIGURE is"
 	@echo "                $(FIGURES)" | fold -s -w 90 | sed '2,$$s/^/                /'
 	@echo "  everything else: make run ARGS=--help"
 
@@ -30,7 +30,7 @@ $(READY): requirements.lock
 	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	@touch $(READY)
 
-sweeps: $(READY) ## every figure at full scale; DATA=synthetic (default), optical, cmu
+sweeps: $(READY) ## every figure at full scale; DATA=synthetic (default), optical, cmu, hdm05
 	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(ARGS)
 
 smoke: $(READY) ## every figure, small

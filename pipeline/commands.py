@@ -34,6 +34,13 @@ def built_figures() -> list[str]:
     ]
 
 
+def figures_for(arguments: Sequence[str], compose: Compose) -> list[str]:
+    """Those of them that the data set has something for."""
+    from pipeline.run import not_for
+
+    return [name for name in built_figures() if not not_for(compose([f"experiment={name}", *arguments]))]
+
+
 def fetch(arguments: Sequence[str], compose: Compose) -> int:
     """Fetch the public recordings; 1 if some could not be had."""
     from pipeline.fetch import Progress as Progress_
@@ -46,7 +53,9 @@ def fetch(arguments: Sequence[str], compose: Compose) -> int:
     ).data
     if not hasattr(data, "mirror"):
         raise Refusal(
-            "this data set needs no fetching", received=f"data={data.name}", expected="data=optical or cmu"
+            "this data set needs no fetching",
+            received=f"data={data.name}",
+            expected="data=optical, cmu or hdm05",
         )
     out = open_console()
     with Progress(
@@ -91,7 +100,7 @@ def _results_folder(arguments: Sequence[str], compose: Compose) -> tuple[Any, Pa
 def claims(arguments: Sequence[str], compose: Compose) -> int:
     """Print the papers' claims beside our numbers, and write claims.csv beside the figures."""
     config, folder = _results_folder(arguments, compose)
-    verdicts = judge_folder(folder, config.data.name, built_figures())
+    verdicts = judge_folder(folder, config.data.name, figures_for(arguments, compose))
     if folder.is_dir():
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
@@ -172,7 +181,7 @@ def keep(arguments: Sequence[str], compose: Compose) -> int:
         date=date.today().isoformat(),
         commit=made_with["commit"],
         dirty=made_with["dirty"],
-        figures_expected=built_figures(),
+        figures_expected=figures_for(arguments, compose),
     )
     open_console().print(f"kept in {kept}")
     return 0

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from pipeline import sealed_folders, store, tables
-from pipeline.__main__ import presets
+from pipeline.__main__ import compose, presets
 from pipeline.commands import VERBS
 from pipeline.core.synthetic import WalkingPopulation, walking_population
 from pipeline.formats import csv, trc
@@ -705,6 +705,28 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
     said = say("figures")
     assert said.status == 130
     assert_one_sentence(said.err, "interrupted")
+
+
+def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
+    from pipeline.commands import built_figures, figures_for
+
+    every = built_figures()
+    assert set(every) == set(presets())
+    assert figures_for(["data=synthetic"], compose) == every
+    bends = figures_for(["data=hdm05"], compose)
+    assert set(bends) == {f for f in every if f.startswith("mozerov2006")} - {"mozerov2006_warp_error"}
+
+
+def test_what_a_data_set_has_nothing_for_is_left_out_and_said(say: Callable, tmp_path: Path) -> None:
+    said = say("figures", "data=hdm05", "data.raw=nowhere", "data.mirror=", f"results={tmp_path}")
+    assert said.status == 1, "none of its recordings is on this machine"
+    assert "Left out: " in said.out
+    assert "zhang2007_fig5" in said.out
+    assert "holds no walks" in said.out
+    assert_one_sentence(said.err, "none of the 32 recordings", "make data")
+    chosen = say("figures", "data=hdm05", "experiment=zhang2007_fig5", f"results={tmp_path}")
+    assert chosen.status == 1
+    assert_one_sentence(chosen.err, "zhang2007_fig5", "holds no walks")
 
 
 # --- variants ---------------------------------------------------------------------------------------------
