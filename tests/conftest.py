@@ -33,9 +33,12 @@ from pipeline.store import Store
 
 # Failing examples are remembered between runs, but outside of the tree.
 set_hypothesis_home_dir(Path(tempfile.gettempdir()) / f"gait-pipeline-hypothesis-{getpass.getuser()}")
-settings.register_profile("dev", deadline=None)
-settings.register_profile("ci", deadline=None, derandomize=True, database=None)
-settings.load_profile("ci" if os.environ.get("CI") == "true" else "dev")
+settings.register_profile("dev", deadline=None, max_examples=50)
+settings.register_profile("ci", deadline=None, max_examples=50, derandomize=True, database=None)
+settings.register_profile("deep", deadline=None, max_examples=500)  # HYPOTHESIS_PROFILE=deep make test
+settings.load_profile(
+    os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") == "true" else "dev")
+)
 
 QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
 """Tables alone, of twelve walkers."""
