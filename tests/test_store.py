@@ -309,7 +309,9 @@ def test_a_flipped_byte_is_noticed_set_aside_and_computed_again(tmp_path: Path) 
     for name, step in (("arrays.npz", 97), ("manifest.json", 13)):
         for position in range(0, (folder / name).stat().st_size, step):
             content = bytearray((folder / name).read_bytes())
-            position = min(position, len(content) - 1)  # what is computed again tells its seconds in fewer digits
+            position = min(
+                position, len(content) - 1
+            )  # what is computed again tells its seconds in fewer digits
             content[position] ^= 1 << position % 8
             (folder / name).write_bytes(content)
             again = Store(tmp_path).artefact("model", Options(), [], Work())
