@@ -63,8 +63,8 @@ format: $(READY) ## put the sources in form
 	@$(VENV)/bin/ruff check --fix .
 	@$(VENV)/bin/ruff format .
 
-test: $(READY) ## the tests
-	@$(VENV)/bin/python -m pytest $(ARGS)
+test: $(READY) ## the tests, on every core; make test ARGS=tests/core for some
+	@$(VENV)/bin/python -m pytest -n auto --dist loadfile $(ARGS)
 
 bench: $(READY) ## ours against peers and naive loops, alternating, as ratios
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)

@@ -19,6 +19,7 @@ The map of the house, from the ground up; a module imports only from lower layer
          observed_viewpoint the view unknown as well
          errors, circular   how wrong it is                                  zhang2007 4.1-4.4
          usable_clip        units, sizes and gaps of a clip
+         resampling         between samples, by linear interpolation
          walking            steady walking, treadmill equivalent             zhang2007 section 2
          synthetic …        the embedded population of walkers
          posture            37 numbers and back; limb_frames                 mozerov2006 1, 2
@@ -34,6 +35,7 @@ The map of the house, from the ground up; a module imports only from lower layer
          camera_paths       cameras that stand, walk around or shake
          rays, articulation ray meets sphere                                 park2011 8-11
          limb_chain         limbs that hang on each other                    park2011 1, 3, 6
+         limb_lengths       from proportions, or from the rays
          hinges             knees and elbows flex one way
          trajectory_basis   cosines, restricted to what was seen             park2011 2
          binary_quadratic   which candidate, exact or certified              park2011 12
@@ -44,6 +46,7 @@ The map of the house, from the ground up; a module imports only from lower layer
          limb_choice        one limb, from its rays to its choice            park2011 12
          articulated        a whole skeleton from the root to the leaves
          reconstructibility how well a limb can be known                     park2011 13-18
+         rank_correlation   whether a measure tells which limbs err more
          synthetic_limbs    limbs with known answers
          bending …          synthetic performances; time_warps with known truth
     2  formats/           one reader to a file format, all return the same value
@@ -55,7 +58,9 @@ The map of the house, from the ground up; a module imports only from lower layer
     3  config             the options of every stage
        clips/             which recordings a data set names; walks, performances, varied motion out of them
        actions            an action learnt with the options of the model stage
+       sweep_checks       options that several sweeps share, refused in one sentence
        limb_trials        cameras and bases of the experiments on limbs
+       limb_scores        how wrong limbs are, and up to the mirror
        experiments/       what each kind of sweep measures
        figures/           what each kind of figure is made of
        ledger             the papers' claims against published tables

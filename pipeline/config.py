@@ -250,7 +250,7 @@ class ActionSpaceModel(Model):
 class TrajectoryBasisModel(Model):
     """The trajectory basis [park2011 2]: nothing is learnt, K is looked at."""
 
-    components: int = 20  # K
+    components: int = 20  # K; 0: each limb chooses its own, from its images
     basis: str = "hard"  # hard: as printed; soft: a ridge (k / softness)^6 on K coefficients
     softness: float = 10.0
 
@@ -425,7 +425,7 @@ class MotionsSweep(Sweep):
     focal_px: float = 1000.0
     around_deg: float = 60.0
     noise_px: float = 1.0
-    lengths: str = "true"  # true; anthropometric: ratios of a body, scaled to the true thighs
+    lengths: str = "true"  # true; anthropometric: ratios, scaled to the true thighs; estimated: from the rays
     root: str = "true"  # true; unit_depth: its image, at the depth that it has in the middle frame
     use_hinges: bool = True
     exact: bool = False  # take the signs that the certificate finds, not the first: the clock may then decide

@@ -2,38 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.config import LimbSweep, RadiusScaleSweep, TrajectoryBasisModel
+from pipeline.config import LimbSweep, TrajectoryBasisModel
 from pipeline.core import camera_paths
-from pipeline.core.articulated import LimbChoice, Smoothness, choose_limb, taken
 from pipeline.core.articulation import Adjustment
 from pipeline.core.limb_chain import WALKER14
+from pipeline.core.limb_choice import LimbChoice, Smoothness, SmoothnessByRule, choose_limb
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, derive_generator
-
-CAMERAS = ("still", "moving", "shaky")
-ADJUSTMENTS: tuple[Adjustment, ...] = ("per_frame", "global", "robust")
+from pipeline.sweep_checks import ADJUSTMENTS, CAMERAS, check_names
 
 STARTS = ("programme", "random_signs", "mean_direction")
 """Of the refinement: the chosen candidates, candidates by the toss of a coin, one direction for all frames."""
 
-SUCCESS = 0.1
-"""Of a limb's length: a mean error below it counts as success."""
 
-
-def smoothness(options: TrajectoryBasisModel) -> Smoothness:
-    """The trajectory basis that the options name."""
+def smoothness(options: TrajectoryBasisModel) -> Smoothness | SmoothnessByRule:
+    """The trajectory basis that the options name; with no components, each limb chooses its own by the rule."""
     if options.basis not in ("hard", "soft"):
         raise Refusal(
             "the basis is unknown", where="model.basis", expected="hard or soft", received=options.basis
         )
-    return Smoothness(options.components, options.softness if options.basis == "soft" else None)
+    if options.components < 0:
+        raise Refusal(
+            "a trajectory basis has no component",
+            where="model.components",
+            expected="1 or more, or 0: each limb chooses its own",
+            received=str(options.components),
+        )
+    cutoff = options.softness if options.basis == "soft" else None
+    return Smoothness(options.components, cutoff) if options.components else SmoothnessByRule(cutoff)
+
+
+def fixed_smoothness(options: TrajectoryBasisModel, why: str) -> Smoothness:
+    """The trajectory basis that the options name, where its K has to be known before any limb is seen.
+
+    Parameters
+    ----------
+    options : TrajectoryBasisModel
+    why : str
+        What needs it, for the refusal.
+
+    Raises
+    ------
+    Refusal
+        If each limb was to choose its own.
+    """
+    named = smoothness(options)
+    if isinstance(named, Smoothness):
+        return named
+    raise Refusal(f"{why} needs a given K", where="model.components", expected="1 or more", received="0")
 
 
 def camera_on(
@@ -186,7 +208,7 @@ def limb_trial(options: LimbSweep, dataset: Artefact, number: int, camera: str, 
 
 def choose(
     trial: LimbTrial,
-    smooth: Smoothness,
+    smooth: Smoothness | SmoothnessByRule,
     options: LimbSweep,
     *,
     adjust: str = "per_frame",
@@ -199,7 +221,7 @@ def choose(
     Parameters
     ----------
     trial : LimbTrial
-    smooth : Smoothness
+    smooth : Smoothness or SmoothnessByRule
     options : LimbSweep
         For its time limit.
     adjust : str
@@ -223,59 +245,6 @@ def choose(
     )
 
 
-@dataclass(frozen=True)
-class LimbScore:
-    """How wrong the choice for one limb is.
-
-    Attributes
-    ----------
-    limb_error : float
-        Mean distance of relative trajectories, as part of the limb's true length.
-    relative_error : float
-        ||X - X_hat|| / ||X|| of the child in the world's coordinates, as in the paper; depends on their origin.
-    error_up_to_mirror : float
-        `limb_error` of the signs or of their mirror, whichever is smaller.
-    """
-
-    limb_error: float
-    relative_error: float
-    error_up_to_mirror: float
-
-
-def limb_score(
-    trial: LimbTrial, choice: LimbChoice, smooth: Smoothness, *, parent: np.ndarray | None = None
-) -> LimbScore:
-    """How wrong a choice is, beside the better one of it and its mirror.
-
-    Parameters
-    ----------
-    trial : LimbTrial
-    choice : LimbChoice
-    smooth : Smoothness
-    parent : (F, 3), optional
-        Trajectory that was taken for the parent's, mm; the true one by default.
-    """
-    other = taken(choice.hits, choice.solution, choice.used, smooth, mirrored=not choice.mirrored)
-    error = distance(choice.relative, trial.relative) / trial.length
-    estimate = choice.relative + (trial.parent if parent is None else parent)
-    return LimbScore(
-        limb_error=error,
-        relative_error=float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)),
-        error_up_to_mirror=min(error, distance(other.relative, trial.relative) / trial.length),
-    )
-
-
-def distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean distance of two trajectories (F, …, 3), mm."""
-    return float(np.linalg.norm(a - b, axis=-1).mean())
-
-
-def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
-    """-1 or +1 (F,): the candidate that is nearer to the truth; +1 where there is no choice."""
-    along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
-    return np.where(along < 0, -1, 1)
-
-
 def wrong_trajectory(
     generator: np.random.Generator, frames: int, size_mm: float, *, components: int | None
 ) -> np.ndarray:
@@ -294,80 +263,3 @@ def wrong_trajectory(
     else:
         error = cosine_basis(frames, components) @ generator.standard_normal((components, 3))
     return np.asarray(size_mm / np.linalg.norm(error, axis=1).mean() * error)
-
-
-def rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
-    """Spearman's rank correlation of two series (N,); 0 where one of them is constant."""
-    ranks = []
-    for values in (a, b):
-        _, place, count = np.unique(values, return_inverse=True, return_counts=True)
-        ranks.append((np.cumsum(count) - 0.5 * (count - 1))[place])
-    x, y = (rank - rank.mean() for rank in ranks)
-    size = np.sqrt((x @ x) * (y @ y))
-    return float(x @ y / size) if size > 0 else 0.0
-
-
-def check_sweep(options: LimbSweep, *, adjusts: Sequence[str] | None = None) -> None:
-    """Nothing; a Refusal if the options are none.
-
-    Parameters
-    ----------
-    options : LimbSweep
-    adjusts : sequence of str, optional
-        Adjustments of the radius that are asked for.
-    """
-    for where, value, least in (
-        ("trials", options.trials, 1),
-        ("distance_mm", options.distance_mm, 1.0),
-        ("focal_px", options.focal_px, 1.0),
-        ("time_limit_s", options.time_limit_s, 0.0),
-    ):
-        if not least <= value < np.inf:
-            raise Refusal(
-                "a limb cannot be tried so",
-                where=f"sweep.{where}",
-                expected=f"{least:g} or more",
-                received=f"{value:g}",
-            )
-    check_names("cameras", options.cameras, CAMERAS)
-    if adjusts is not None:
-        check_names("adjusts" if isinstance(options, RadiusScaleSweep) else "adjust", adjusts, ADJUSTMENTS)
-
-
-def check_names(where: str, names: Sequence[str], known: Sequence[str]) -> None:
-    """Nothing; a Refusal if names are none, unknown or stand twice.
-
-    Parameters
-    ----------
-    where : str
-        The option of the sweep.
-    names, known : sequence of str
-    """
-    if not names or len(set(names)) < len(names) or not set(names) <= set(known):
-        raise Refusal(
-            "names are none, unknown or stand twice",
-            where=f"sweep.{where}",
-            expected="some of " + ", ".join(known),
-            received=", ".join(names) or "none",
-        )
-
-
-def check_values(where: str, values: Sequence[float], least: float, most: float = np.inf) -> None:
-    """Nothing; a Refusal if values are none, out of range, or do not increase.
-
-    Parameters
-    ----------
-    where : str
-        The option of the sweep.
-    values : sequence of float
-    least, most : float
-        Ends of the range, both allowed.
-    """
-    given = np.asarray(values, dtype=float)
-    if not given.size or not ((given >= least) & (given <= most)).all() or (np.diff(given) <= 0).any():
-        raise Refusal(
-            "values to be tried are none, out of range, or do not increase",
-            where=f"sweep.{where}",
-            expected=f"{least:g} " + ("or more" if most == np.inf else f"to {most:g}"),
-            received=", ".join(f"{v:g}" for v in given) or "none",
-        )

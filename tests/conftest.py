@@ -10,7 +10,6 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import getpass
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -108,41 +107,43 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     return found
 
 
-_BESIDE: dict[str, subprocess.Popen[str]] = {}
-"""Every preset at smoke scale, made by the command line on another core while other tests run: by results folder."""
-
-
-def pytest_collection_finish(session: pytest.Session) -> None:
-    """Begin with the smoke figures as soon as it is known that a test wants them."""
-    wanted = any("smoke_results" in getattr(item, "fixturenames", ()) for item in session.items)
-    if wanted and not session.config.option.collectonly:
-        results = tempfile.mkdtemp(prefix="gait-pipeline-smoke-")
-        command = [sys.executable, "-m", "pipeline", "figures", "scale=smoke", f"results={results}"]
-        _BESIDE[results] = subprocess.Popen(
-            command,
-            cwd=Path(__file__).resolve().parent.parent,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-
-def pytest_sessionfinish() -> None:
-    """End what is still running, and remove the folder."""
-    for results, process in _BESIDE.items():
-        if process.poll() is None:
-            process.kill()
-            process.communicate()
-        shutil.rmtree(results, ignore_errors=True)
-
-
 @pytest.fixture(scope="session")
-def smoke_results() -> Path:
-    """Results folder of every preset at ``scale=smoke``, with pictures and recordings."""
-    ((results, process),) = _BESIDE.items()
-    _, complaints = process.communicate()
-    assert process.returncode == 0, complaints
-    return Path(results)
+def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results folder of every preset at ``scale=smoke``, with pictures and recordings, made by the command line."""
+    results = tmp_path_factory.mktemp("smoke")
+    command = ["-m", "pipeline", "figures", "scale=smoke", "workers=1", f"results={results}"]
+    made = subprocess.run(
+        [sys.executable, *command],
+        cwd=Path(__file__).resolve().parent.parent,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert made.returncode == 0, made.stderr
+    return results
+
+
+SHARING = {
+    "tests/test_command_line.py": "smoke_results",
+    "tests/stages/test_every_preset.py": "smoke_results",
+    "tests/stages/test_reuse.py": "smoke_results",
+    "tests/claims": "synthetic_tables",
+}
+"""Modules whose fixture takes long to make: of several processes one runs all of them."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Give each process whole modules, and modules that share a fixture to the same process."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class BySharedFixture(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            module = super()._split_scope(nodeid)
+            return next((shared for path, shared in SHARING.items() if module.startswith(path)), module)
+
+    return BySharedFixture(config, log)
 
 
 @pytest.fixture(scope="session")

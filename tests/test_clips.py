@@ -11,12 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.__main__ import compose
-from pipeline.clips import performances, varied
-from pipeline.clips.corpus import Clip, in_turn, require
+from pipeline.clips import corpus, performances, varied
+from pipeline.clips.corpus import Clip, clips_of, in_turn, require
 from pipeline.config import (
     FolderData,
     LimbDataset,
     PostureDataset,
+    RecordedData,
     RecordedPerformances,
     Steady,
     SyntheticClips,
@@ -35,6 +36,44 @@ OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in
 
 def clip(name: str, person: str, path: Path | None = None) -> Clip:
     return Clip(name, person, "folder", "", path, "", OWN_JOINTS, 0.0, "")
+
+
+def test_listed_recordings_are_read_once_and_the_absent_ones_come_last(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw = tmp_path / "raw"
+    raw.mkdir()
+    trials = ["gone_b", "second", "gone_a", "first"]
+    rows = ["path,source,subject,trial,action,frame_rate_hz,skeleton,bytes"]
+    for trial in trials:
+        rows.append(f"{trial}.trc,here,{trial},{trial},walk,60,walker15,{len(trial)}")
+        if not trial.startswith("gone"):
+            (raw / f"{trial}.trc").write_text(trial)
+    table = tmp_path / "sources.csv"
+    table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    options = RecordedData(
+        name="recorded",
+        sources=["here"],
+        table=str(table),
+        raw=str(raw),
+        skeletons={"walker15": OWN_JOINTS},
+        performances=RecordedPerformances(sources=["here"], action="walk", limit=1),
+    )
+    read: list[str] = []
+    digest = corpus._digest
+
+    def noted(path: Path) -> str:
+        read.append(path.stem)
+        return digest(path)
+
+    monkeypatch.setattr(corpus, "_digest", noted)
+    found = clips_of(options, OWN_JOINTS, "walks")
+    assert [(c.name, c.path is None) for c in found] == [
+        ("first", False), ("second", False), ("gone_b", True), ("gone_a", True)
+    ]  # fmt: skip
+    assert sorted(read) == ["first", "second"]
+    limited = clips_of(options, OWN_JOINTS, "performances")
+    assert [c.name for c in limited] == ["first", "gone_b", "gone_a"], "a limit counts those that are here"
 
 
 @given(st.lists(st.sampled_from("abc"), max_size=12), st.integers(0, 14))

@@ -69,12 +69,12 @@ def clips_of(options: Data, skeleton: SourceMapping, purpose: str) -> list[Clip]
     require(options, purpose)
     match options, purpose:
         case RecordedData(), "walks":
-            chosen = _listed(options, options.sources, options.action)
-            return _first_people(chosen, options.walkers) + _absent(options, options.sources, options.action)
+            present, absent = _listed(options, options.sources, options.action)
+            return _first_people(present, options.walkers) + absent
         case RecordedData(), _:
             corpus = options.performances if purpose == "performances" else options.clips
-            chosen = _listed(options, corpus.sources, corpus.action)
-            return in_turn(chosen, corpus.limit) + _absent(options, corpus.sources, corpus.action)
+            present, absent = _listed(options, corpus.sources, corpus.action)
+            return in_turn(present, corpus.limit) + absent
         case FolderData(), "walks":
             return _first_people(folder_clips(options, skeleton), options.walkers)
         case FolderData(), _:
@@ -84,8 +84,8 @@ def clips_of(options: Data, skeleton: SourceMapping, purpose: str) -> list[Clip]
             raise TypeError(f"no recordings for {type(options).__name__}")
 
 
-def _listed(options: RecordedData, sources: Sequence[str], action: str) -> list[Clip]:
-    """Clips of the table that are on this machine."""
+def _listed(options: RecordedData, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
+    """Clips of the table that are on this machine, in order, and those that are not, as the table has them."""
     clips = _clips_of_table(options, sources, action)
     present = [clip for clip in clips if clip.path]
     if not present:
@@ -94,14 +94,12 @@ def _listed(options: RecordedData, sources: Sequence[str], action: str) -> list[
             where=options.raw,
             expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
         )
-    return sorted(present, key=lambda c: (c.source, c.person, c.name))
-
-
-def _absent(options: RecordedData, sources: Sequence[str], action: str) -> list[Clip]:
-    return [clip for clip in _clips_of_table(options, sources, action) if not clip.path]
+    absent = [clip for clip in clips if not clip.path]
+    return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
 
 
 def _clips_of_table(options: RecordedData, sources: Sequence[str], action: str) -> list[Clip]:
+    """Clips of the table, each of those on this machine with its digest, which reads the whole file."""
     rows = [
         row
         for row in tables.read_rows(Path(options.table))

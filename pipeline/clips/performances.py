@@ -17,6 +17,7 @@ from pipeline.clips.walks import steady_walk
 from pipeline.config import RecordedPerformances, Steady, SyntheticPerformances
 from pipeline.core import fourier, posture, usable_clip
 from pipeline.core.bending import bending_performances
+from pipeline.core.resampling import interpolate
 from pipeline.refusal import Refusal
 from pipeline.store import derive_generator
 from pipeline.threads import spread
@@ -152,10 +153,7 @@ def _middle_cycle(
     if start + period > length:
         start = max(0.0, length - period)
     count = round(period) + 1
-    at = np.linspace(start, start + period, count)
-    below = np.minimum(at.astype(int), length - 1)
-    share = (at - below)[:, None, None]
-    cycle = (1 - share) * walk.positions[below] + share * walk.positions[below + 1]
+    cycle = interpolate(walk.positions, np.linspace(start, start + period, count))
     offset = int(walk.row["first_frame"])
     made = _performance(row, cycle, np.ones(cycle.shape[:2], dtype=bool), frame_rate_hz, gap_s=0.0)
     if made.positions is None:

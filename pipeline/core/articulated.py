@@ -19,7 +19,15 @@ import numpy as np
 from pipeline.core import hinges, refinement
 from pipeline.core.articulation import Adjustment
 from pipeline.core.limb_chain import WALKER14, Chain
-from pipeline.core.limb_choice import MARGIN_OF_DOUBT, LimbChoice, Smoothness, choose_limb, taken
+from pipeline.core.limb_choice import (
+    MARGIN_OF_DOUBT,
+    LimbChoice,
+    Smoothness,
+    SmoothnessByRule,
+    choose_limb,
+    taken,
+)
+from pipeline.core.limb_lengths import length_from_rays
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import cosine_basis
@@ -30,6 +38,7 @@ __all__ = [
     "Articulated",
     "LimbChoice",
     "Smoothness",
+    "SmoothnessByRule",
     "choose_limb",
     "reconstruct",
     "taken",
@@ -71,11 +80,12 @@ def reconstruct(
     lengths: np.ndarray,
     *,
     chain: Chain = WALKER14,
-    smoothness: Smoothness | None = None,
+    smoothness: Smoothness | SmoothnessByRule | None = None,
     adjust: Adjustment = "per_frame",
     noise_px: float = 0.0,
     use_hinges: bool = False,
     refine: bool = True,
+    max_iterations: int = 200,
     free_lengths: bool = False,
     loss: str = "squared",
     scale_px: float = 1.0,
@@ -92,10 +102,10 @@ def reconstruct(
     root : (F, 3)
         X_R, mm.
     lengths : (L,)
-        Of the limbs in the order of ``chain.limbs``, mm.
+        Of the limbs in the order of ``chain.limbs``, mm; NaN: as `limb_lengths.length_from_rays` says.
     chain : Chain
-    smoothness : Smoothness, optional
-        Of the trajectories; 20 cosines by default.
+    smoothness : Smoothness or SmoothnessByRule, optional
+        Of the trajectories; 20 cosines by default.  If each limb has its own K, all are refined in the largest.
     adjust : {"per_frame", "global", "robust"}
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -104,6 +114,8 @@ def reconstruct(
         Where the data cannot tell a limb from its mirror, take the one with which knees and elbows flex as they do.
     refine : bool
         Whether reprojection errors are refined in the end.
+    max_iterations : int
+        Steps of the refinement to try.
     free_lengths : bool
         Whether lengths are refined too.
     loss : {"squared", "huber", "cauchy"}
@@ -133,13 +145,20 @@ def reconstruct(
         chosen[:, child] = hung[:, parent] + choice.relative
         hung[:, child] = hung[:, parent] + choice.hits.radius * choice.directions
 
+    # Parents are looked up when a length is asked for: those on the way to the leaves are known by then.
+    unknown = [limb for limb in chain.limbs if np.isnan(lengths[chain.limbs.index(limb)])]
+    seen = {limb: images[:, chain.joints.index(limb)] for limb in unknown}
+    holders = {limb: hung[:, chain.joints.index(chain.held_by(limb))] for limb in unknown}
+
     def choose(limb: str, parents: np.ndarray) -> LimbChoice:
         try:
             return choose_limb(
                 cameras,
                 images[:, chain.joints.index(limb)],
                 parents,
-                float(lengths[chain.limbs.index(limb)]),
+                length_from_rays(cameras, seen, {**holders, limb: parents}, limb)
+                if limb in seen
+                else float(lengths[chain.limbs.index(limb)]),
                 smoothness=smoothness,
                 adjust=adjust,
                 noise_px=noise_px,
@@ -159,7 +178,7 @@ def reconstruct(
         if use_hinges:
             for hinge in hinges.HINGES:
                 if hinge.lower == limb and hinge.fits(chain):
-                    _by_hinge(hinge, limbs, hung, chain, smoothness, choose, place)
+                    _by_hinge(hinge, limbs, hung, chain, choose, place)
     imputed = np.zeros(images.shape[:2], dtype=bool)
     for limb, choice in limbs.items():
         imputed[:, chain.joints.index(limb)] = ~choice.used
@@ -168,6 +187,7 @@ def reconstruct(
         return Articulated(chosen, chosen, imputed, limbs, radii, None)
     order = [chain.joints.index(name) for name in (chain.root, *chain.limbs)]
     parents = [-1, *(order.index(chain.joints.index(chain.held_by(limb))) for limb in chain.limbs)]
+    bases = [limbs[limb].smoothness for limb in chain.limbs]
     refined = refinement.refine(
         images[:, order],
         camera,
@@ -175,8 +195,9 @@ def reconstruct(
         parents,
         np.stack([limbs[limb].directions for limb in chain.limbs], axis=1),
         radii,
-        basis=cosine_basis(len(images), smoothness.components),
-        cutoff=smoothness.cutoff,
+        basis=cosine_basis(len(images), max(basis.components for basis in bases)),
+        cutoff=bases[0].cutoff,
+        max_iterations=max_iterations,
         free_lengths=free_lengths,
         loss=loss,
         scale_px=scale_px,
@@ -192,7 +213,6 @@ def _by_hinge(
     limbs: dict[str, LimbChoice],
     hung: np.ndarray,
     chain: Chain,
-    smoothness: Smoothness,
     choose: Callable[[str, np.ndarray], LimbChoice],
     place: Callable[[str, LimbChoice], None],
 ) -> None:
@@ -205,10 +225,10 @@ def _by_hinge(
     above = hung[:, chain.joints.index(chain.held_by(hinge.upper))].copy()
     best: tuple[float, float] | None = None
     winner: tuple[LimbChoice, LimbChoice] | None = None
-    for upper in _with_mirror(limbs[hinge.upper], smoothness):
+    for upper in _with_mirror(limbs[hinge.upper]):
         parents = above + upper.hits.radius * upper.directions
         first = limbs[hinge.lower] if upper is limbs[hinge.upper] else choose(hinge.lower, parents)
-        for lower in _with_mirror(first, smoothness):
+        for lower in _with_mirror(first):
             bend = hinges.flexion(upper.directions, lower.directions, axis, hinge.sense)
             cost = (_cost_ratio(upper)) * (_cost_ratio(lower))
             score = (round(hinges.wrong_share(bend), 2), cost)
@@ -224,10 +244,8 @@ def _by_hinge(
         place(limb, choose(limb, end))
 
 
-def _with_mirror(choice: LimbChoice, smoothness: Smoothness) -> Sequence[LimbChoice]:
-    if not choice.undecided:
-        return [choice]
-    return [choice, taken(choice.hits, choice.solution, choice.used, smoothness, mirrored=True)]
+def _with_mirror(choice: LimbChoice) -> Sequence[LimbChoice]:
+    return [choice, choice.mirror()] if choice.undecided else [choice]
 
 
 def _cost_ratio(choice: LimbChoice) -> float:

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.curvature import SMOOTHING, checked, curvature
+from pipeline.core.resampling import interpolate
 from pipeline.refusal import Refusal
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
@@ -192,7 +193,7 @@ def resample(sequences: Sequence[np.ndarray], frames: np.ndarray, n_samples: int
     places = np.concatenate([[0], samples, [n_samples - 1]])
     warp = np.array([np.interp(np.arange(n_samples), places, node) for node in nodes])
     return KeyFrameSynchronization(
-        np.stack([_at(x, w) for x, w in zip(given, warp, strict=True)]), warp, samples
+        np.stack([interpolate(x, w) for x, w in zip(given, warp, strict=True)]), warp, samples
     )
 
 
@@ -223,13 +224,6 @@ def _best(score: np.ndarray, count: int, separation: float) -> np.ndarray:
     for k in range(count - 1, 0, -1):
         chosen.append(int(before[k, chosen[-1]]))
     return np.array(chosen[::-1])
-
-
-def _at(x: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """A performance (F, b) at fractional frames [mozerov2006 6]."""
-    before = np.minimum(frames.astype(int), len(x) - 2)
-    part = (frames - before)[:, None]
-    return (1.0 - part) * x[before] + part * x[before + 1]
 
 
 def _all_checked(sequences: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -16,8 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core import anthropometry as body
-from pipeline.core.rays import cast_rays
 from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15, Skeleton
 
@@ -204,93 +202,3 @@ def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
         limb = chain.limbs[int(known.any(axis=0).argmin())]
         raise Refusal(f"the limb to {limb!r} is known in no frame, so its length is not either")
     return np.asarray(np.where(known, lengths, 0.0).sum(axis=0) / known.sum(axis=0))
-
-
-def _mean_share(sizes: dict[bool, tuple[float, float]]) -> float:
-    """A breadth as a part of the stature, mean of women and men."""
-    return float(np.mean([sizes[male][0] / body.STATURE_MM[male][0] for male in (False, True)]))
-
-
-LENGTH_RATIOS = {
-    "sternum": body.TRUNK,
-    "head": body.NECK_AND_HEAD,
-    "shoulder": float(
-        np.hypot(
-            body.BIACROMIAL_TO_SHOULDER_CENTRES * _mean_share(body.BIACROMIAL_MM) / 2.0, body.SHOULDER_DROP
-        )
-    ),
-    "elbow": body.SEGMENTS["upper_arm"],
-    "wrist": body.SEGMENTS["forearm"],
-    "hip": _mean_share(body.HIP_CENTRES_MM) / 2.0,
-    "knee": body.SEGMENTS["thigh"],
-    "ankle": body.SEGMENTS["shank"],
-}
-"""Length of the limb that ends at a joint, as a part of the stature; the same left and right.
-
-Grades and sources are those of `pipeline.core.anthropometry`; breadths are means of women and men.
-"""
-
-
-def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float) -> np.ndarray:
-    """Lengths (L,) of the limbs of somebody of ordinary proportions, mm.
-
-    Parameters
-    ----------
-    chain : Chain
-        Of joints named as in WALKER15.
-    of : str
-        What is known of the person: ``"stature"``, or the name of a limb.
-    size_mm : float
-        Its size.
-
-    Raises
-    ------
-    Refusal
-        If a limb has no published ratio, or the size is not positive.
-    """
-    if not 0.0 < size_mm < np.inf:
-        raise Refusal(f"the {of} is no length", expected="mm > 0", received=f"{size_mm:g}")
-    if of != "stature":
-        chain.held_by(of)
-    ratios = {
-        limb: LENGTH_RATIOS.get(limb.removeprefix("left_").removeprefix("right_")) for limb in chain.limbs
-    }
-    unknown = [limb for limb, ratio in ratios.items() if ratio is None]
-    if unknown:
-        raise Refusal(
-            f"no published ratio for the limb to {unknown[0]!r}",
-            expected="one of " + ", ".join(LENGTH_RATIOS),
-        )
-    shares = np.array([ratios[limb] for limb in chain.limbs], dtype=float)
-    whole = 1.0 if of == "stature" else shares[chain.limbs.index(of)]
-    return np.asarray(shares * (size_mm / whole))
-
-
-def demanded_length(
-    cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, *, quantile: float = 1.0
-) -> float:
-    """Least length of a limb, mm, with which the rays of so many frames still reach it.
-
-    A limb that somewhere lies across the ray is no longer; one that never does is underestimated.
-
-    Parameters
-    ----------
-    cameras : (F, 3, 4) or (3, 4)
-    pixels : (F, 2)
-    parents : (F, 3)
-        mm.
-    quantile : float
-        1: of all frames; a little less forgives outliers in the image.
-
-    Raises
-    ------
-    Refusal
-        If the quantile is none, no ray is known ahead of its camera, or `cast_rays` refuses.
-    """
-    if not 0.0 < quantile <= 1.0:
-        raise Refusal("no such quantile", expected="above 0, up to 1", received=f"{quantile:g}")
-    rays = cast_rays(cameras, pixels, parents)
-    seen = rays.distance[rays.ahead > 0.0]
-    if not seen.size:
-        raise Refusal("no ray asks for a length", expected="a frame with image, camera and parent")
-    return float(np.quantile(seen, quantile))

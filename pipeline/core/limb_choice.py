@@ -21,7 +21,7 @@ from pipeline.core import spherical
 from pipeline.core.articulation import Adjustment, RayHits, ray_sphere
 from pipeline.core.binary_quadratic import BinarySolution, minimise
 from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE, light_of_mirror_margin
-from pipeline.core.trajectory_basis import cosine_basis, restricted
+from pipeline.core.trajectory_basis import choose_components, cosine_basis, restricted
 from pipeline.refusal import Refusal
 
 MARGIN_OF_DOUBT = MARGIN_GREEN_ABOVE
@@ -75,6 +75,47 @@ class Smoothness:
         k = np.arange(self.components, dtype=float)
         return np.zeros_like(k) if self.cutoff is None else (k / self.cutoff) ** 6
 
+    def of(self, middle: np.ndarray, observed: np.ndarray) -> Smoothness:
+        """The same for every limb.
+
+        Parameters
+        ----------
+        middle : (F, 3)
+        observed : (F,) bool
+        """
+        del middle, observed
+        return self
+
+
+@dataclass(frozen=True)
+class SmoothnessByRule:
+    """A trajectory basis whose K each limb's own images choose, by `trajectory_basis.choose_components`.
+
+    Attributes
+    ----------
+    cutoff : float or None
+        As of `Smoothness`.
+    """
+
+    cutoff: float | None = None
+
+    def of(self, middle: np.ndarray, observed: np.ndarray) -> Smoothness:
+        """The basis of one limb.
+
+        Parameters
+        ----------
+        middle : (F, 3)
+            What is known of the limb before any sign is: the points of its rays nearest to its parent, mm.
+        observed : (F,) bool
+            Frames in which it was seen.
+
+        Raises
+        ------
+        Refusal
+            As `choose_components`.
+        """
+        return Smoothness(choose_components(middle, observed=observed).components, self.cutoff)
+
 
 @dataclass(frozen=True)
 class LimbChoice:
@@ -95,6 +136,8 @@ class LimbChoice:
         Relative trajectory, mm: the chosen candidates where used, imputed on the sphere elsewhere.
     directions : (F, 3)
         Unit vectors in the trajectory basis: what children hang on.
+    smoothness : Smoothness
+        The basis, its K chosen if the limb was to choose it.
     """
 
     hits: RayHits
@@ -104,6 +147,11 @@ class LimbChoice:
     mirrored: bool
     relative: np.ndarray
     directions: np.ndarray
+    smoothness: Smoothness
+
+    def mirror(self) -> LimbChoice:
+        """The same limb with the mirror of these signs."""
+        return taken(self.hits, self.solution, self.used, self.smoothness, mirrored=not self.mirrored)
 
     @property
     def light(self) -> str:
@@ -122,7 +170,7 @@ def choose_limb(
     parents: np.ndarray,
     length: float,
     *,
-    smoothness: Smoothness,
+    smoothness: Smoothness | SmoothnessByRule,
     adjust: Adjustment = "per_frame",
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
@@ -139,7 +187,7 @@ def choose_limb(
         Trajectory of its parent, mm.
     length : float
         mm.
-    smoothness : Smoothness
+    smoothness : Smoothness or SmoothnessByRule
     adjust : {"per_frame", "global", "robust"}
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -150,18 +198,19 @@ def choose_limb(
     Raises
     ------
     Refusal
-        If the noise is no number of pixels, and as `ray_sphere`, `restricted` and `minimise`.
+        If the noise is no number of pixels, and as `ray_sphere`, `choose_components`, `restricted` and `minimise`.
     """
     hits = ray_sphere(cameras, pixels, parents, length, adjust=adjust).settled()
     used = hits.usable
+    basis = smoothness.of(hits.middle, used)
     solution = minimise(
-        smoothness.rows(len(pixels), used),
+        basis.rows(len(pixels), used),
         hits.middle[used],
         hits.half_chord[used],
         time_limit_s=time_limit_s,
         relax_below=_tangent_within(cameras, parents, hits, noise_px),
     )
-    return taken(hits, solution, used, smoothness, mirrored=False)
+    return taken(hits, solution, used, basis, mirrored=False)
 
 
 def taken(
@@ -188,7 +237,7 @@ def taken(
     turning = sizes > 1e-9 * max(hits.radius, 1.0)
     if not turning[used].any():
         relative = np.zeros((frames, 3))
-        return LimbChoice(hits, solution, used, signs, mirrored, relative, relative)
+        return LimbChoice(hits, solution, used, signs, mirrored, relative, relative, smoothness)
     seen = np.where((used & turning)[:, None], chosen, np.nan)
     angles = spherical.continuous_angles(seen)
     rows = cosine_basis(frames, smoothness.components)
@@ -198,7 +247,7 @@ def taken(
     path = spherical.fit(angles, rows[:, :most], penalty=penalty[:most])
     directions = path.directions(rows[:, :most])
     relative = np.where(used[:, None], chosen, hits.radius * directions)
-    return LimbChoice(hits, solution, used, signs, mirrored, relative, directions)
+    return LimbChoice(hits, solution, used, signs, mirrored, relative, directions, smoothness)
 
 
 def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noise_px: float) -> float:

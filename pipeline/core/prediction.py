@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
+from pipeline.core.resampling import interpolate
 from pipeline.refusal import Refusal
 
 
@@ -135,7 +136,7 @@ class Walk:
         if not self.prior:
             return state[:, 2:]
         phase = state[:, 0]
-        return at_phase(self.mean, phase) + at_phase(self.sd, phase) * state[:, 2:]
+        return interpolate(self.mean, phase) + interpolate(self.sd, phase) * state[:, 2:]
 
 
 def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
@@ -170,14 +171,6 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
         raise Refusal("the performances do not deviate from their mean", where="learnt diffusion")
     rho = (z[:, 1:] * z[:, :-1]).sum() / power
     return float(np.sqrt(max(0.0, 1.0 - rho**2)))
-
-
-def at_phase(performance: np.ndarray, phase: np.ndarray) -> np.ndarray:
-    """Samples (T, …) of a performance (P, …) at phases (T,), linear between its samples [mozerov2006 6]."""
-    before = np.clip(phase.astype(int), 0, max(len(performance) - 2, 0))
-    after = np.minimum(before + 1, len(performance) - 1)
-    part = (phase - before).reshape(-1, *[1] * (performance.ndim - 1))
-    return (1.0 - part) * performance[before] + part * performance[after]
 
 
 def _reflected(values: np.ndarray, low: float, high: float) -> np.ndarray:

@@ -25,7 +25,8 @@ from scipy.fft import idct
 from scipy.spatial.transform import Rotation
 
 from pipeline.core.anthropometry import SEGMENTS
-from pipeline.core.limb_chain import WALKER14, anthropometric_lengths, forward
+from pipeline.core.limb_chain import WALKER14, forward
+from pipeline.core.limb_lengths import anthropometric_lengths
 from pipeline.refusal import Refusal
 
 HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import FaceOffSweep
-from pipeline.core.limb_choice import Smoothness
+from pipeline.core.limb_choice import Smoothness, SmoothnessByRule
 from pipeline.core.reconstruction import check_noise_variance
+from pipeline.core.resampling import interpolate
 from pipeline.experiments.face_off_methods import (
     PELVIS,
     SeenWalk,
@@ -29,9 +30,10 @@ from pipeline.experiments.face_off_methods import (
 from pipeline.experiments.observed_joints import occlusion
 from pipeline.experiments.phase_sources import fold
 from pipeline.experiments.tracking_conditions import tracked
-from pipeline.limb_trials import CAMERAS, camera_on, check_names, check_values
+from pipeline.limb_trials import camera_on
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, derive_generator
+from pipeline.sweep_checks import CAMERAS, check_names, check_values
 from pipeline.threads import spread
 
 EIGENWALKERS = ("least_squares", "map")
@@ -142,7 +144,7 @@ def _check(options: FaceOffSweep) -> None:
     for name, value, least in (
         ("frames", options.frames, 10),
         ("frame_rate_hz", options.frame_rate_hz, 1.0),
-        ("components", options.components, 1),
+        ("components", options.components, 0),
         ("softness", options.softness, 0.0),
         ("distance_mm", options.distance_mm, 1.0),
         ("focal_px", options.focal_px, 1.0),
@@ -174,11 +176,12 @@ class _Walk:
         motion = data["scale"][r] * (motion - data["origin_mm"][r])
         at_s = _middle(len(motion), rate_hz, options, str(data["clip"][r]))
         self.options, self.model = options, fold(model, r)
-        self.truth = _at(motion, at_s * rate_hz)
+        self.truth = interpolate(motion, at_s * rate_hz)
         self.harmonics = data["coefficients"].shape[1] // 2
         self.frequency_hz = float(data["frequency_hz"][r])
         self.phase = float(data["phase_rad"][r]) + 2 * np.pi * self.frequency_hz * float(at_s[0])
-        self.smoothness = Smoothness(min(options.components, len(self.truth)), options.softness or None)
+        cutoff, most = options.softness or None, min(options.components, len(self.truth))
+        self.smoothness = Smoothness(most, cutoff) if most else SmoothnessByRule(cutoff)
         self._place = (seed, f"sweep:face_off:{data['source'][r]}:{data['clip'][r]}")
 
     def _generator(self, what: str) -> np.random.Generator:
@@ -254,10 +257,3 @@ def _middle(frames: int, rate_hz: float, options: FaceOffSweep, clip: str) -> np
     if count < 10:
         raise Refusal("a walk is too short", where=clip, expected="10 frames", received=str(count))
     return (frames - 1) / (2 * rate_hz) + (np.arange(count) - (count - 1) / 2) / options.frame_rate_hz
-
-
-def _at(motion: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """Positions (F, J, 3) at fractional frames, linear in between."""
-    below = np.clip(np.floor(frames).astype(int), 0, len(motion) - 2)
-    share = (frames - below)[:, None, None]
-    return np.asarray((1 - share) * motion[below] + share * motion[below + 1])

@@ -20,7 +20,7 @@ from pipeline.core import fourier, observation, observed_phase
 from pipeline.core.articulated import reconstruct
 from pipeline.core.frequency import design
 from pipeline.core.limb_chain import WALKER14, true_lengths
-from pipeline.core.limb_choice import Smoothness
+from pipeline.core.limb_choice import Smoothness, SmoothnessByRule
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.pinhole import Pinhole
 
@@ -156,7 +156,7 @@ def by_eigenwalkers(
 def by_articulation(
     walk: SeenWalk,
     truth: np.ndarray,
-    smoothness: Smoothness,
+    smoothness: Smoothness | SmoothnessByRule,
     *,
     noise_px: float,
     use_hinges: bool,
@@ -170,7 +170,7 @@ def by_articulation(
     walk : SeenWalk
     truth : (F, 15, 3)
         For the lengths of the limbs alone, mm.
-    smoothness : Smoothness
+    smoothness : Smoothness or SmoothnessByRule
     noise_px : float
         Of the image: known, as to a detector that has been tried.
     use_hinges : bool

@@ -7,24 +7,22 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import RadiusScaleSweep, RootErrorSweep, TrajectoryBasisModel
-from pipeline.core.articulated import Smoothness
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.binary_quadratic import BinarySolution
+from pipeline.core.limb_choice import Smoothness, SmoothnessByRule
 from pipeline.core.reconstructibility import reconstructibility
+from pipeline.limb_scores import distance, limb_score, true_signs
 from pipeline.limb_trials import (
     LimbTrial,
     adjustment,
-    check_sweep,
-    check_values,
     choose,
-    distance,
-    limb_score,
+    fixed_smoothness,
     limb_trial,
     smoothness,
-    true_signs,
     wrong_trajectory,
 )
 from pipeline.store import Artefact, derive_generator
+from pipeline.sweep_checks import check_sweep, check_values
 from pipeline.threads import spread
 
 Numbers = dict[str, Any]
@@ -65,7 +63,7 @@ def measure_root_error(
     """
     check_sweep(options, adjusts=[options.adjust])
     check_values("ratios", options.ratios, 0.0)
-    smooth = smoothness(model_options)
+    smooth = fixed_smoothness(model_options, "a wrong parent trajectory in the basis")
 
     def one(item: tuple[str, int]) -> list[Numbers]:
         trial = limb_trial(options, dataset, item[1], item[0], seed)
@@ -82,7 +80,7 @@ def _with_root_error(
     wrong = wrong_trajectory(generator, len(trial.parent), ratio * trial.length, components=components)
     parent = trial.parent + wrong
     choice = choose(trial, smooth, options, adjust=options.adjust, noise_px=options.noise_px, parent=parent)
-    score = limb_score(trial, choice, smooth, parent=parent)
+    score = limb_score(trial, choice, parent=parent)
     used, hits = choice.used, choice.hits
     signs = true_signs(choice, trial.child - parent)[used]
     eta = reconstructibility(smooth.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs)
@@ -168,7 +166,7 @@ _MEASURED = (
 def _with_radius(
     options: RadiusScaleSweep,
     trial: LimbTrial,
-    smooth: Smoothness,
+    smooth: Smoothness | SmoothnessByRule,
     scale: float,
     adjust: str,
     known: dict[float, Numbers],
@@ -180,7 +178,7 @@ def _with_radius(
     if hits.radius not in known:
         ratio = hits.radius / trial.length
         choice = choose(trial, smooth, options, noise_px=options.noise_px, scale=ratio)
-        score = limb_score(trial, choice, smooth)
+        score = limb_score(trial, choice)
         known[hits.radius] = {
             "limb_error": score.limb_error,
             "relative_error": score.relative_error,

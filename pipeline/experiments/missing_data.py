@@ -12,25 +12,17 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import MissingDataSweep, TrajectoryBasisModel
-from pipeline.core import refinement
-from pipeline.core.articulated import Articulated, Smoothness, choose_limb, reconstruct, taken
+from pipeline.core.articulated import Articulated, Smoothness, reconstruct
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.spherical import cosines_at
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
-from pipeline.limb_trials import (
-    adjustment,
-    camera_on,
-    check_names,
-    check_sweep,
-    check_values,
-    distance,
-    smoothness,
-    wrong_trajectory,
-)
+from pipeline.limb_scores import better_of_mirrors, distance
+from pipeline.limb_trials import adjustment, camera_on, fixed_smoothness, wrong_trajectory
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, derive_generator
+from pipeline.sweep_checks import check_names, check_sweep, check_values
 from pipeline.threads import spread
 
 PATTERNS = ("random", "block")
@@ -45,8 +37,6 @@ STEPS = 25
 """Of the refinement: more change the cost by less than a part in a thousand, and the error not at all."""
 
 _ROOT = WALKER14.joints.index(WALKER14.root)
-_ORDER = [_ROOT, *WALKER14.ends[:, 1]]
-_PARENTS = [-1, *(_ORDER.index(parent) for parent in WALKER14.ends[:, 0])]
 
 
 def measure(
@@ -95,7 +85,7 @@ def measure(
             expected="more than 0, up to 1",
             received=f"{options.share:g}",
         )
-    smooth = smoothness(model_options)
+    smooth = fixed_smoothness(model_options, "a wrong root trajectory in the basis")
     trials = int(np.ceil(options.share * options.trials))
     scenes = [_scene(options, dataset, smooth, number, seed) for number in range(trials)]
     points = [(p, v) for p in range(len(options.patterns)) for v in range(len(options.fractions))]
@@ -103,8 +93,8 @@ def measure(
     def one(item: tuple[int, int, int]) -> tuple[dict[str, float], np.ndarray]:
         pattern, value, number = item
         hidden = scenes[number].hidden(options.patterns[pattern], options.fractions[value], seed)
-        _, refined = scenes[number].reconstructed(options, smooth, hidden)
-        return _errors(options, scenes[number], refined, hidden, smooth), in_order(refined)
+        found = scenes[number].reconstructed(options, smooth, hidden)
+        return _errors(options, scenes[number], found, hidden, smooth), found.positions
 
     # Nothing is missing in the same way whatever the pattern.
     items = [(p, v, t) for p, v in points for t in range(trials) if p == 0 or options.fractions[v] > 0]
@@ -175,13 +165,10 @@ class Scene:
         missing[:, _ROOT] = False
         return missing
 
-    def reconstructed(
-        self, options: MissingDataSweep, smooth: Smoothness, hidden: np.ndarray
-    ) -> tuple[Articulated, Refinement]:
+    def reconstructed(self, options: MissingDataSweep, smooth: Smoothness, hidden: np.ndarray) -> Articulated:
         """The skeleton from what is left of its images: limb by limb, and all limbs refined together."""
-        images = np.where(hidden[..., None], np.nan, self.images)
-        found = reconstruct(
-            images,
+        return reconstruct(
+            np.where(hidden[..., None], np.nan, self.images),
             self.view,
             self.root,
             self.lengths,
@@ -189,19 +176,8 @@ class Scene:
             adjust=adjustment(options.adjust),
             noise_px=options.noise_px,
             use_hinges=options.use_hinges,
-            refine=False,
-            time_limit_s=options.time_limit_s,
-        )
-        return found, refinement.refine(
-            images[:, _ORDER],
-            self.view,
-            self.root,
-            _PARENTS,
-            np.stack([found.limbs[limb].directions for limb in WALKER14.limbs], axis=1),
-            found.lengths,
-            basis=cosine_basis(len(images), smooth.components),
-            cutoff=smooth.cutoff,
             max_iterations=STEPS,
+            time_limit_s=options.time_limit_s,
         )
 
 
@@ -235,11 +211,22 @@ def _scene(options: MissingDataSweep, dataset: Artefact, smooth: Smoothness, num
 
 
 def _errors(
-    options: MissingDataSweep, scene: Scene, refined: Refinement, hidden: np.ndarray, smooth: Smoothness
+    options: MissingDataSweep, scene: Scene, found: Articulated, hidden: np.ndarray, smooth: Smoothness
 ) -> dict[str, float]:
-    best = _up_to_mirror(options, scene, hidden, smooth)
+    best = better_of_mirrors(
+        scene.positions,
+        scene.view,
+        np.where(hidden[..., None], np.nan, scene.images),
+        scene.root,
+        scene.lengths,
+        smooth,
+        adjust=adjustment(options.adjust),
+        noise_px=options.noise_px,
+        time_limit_s=options.time_limit_s,
+    )
     true, limbs = scene.positions, np.arange(len(WALKER14.joints)) != _ROOT
-    positions = in_order(refined)
+    positions, refined = found.positions, found.refined
+    assert refined is not None, "it was asked for"
     each = np.linalg.norm(positions - true, axis=-1)
     seen = limbs[None] & ~hidden
     inside, cartesian = length_violations(refined, smooth)
@@ -257,42 +244,6 @@ def _errors(
         "length_violation": inside,
         "cartesian_length_violation": cartesian,
     }
-
-
-def _up_to_mirror(
-    options: MissingDataSweep, scene: Scene, hidden: np.ndarray, smooth: Smoothness
-) -> np.ndarray:
-    """Positions (F, 15, 3) when of every limb and its mirror the one that is nearer to the truth is taken.
-
-    Before refinement.  What is left is not the fault of the choice between the two.
-    """
-    images, cameras = np.where(hidden[..., None], np.nan, scene.images), scene.view.matrix
-    chosen, hung = np.empty_like(scene.positions), np.empty_like(scene.positions)
-    chosen[:, _ROOT] = hung[:, _ROOT] = scene.root
-    for limb, (parent, child) in enumerate(WALKER14.ends):
-        choice = choose_limb(
-            cameras,
-            images[:, child],
-            hung[:, parent],
-            float(scene.lengths[limb]),
-            smoothness=smooth,
-            adjust=adjustment(options.adjust),
-            noise_px=options.noise_px,
-            time_limit_s=options.time_limit_s,
-        )
-        mirror = taken(choice.hits, choice.solution, choice.used, smooth, mirrored=True)
-        true = scene.positions[:, child] - scene.positions[:, parent]
-        nearer = min((choice, mirror), key=lambda c: distance(c.relative, true))
-        chosen[:, child] = hung[:, parent] + nearer.relative
-        hung[:, child] = hung[:, parent] + nearer.hits.radius * nearer.directions
-    return chosen
-
-
-def in_order(refined: Refinement) -> np.ndarray:
-    """Refined positions (F, 15, 3), mm, in the order of the skeleton's joints."""
-    positions = np.empty_like(refined.positions)
-    positions[:, _ORDER] = refined.positions
-    return positions
 
 
 def length_violations(refined: Refinement, smooth: Smoothness) -> tuple[float, float]:

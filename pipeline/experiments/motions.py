@@ -17,15 +17,18 @@ import numpy as np
 from pipeline.config import MotionsSweep, TrajectoryBasisModel
 from pipeline.core.articulated import Articulated, reconstruct
 from pipeline.core.articulation import ray_sphere
-from pipeline.core.limb_chain import WALKER14, anthropometric_lengths, forward, relative_trajectories
-from pipeline.core.limb_choice import Smoothness, choose_limb, taken
+from pipeline.core.limb_chain import WALKER14, relative_trajectories
+from pipeline.core.limb_choice import Smoothness, SmoothnessByRule, choose_limb
+from pipeline.core.limb_lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.reconstructibility import Reconstructibility, of_clip, reconstructibility
-from pipeline.limb_trials import CAMERAS, camera_on, check_names, check_values, smoothness
+from pipeline.limb_scores import better_of_mirrors
+from pipeline.limb_trials import camera_on, smoothness
 from pipeline.store import Artefact, derive_generator
+from pipeline.sweep_checks import CAMERAS, check_names, check_values
 from pipeline.threads import spread
 
-LENGTHS = ("true", "anthropometric")
+LENGTHS = ("true", "anthropometric", "estimated")
 ROOTS = ("true", "unit_depth")
 
 ROOT = WALKER14.joints.index(WALKER14.root)
@@ -57,7 +60,8 @@ def measure(
         camera in its middle frame; ``error_mm`` (N, C, F, 15) relative to the pelvis; ``error_up_to_mirror_mm``,
         ``reprojection_error_px``, ``reconstructibility_of_clip`` (N, C); of the limbs (N, C, 14):
         ``reconstructibility``, ``mirror_margin``, ``proved``, ``objective``, ``best_objective``, ``lower_bound``,
-        ``limb_error``, ``length_change``, ``mirrored``.
+        ``limb_error``, ``length_change``, ``mirrored``, ``components``, ``length_ratio`` of the length that was
+        assumed to the true one.
     notes : dict
 
     Raises
@@ -143,7 +147,7 @@ class _Trial:
     def __init__(
         self,
         options: MotionsSweep,
-        basis: Smoothness,
+        basis: Smoothness | SmoothnessByRule,
         truth: np.ndarray,
         lengths: np.ndarray,
         camera: Pinhole,
@@ -156,6 +160,8 @@ class _Trial:
         self.lengths = lengths
         if options.lengths == "anthropometric":
             self.lengths = anthropometric_lengths(WALKER14, of=_THIGHS[0], size_mm=thigh)
+        elif options.lengths == "estimated":
+            self.lengths = np.full(len(lengths), np.nan)
         self.root = truth[:, ROOT]
         if (
             options.root == "unit_depth" and kind == "still"
@@ -176,6 +182,7 @@ class _Trial:
             use_hinges=options.use_hinges,
             time_limit_s=options.time_limit_s if options.exact else 0.0,
         )
+        self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         error = _relative_error(made.positions, self.truth)
         true = relative_trajectories(WALKER14, self.truth)
         estimated = relative_trajectories(WALKER14, made.positions)
@@ -195,6 +202,8 @@ class _Trial:
             "reconstructibility_of_clip": of_clip(eta).ratio,
             "limb_error": away / self.true_lengths,
             "length_change": np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0),
+            "length_ratio": self.lengths / self.true_lengths,
+            "components": np.array([made.limbs[limb].smoothness.components for limb in WALKER14.limbs]),
             **self.certificates(made),
         }
 
@@ -244,32 +253,21 @@ class _Trial:
             used = hits.usable
             toward = (self.truth[:, child] - self.truth[:, parent] - hits.middle) * hits.half_chord
             signs = np.where(toward.sum(axis=1) < 0.0, -1, 1)
-            rows = self.basis.rows(len(used), used)
+            rows = self.basis.of(hits.middle, used).rows(len(used), used)
             found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
         return found
 
     def up_to_mirror(self) -> np.ndarray:
         """Positions (F, 15, 3) with each limb or its mirror, whichever is nearer to the truth; not refined."""
-        relative = np.empty((len(self.truth), len(WALKER14.limbs), 3))
-        hung = np.empty_like(self.truth)
-        hung[:, ROOT] = self.root
-        for limb, (parent, child) in enumerate(WALKER14.ends):
-            choice = choose_limb(
-                self.camera.matrix,
-                self.images[:, child],
-                hung[:, parent],
-                float(self.lengths[limb]),
-                smoothness=self.basis,
-                noise_px=self.options.noise_px,
-                time_limit_s=0.0,
-            )
-            mirror = taken(choice.hits, choice.solution, choice.used, self.basis, mirrored=True)
-            truth = self.truth[:, child] - self.truth[:, parent]
-            off = [np.linalg.norm(c.relative - truth, axis=-1).mean() for c in (choice, mirror)]
-            better = (choice, mirror)[int(np.argmin(off))]
-            relative[:, limb] = better.relative
-            hung[:, child] = hung[:, parent] + better.hits.radius * better.directions
-        return forward(WALKER14, self.root, relative)
+        return better_of_mirrors(
+            self.truth,
+            self.camera,
+            self.images,
+            self.root,
+            self.lengths,
+            self.basis,
+            noise_px=self.options.noise_px,
+        )
 
 
 def _relative_error(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:

@@ -10,9 +10,11 @@ import numpy as np
 
 from pipeline.config import ProofSweep, TrajectoryBasisModel
 from pipeline.core.articulated import Smoothness
-from pipeline.limb_trials import check_sweep, check_values, choose, distance, limb_trial, smoothness
+from pipeline.limb_scores import distance
+from pipeline.limb_trials import choose, limb_trial, smoothness
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, derive_generator
+from pipeline.sweep_checks import check_sweep, check_values
 from pipeline.threads import spread
 
 LONG = 100

@@ -13,21 +13,14 @@ import numpy as np
 
 from pipeline.config import ReconstructibilitySweep, TrajectoryBasisModel
 from pipeline.core import refinement
-from pipeline.core.articulated import LimbChoice, Smoothness, taken
+from pipeline.core.limb_choice import LimbChoice, Smoothness, SmoothnessByRule, taken
 from pipeline.core.reconstructibility import light_of_mirror_margin, outside, reconstructibility
 from pipeline.core.trajectory_basis import cosine_basis
-from pipeline.limb_trials import (
-    LimbTrial,
-    check_sweep,
-    choose,
-    distance,
-    limb_score,
-    limb_trial,
-    smoothness,
-    true_signs,
-)
+from pipeline.limb_scores import distance, limb_score, true_signs
+from pipeline.limb_trials import LimbTrial, choose, limb_trial, smoothness
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, derive_generator
+from pipeline.sweep_checks import check_sweep
 from pipeline.threads import spread
 
 READINGS: tuple[Literal["vector", "angle"], ...] = ("vector", "angle")
@@ -123,13 +116,15 @@ class Tried:
     starts: np.ndarray | None
 
 
-def _tried(options: ReconstructibilitySweep, trial: LimbTrial, smooth: Smoothness, seed: int) -> Tried:
+def _tried(
+    options: ReconstructibilitySweep, trial: LimbTrial, smooth: Smoothness | SmoothnessByRule, seed: int
+) -> Tried:
     choice = choose(trial, smooth, options, adjust=options.adjust, noise_px=options.noise_px)
     hits, used, solution = choice.hits, choice.used, choice.solution
     signs = true_signs(choice, trial.relative)
-    rows = smooth.rows(len(used), used)
+    rows = choice.smoothness.rows(len(used), used)
     middle, half = hits.middle[used], hits.half_chord[used]
-    score = limb_score(trial, choice, smooth)
+    score = limb_score(trial, choice)
     eta = {
         f"reconstructibility_{reading}": reconstructibility(
             rows, middle, half, signs[used], reading=reading, axis=_axis(choice, trial)[used]
@@ -157,7 +152,7 @@ def _tried(options: ReconstructibilitySweep, trial: LimbTrial, smooth: Smoothnes
             "eigenvalue_ratio": spectrum[0] / spectrum[-1] if spectrum[-1] > 0 else 0.0,
         },
         paths=np.stack([trial.relative, impostor, choice.relative]) / trial.length,
-        starts=_starts(options, trial, choice, smooth, seed) if trial.number < options.refined else None,
+        starts=_starts(options, trial, choice, seed) if trial.number < options.refined else None,
     )
 
 
@@ -166,9 +161,7 @@ def _axis(choice: LimbChoice, trial: LimbTrial) -> np.ndarray:
     return np.asarray(trial.parent - trial.view.centre)
 
 
-def _starts(
-    options: ReconstructibilitySweep, trial: LimbTrial, choice: LimbChoice, smooth: Smoothness, seed: int
-) -> np.ndarray:
+def _starts(options: ReconstructibilitySweep, trial: LimbTrial, choice: LimbChoice, seed: int) -> np.ndarray:
     """Error, px and convergence (3, 3) of the refinement from each of `limb_trials.STARTS`."""
     generator = derive_generator(seed, f"sweep:starts:{trial.number}:{trial.camera}")
     frames = len(choice.used)
@@ -179,7 +172,7 @@ def _starts(
         # The mirror of a solution is whatever signs it says.
         type(solution)(**{**vars(solution), "mirror_signs": tossed}),
         choice.used,
-        smooth,
+        choice.smoothness,
         mirrored=True,
     )
     mean = choice.hits.middle[choice.used].mean(axis=0)
@@ -196,8 +189,8 @@ def _starts(
             [-1, 0],
             directions[:, None],
             np.array([choice.hits.radius]),
-            basis=cosine_basis(frames, smooth.components),
-            cutoff=smooth.cutoff,
+            basis=cosine_basis(frames, choice.smoothness.components),
+            cutoff=choice.smoothness.cutoff,
         )
         error = distance(refined.relative[:, 0], trial.relative) / trial.length
         found.append((error, refined.reprojection_error_px, float(refined.converged)))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.config import ActionSpaceModel, TrackingSweep
-from pipeline.core.prediction import at_phase
+from pipeline.core.resampling import interpolate
 from pipeline.core.tracking import Track, track
 from pipeline.core.tracking_error import best_phase, joint_error, linear_phase
 from pipeline.experiments import tracking_conditions
@@ -239,7 +239,7 @@ class Trial:
     def _mean_alone(self) -> list[np.ndarray]:
         """The mean performance on this body: at a constant rate, and at the phase nearest to the truth."""
         mean, true = self.held_out.action.model.mean, self.performance.joints_mm
-        at_constant_rate = at_phase(mean, linear_phase(len(true), len(mean)))
+        at_constant_rate = interpolate(mean, linear_phase(len(true), len(mean)))
         drawn = self.held_out.joints(mean, self.performance.body)
         nearest = best_phase(_about_pelvis(true), _about_pelvis(drawn)).astype(int)
         return [self.held_out.joints(at_constant_rate, self.performance.body), drawn[nearest]]

@@ -11,10 +11,12 @@ import numpy as np
 
 from pipeline.config import ReconstructibilitySweep
 from pipeline.core.limb_chain import WALKER14
+from pipeline.core.rank_correlation import rank_correlation
 from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE
 from pipeline.figures import Made, Tables
 from pipeline.figures.limb_paths import CAMERA_COLOURS, CAMERA_NAMES, quartiles
-from pipeline.limb_trials import STARTS, SUCCESS, rank_correlation
+from pipeline.limb_scores import SUCCESS
+from pipeline.limb_trials import STARTS
 
 EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
 """Of the bins of reconstructibility; what is larger goes into the last one."""

@@ -29,6 +29,11 @@ VIEWS = {"from its left": np.pi / 2, "half right": -np.pi / 4}
 MOST = 1e6
 """Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
 
+OF_LIMBS = (
+    "proved", "objective", "best_objective", "lower_bound", "limb_error", "components", "length_ratio",
+)  # fmt: skip
+"""What the table of limbs takes from the sweep as it is."""
+
 
 def tables(made: Made) -> Tables:
     """``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``."""
@@ -88,10 +93,7 @@ def tables(made: Made) -> Tables:
                 "mirror_margin": margin.ravel(),
                 "light": lights(margin).ravel(),
                 "mirrored": sweep["mirrored"].ravel(),
-                **{
-                    name: sweep[name].ravel()
-                    for name in ("proved", "objective", "best_objective", "lower_bound", "limb_error")
-                },
+                **{name: sweep[name].ravel() for name in OF_LIMBS},
             },
             ["clip", "camera"],
         ),

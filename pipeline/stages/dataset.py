@@ -8,6 +8,7 @@ import numpy as np
 
 from pipeline.config import Dataset, FourierDataset, LimbDataset, PostureDataset
 from pipeline.core import fourier, limb_chain, posture, walking
+from pipeline.core.resampling import interpolate
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, Store
 from pipeline.threads import spread
@@ -109,7 +110,7 @@ def _postures(
         rate = float(arrays["frame_rate_hz"][m])
         motion = arrays["positions"][frames]
         at = _frames_at(len(motion), rate, options.frame_rate_hz)
-        positions = interpolated(motion, at)
+        positions = interpolate(motion, at)
         floor = posture.floor_level(positions)
         lengths = posture.limb_lengths(positions)
         found = {
@@ -122,7 +123,7 @@ def _postures(
             **{name: getattr(lengths, name) for name in ("limbs_mm", "pelvis_mm", "shoulders_mm")},
         }
         if truth:
-            found["phase"] = interpolated(arrays["phase"][frames], at)
+            found["phase"] = interpolate(arrays["phase"][frames], at)
         return found
 
     count = len(arrays["first"]) - 1
@@ -154,14 +155,6 @@ def _frames_at(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
     return np.linspace(0.0, frames - 1.0, count)
 
 
-def interpolated(values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values (T, …) at fractional frames (N,), linear in between."""
-    below = np.minimum(at.astype(int), max(len(values) - 2, 0))
-    share = (at - below).reshape(-1, *[1] * (values.ndim - 1))
-    above = np.minimum(below + 1, len(values) - 1)
-    return np.asarray((1 - share) * values[below] + share * values[above])
-
-
 def _choose(person: np.ndarray, residual_share: np.ndarray, walks: str) -> list[int]:
     """Indices of the walks to use: every one, or of each person the one that two harmonics describe best."""
     if walks == "all":
@@ -188,7 +181,7 @@ def _limbs(options: LimbDataset, ingest: Artefact) -> tuple[dict[str, Any], dict
     for c in range(len(arrays["first"]) - 1):
         motion = arrays["positions"][arrays["first"][c] : arrays["first"][c + 1]]
         at = _frames_at(len(motion), float(arrays["frame_rate_hz"][c]), options.frame_rate_hz)
-        positions = interpolated(motion, at)
+        positions = interpolate(motion, at)
         room = len(positions) - options.frames
         if room < 0:
             short.append(str(arrays["clip"][c]))

@@ -154,18 +154,28 @@ def _trajectory_basis(
     positions = dataset.arrays["positions"]
     frames = positions.shape[1]
     smooth = smoothness(options)
-    basis = trajectory_basis.cosine_basis(frames, options.components)
     relative = np.stack([limb_chain.relative_trajectories(limb_chain.WALKER14, p) for p in positions])
     whole = trajectory_basis.cosine_basis(frames, frames)
     energy = np.square(np.einsum("fk,nfld->nkld", whole, relative)).sum(axis=-1)  # (N, F, L)
     beyond = np.cumsum(energy[:, ::-1], axis=1)[:, ::-1] - energy
     size = np.square(dataset.arrays["lengths_mm"])[:, None] * frames
     rms = np.sqrt(np.maximum(beyond, 0.0) / np.maximum(size, 1e-12))
-    at_k = rms[:, options.components - 1]
     kind = "hard" if smooth.cutoff is None else f"soft, k0 = {smooth.cutoff:g}"
+    components = np.full((len(relative), relative.shape[2]), options.components)
+    if not options.components:
+        chosen = [[trajectory_basis.choose_components(limb) for limb in r.swapaxes(0, 1)] for r in relative]
+        components = np.array([[limb.components for limb in body] for body in chosen])
+    basis = trajectory_basis.cosine_basis(frames, int(components.max()))
+    at_k = np.take_along_axis(rms, components[:, None] - 1, axis=1)
+    many = (
+        f"{options.components} cosines"
+        if options.components
+        else (
+            f"as many cosines as each limb's images ask for, for true trajectories {np.median(components):g},"
+        )
+    )
     return {"basis": basis, "energy_beyond": rms.transpose(0, 2, 1)}, {
         "beyond_median": float(np.median(at_k)),
         "options": asdict(options),
-        "words": f"{options.components} cosines ({kind}) that leave {100 * float(np.median(at_k)):.1f} % of a limb's"
-        " length",
+        "words": f"{many} ({kind}) that leave {100 * float(np.median(at_k)):.1f} % of a limb's length",
     }

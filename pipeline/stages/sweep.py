@@ -27,12 +27,22 @@ from pipeline.config import (
     TrajectoryBasisModel,
     UnknownViewSweep,
 )
-from pipeline.experiments import known_view, smoothness, synchronization_time, unknown_view
+from pipeline.experiments import (
+    known_view,
+    posture_samples,
+    smoothness,
+    synchronization_time,
+    tracking,
+    unknown_view,
+)
 from pipeline.refusal import Refusal
 from pipeline.store import Artefact, Store
 
 METHODS = ("least_squares", "map")
 PHASE_SOURCES = ("motion3d", "observed2d")
+
+Measured = tuple[dict[str, Any], dict[str, Any]]
+"""Arrays and notes of an experiment."""
 
 
 def run(
@@ -60,15 +70,14 @@ def run(
     `proofs`, `motions` and `face_off` say.
     """
 
-    def limbs(measure: Callable[..., tuple[dict[str, Any], dict[str, Any]]]) -> Artefact:
+    def seeded(inputs: list[Artefact], measure: Callable[[], Measured]) -> Artefact:
+        """What an experiment measured that draws random numbers: another seed is another artefact."""
+        return store.artefact("sweep", {"sweep": options, "seed": seed}, inputs, measure)
+
+    def limbs(measure: Callable[..., Measured]) -> Artefact:
         """What an experiment on limbs measured, with the basis that the model names."""
         basis = TrajectoryBasisModel(**model.notes["options"])
-        return store.artefact(
-            "sweep",
-            {"sweep": options, "seed": seed},
-            [dataset, model],
-            lambda: measure(options, dataset, basis, workers, seed),
-        )
+        return seeded([dataset, model], lambda: measure(options, dataset, basis, workers, seed))
 
     match options:
         case NoSweep():
@@ -87,23 +96,11 @@ def run(
                 lambda: unknown_view.measure(options, ingest, dataset, model, workers),
             )
         case PostureSamplesSweep():
-            from pipeline.experiments import posture_samples
-
-            return store.artefact(
-                "sweep",
-                {"sweep": options, "seed": seed},
-                [dataset, model],
-                lambda: posture_samples.measure(options, dataset, model, workers, seed),
+            return seeded(
+                [dataset, model], lambda: posture_samples.measure(options, dataset, model, workers, seed)
             )
         case TrackingSweep():
-            from pipeline.experiments import tracking
-
-            return store.artefact(
-                "sweep",
-                {"sweep": options, "seed": seed},
-                [dataset, model],
-                lambda: tracking.measure(options, dataset, model, workers, seed),
-            )
+            return seeded([dataset, model], lambda: tracking.measure(options, dataset, model, workers, seed))
         case SmoothnessSweep():
             return store.artefact(
                 "sweep",
@@ -115,7 +112,7 @@ def run(
             return store.artefact(
                 "sweep", options, [dataset, model], lambda: synchronization_time.measure(options, model)
             )
-        # Imported where they are used: compiled kernels take a second to load.
+        # Those of park2011 are imported where they are used: numba, which compiles their kernels, loads slowly.
         case ReconstructibilitySweep():
             from pipeline.experiments import reconstructibility
 
@@ -143,9 +140,7 @@ def run(
         case FaceOffSweep():
             from pipeline.experiments import face_off
 
-            return store.artefact(
-                "sweep",
-                {"sweep": options, "seed": seed},
+            return seeded(
                 [ingest, dataset, model],
                 lambda: face_off.measure(options, ingest, dataset, model, workers, seed),
             )

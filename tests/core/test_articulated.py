@@ -16,6 +16,7 @@ from pipeline.core.articulated import (
     MARGIN_OF_DOUBT,
     Articulated,
     Smoothness,
+    SmoothnessByRule,
     choose_limb,
     reconstruct,
     taken,
@@ -92,6 +93,41 @@ def test_a_body_of_smooth_angles_is_recovered_from_a_moving_camera(seed: int) ->
     assert all(choice.solution.margin > 100.0 and not choice.undecided for choice in found.limbs.values())
     assert {choice.light for choice in found.limbs.values()} == {"green"}
     assert not found.imputed.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_lengths_that_nobody_knows_are_read_off_the_rays(seed: int) -> None:
+    one = scene(seed, frames=100)
+    found = one.reconstructed(lengths=np.full(14, np.nan))
+    ratio = found.lengths / one.lengths
+    assert abs(np.median(ratio) - 1.0) < 0.03
+    assert np.abs(ratio - 1.0).mean() < 0.1
+    known = np.where(np.arange(14) == 4, np.nan, one.lengths)  # one alone: the others stay as they are given
+    mixed = one.reconstructed(lengths=known)
+    np.testing.assert_array_equal(np.delete(mixed.lengths, 4), np.delete(one.lengths, 4))
+    assert 0.5 < mixed.lengths[4] / one.lengths[4] < 1.02
+
+
+def test_each_limb_may_choose_its_own_components() -> None:
+    one = scene(2, frames=100)
+    found = one.reconstructed(smoothness=SmoothnessByRule())
+    assert one.errors_mm(found.positions).max() < 0.5
+    noise = np.random.default_rng(1).standard_normal(one.images.shape)
+    shaken = one.reconstructed(images=one.images + noise, smoothness=SmoothnessByRule())
+    clean, noisy = (
+        np.array([choice.smoothness.components for choice in made.limbs.values()]) for made in (found, shaken)
+    )
+    assert np.ptp(noisy) > 0
+    assert (noisy < clean).all(), "what noise hides cannot be asked for"
+
+
+def test_the_refinement_stops_where_it_is_told_to() -> None:
+    one = scene(3, noise_px=1.0)
+    short, long = (one.reconstructed(max_iterations=steps).refined for steps in (1, 100))
+    assert short is not None
+    assert long is not None
+    assert not short.converged
+    assert long.reprojection_error_px < short.reprojection_error_px
 
 
 def test_joints_may_stand_in_any_order() -> None:

@@ -14,7 +14,8 @@ from scipy import stats
 from pipeline.core import camera, particles
 from pipeline.core.image_likelihood import Likelihood
 from pipeline.core.pinhole import look_at
-from pipeline.core.prediction import Dynamics, Walk, at_phase, learnt_diffusion
+from pipeline.core.prediction import Dynamics, Walk, learnt_diffusion
+from pipeline.core.resampling import interpolate
 from pipeline.core.tracking import Track, track
 from pipeline.core.tracking_error import best_phase, joint_error, linear_phase
 from pipeline.refusal import Refusal
@@ -358,7 +359,7 @@ def test_a_body_behind_the_camera_is_lost_and_the_prediction_stands() -> None:
 @pytest.mark.parametrize("perspective", [False, True])
 def test_a_held_out_performance_is_tracked_without_noise(perspective: bool) -> None:
     """Many particles: within a few millimetres, at another rate than the model's, in either camera."""
-    x = at_phase(performances(0, 25)[0], linear_phase(45, 60) ** 1.2 / 59**0.2)
+    x = interpolate(performances(0, 25)[0], linear_phase(45, 60) ** 1.2 / 59**0.2)
     true = limbs(x)
     if perspective:
         pinhole = look_at(np.array([4000.0, 500.0, 1200.0]), np.array([0.0, 0.0, 900.0]), focal_px=1000.0)
@@ -371,7 +372,7 @@ def test_a_held_out_performance_is_tracked_without_noise(perspective: bool) -> N
     dynamics = Dynamics(nominal_rate=59 / 44, diffusion=0.1)
     found = run(likelihood, n_particles=2000, moves=2, dynamics=dynamics)
     error = joint_error(limbs(found.posture), true)
-    alone = joint_error(limbs(at_phase(mean, best_phase(true, limbs(mean)))), true)
+    alone = joint_error(limbs(interpolate(mean, best_phase(true, limbs(mean)))), true)
     assert error.mean() < 12.0
     assert error.mean() < alone.mean() / 5
     assert not found.lost.any()
@@ -394,7 +395,9 @@ def test_the_prior_helps_where_particles_or_joints_are_few(
                 likelihood, prior=prior, n_particles=n_particles, seed=seed, dynamics=Dynamics(diffusion=q)
             )
             errors.setdefault((prior, q), []).append(joint_error(limbs(found.posture), true).mean())
-        errors["mean"].append(joint_error(limbs(at_phase(mean, best_phase(true, limbs(mean)))), true).mean())
+        errors["mean"].append(
+            joint_error(limbs(interpolate(mean, best_phase(true, limbs(mean)))), true).mean()
+        )
     means = {key: np.mean(value) for key, value in errors.items()}
     with_prior = means.pop((True, 0.1))
     assert with_prior < 0.8 * min(means.values()), (with_prior, means)
@@ -489,7 +492,7 @@ def test_errors_are_of_the_joints_and_not_of_the_place() -> None:
     moved[:, 0, 0] += 14.0
     np.testing.assert_allclose(joint_error(moved, true), 1.0)  # one of fourteen joints
     np.testing.assert_allclose(
-        at_phase(true, np.array([0.0, 1.5, 3.0])), [true[0], true[1:3].mean(0), true[3]]
+        interpolate(true, np.array([0.0, 1.5, 3.0])), [true[0], true[1:3].mean(0), true[3]]
     )
     with pytest.raises(Refusal, match="frame 1: no joint is known"):
         best_phase(np.array([[[0.0]], [[np.nan]]]), np.zeros((2, 1, 1)))

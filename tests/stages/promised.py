@@ -271,7 +271,7 @@ PROMISED |= {
         ],
         "table_limbs": [
             "clip", "action", "camera", "limb", "reconstructibility", "mirror_margin", "light", "mirrored",
-            "proved", "objective", "best_objective", "lower_bound", "limb_error",
+            "proved", "objective", "best_objective", "lower_bound", "limb_error", "components", "length_ratio",
         ],
     },
     "park2011_proofs": {

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import spearmanr
 
 from pipeline import recording_check, tables
 from pipeline.__main__ import compose
 from pipeline.config import (
+    LimbSweep,
     MissingDataSweep,
     ProofSweep,
     RadiusScaleSweep,
@@ -25,17 +25,11 @@ from pipeline.config import (
 )
 from pipeline.core.articulated import Smoothness
 from pipeline.core.limb_chain import WALKER14
+from pipeline.core.rank_correlation import rank_correlation
 from pipeline.experiments import limb_errors, missing_data, proofs, reconstructibility
 from pipeline.figures.limb_paths import increasing
-from pipeline.limb_trials import (
-    choose,
-    limb_score,
-    limb_trial,
-    rank_correlation,
-    smoothness,
-    true_signs,
-    wrong_trajectory,
-)
+from pipeline.limb_scores import limb_score, true_signs
+from pipeline.limb_trials import choose, fixed_smoothness, limb_trial, smoothness, wrong_trajectory
 from pipeline.refusal import Refusal
 from pipeline.run import Outcome
 from pipeline.stages import dataset, ingest
@@ -67,7 +61,7 @@ def test_the_candidates_of_a_trial_hold_its_truth(limbs: Artefact, number: int, 
     nearest = choice.hits.middle + signs[:, None] * choice.hits.half_chord
     # Synthetic bodies keep their lengths to a hundredth; where a ray is nearly tangent that moves the candidates.
     assert np.median(np.linalg.norm(nearest - trial.relative, axis=1)) < 0.05 * trial.length
-    score = limb_score(trial, choice, Smoothness())
+    score = limb_score(trial, choice)
     assert 0 <= score.error_up_to_mirror <= score.limb_error
 
 
@@ -88,17 +82,6 @@ def test_an_error_of_a_trajectory_has_the_mean_size_asked_for(seed: int, frames:
         error = wrong_trajectory(np.random.default_rng(seed), frames, size, components=components)
         assert np.linalg.norm(error, axis=1).mean() == pytest.approx(size)
     assert np.linalg.matrix_rank(np.fft.rfft(error, axis=0)) <= 3
-
-
-@given(seed=seeds, count=st.integers(3, 30), tied=st.booleans())
-def test_rank_correlation_is_spearmans(seed: int, count: int, tied: bool) -> None:
-    generator = np.random.default_rng(seed)
-    a, b = generator.standard_normal((2, count))
-    if tied:
-        a, b = np.round(a), np.round(b)
-    if np.ptp(a) and np.ptp(b):
-        assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b).statistic)
-    assert rank_correlation(a, np.ones(count)) == 0.0
 
 
 @given(seed=seeds, count=st.integers(1, 40))
@@ -198,7 +181,7 @@ def test_a_radius_too_small_is_harmless_and_too_large_is_not(limbs: Artefact) ->
 
 def test_what_is_missing_is_as_much_as_was_asked_for_and_never_the_root(limbs: Artefact) -> None:
     options = MissingDataSweep(trials=1)
-    scene = missing_data._scene(options, limbs, smoothness(BASIS), 0, 1)
+    scene = missing_data._scene(options, limbs, fixed_smoothness(BASIS, "a root"), 0, 1)
     root = WALKER14.joints.index("pelvis")
     for fraction in (0.0, 0.05, 0.5):
         for pattern in missing_data.PATTERNS:
@@ -289,8 +272,8 @@ def test_the_other_figures_are_whole(
         (RootErrorSweep(trials=0), r"sweep.trials: .*\(expected 1 or more, received 0\)"),
         (RootErrorSweep(trials=1, ratios=[0.2, 0.1]), "sweep.ratios: .* do not increase"),
         (RootErrorSweep(trials=1, ratios=[]), "sweep.ratios: .*received none"),
-        (RootErrorSweep(trials=1, cameras=["flying"]), r"sweep.cameras: .*expected some of still, moving, shaky"),
-        (RootErrorSweep(trials=1, adjust="never"), "sweep.adjust: names are none, unknown"),
+        (RootErrorSweep(trials=1, cameras=["flying"]), r"sweep.cameras: .*expected one of still, moving, shaky"),
+        (RootErrorSweep(trials=1, adjust="never"), "sweep.adjust: the name is unknown"),
         (RootErrorSweep(trials=1, distance_mm=0.0), "sweep.distance_mm"),
         (RadiusScaleSweep(trials=1, scales=[0.0]), "sweep.scales"),
         (RadiusScaleSweep(trials=1, adjusts=["global", "global"]), "sweep.adjusts: .* stand twice"),
@@ -315,3 +298,31 @@ def test_options_that_cannot_be_are_refused(limbs: Artefact, options: Any, sente
     }
     with pytest.raises(Refusal, match=sentence):
         measures[type(options)](options, limbs, BASIS, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("measure", "options"),
+    [
+        (limb_errors.measure_root_error, ANY),
+        (missing_data.measure, MissingDataSweep(trials=1)),
+    ],
+)
+def test_errors_in_the_basis_ask_for_its_size(measure: Callable, options: LimbSweep, limbs: Artefact) -> None:
+    with pytest.raises(
+        Refusal, match=r"model.components: .* needs a given K \(expected 1 or more, received 0\)"
+    ):
+        measure(options, limbs, TrajectoryBasisModel(components=0), 1, 7)
+
+
+def test_limbs_choose_their_components_where_the_basis_has_none(limbs: Artefact) -> None:
+    options = ReconstructibilitySweep(trials=2, refined=1, cameras=["shaky"], noise_px=1.0, time_limit_s=0.0)
+    found, _ = reconstructibility.measure(options, limbs, TrajectoryBasisModel(components=0), 1, 7)
+    given, _ = reconstructibility.measure(options, limbs, TrajectoryBasisModel(), 1, 7)
+    assert np.isfinite(found["limb_error"]).all()
+    assert not np.array_equal(found["objective"], given["objective"])
+    smooth = smoothness(TrajectoryBasisModel(components=0))
+    trials = [limb_trial(options, limbs, number, "shaky", 7) for number in range(4)]
+    chosen = {choose(trial, smooth, options, noise_px=1.0).smoothness.components for trial in trials}
+    assert len(chosen) > 1
+    with pytest.raises(Refusal, match="0: each limb chooses its own"):
+        smoothness(TrajectoryBasisModel(components=-1))

@@ -27,32 +27,9 @@ from pipeline.run import Outcome, make_figure
 from pipeline.skeleton import WALKER15
 from pipeline.stages import dataset, ingest
 from pipeline.store import Artefact, Store
+from tests.stages.promised import PROMISED
 
-COLUMNS = {
-    "park2011_fig4": {
-        "table": ["clip", "action", "camera", "joint", "error_mm", "error_sd_mm", "imputed_share"],
-        "table_clips": [
-            "clip", "action", "camera", "lengths", "error_mm", "error_sd_mm", "error_up_to_mirror_mm",
-            "length_change_max", "acceleration_ratio", "reprojection_error_px", "proved_share", "light",
-            "mirror_margin_median", "reconstructibility",
-        ],
-        "table_limbs": [
-            "clip", "action", "camera", "limb", "reconstructibility", "mirror_margin", "light", "mirrored", "proved",
-            "objective", "best_objective", "lower_bound", "limb_error",
-        ],
-    },
-    "park2011_face_off": {
-        "table": [
-            "walker", "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "error_mm",
-            "missing_dimension_error_mm", "frames",
-        ],
-        "table_joints": ["method", "camera", "view_angle_deg", "joint", "error_mm", "error_sd_mm"],
-        "table_summary": [
-            "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "error_mm", "error_sd_mm",
-            "missing_dimension_error_mm", "walkers",
-        ],
-    },
-}  # fmt: skip
+COLUMNS = {name: PROMISED[name] for name in ("park2011_fig4", "park2011_face_off")}
 ENTITIES = {
     "park2011_fig4": {
         "world/truth/walking_001", "world/trajectories/truth/walking_001", "world/trajectories/still/walking_001",
@@ -198,6 +175,22 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: Artefact) -> None:
     thigh = np.linalg.norm(np.diff(arrays["positions"][0, 0][:, [9, 10]], axis=1)[:, 0], axis=-1)
     true = np.linalg.norm(np.diff(arrays["truth"][0][:, [[9, 10], [12, 13]]], axis=2)[:, :, 0], axis=-1)
     np.testing.assert_allclose(thigh, true.mean(), rtol=1e-6)
+
+
+def test_lengths_may_come_from_the_rays_and_components_from_the_rule(stretches: Artefact) -> None:
+    """Nothing of the person is then known but the root: ratios say how wrong the lengths are, and K how fine."""
+    options = MotionsSweep(cameras=["shaky"], clips=1, lengths="estimated", time_limit_s=0.0)
+    arrays, notes = motions.measure(options, stretches, TrajectoryBasisModel(components=0), 1, 7)
+    assert notes["lengths"] == "estimated"
+    ratio, components = arrays["length_ratio"][0, 0], arrays["components"][0, 0]
+    assert 0.0 < np.abs(ratio - 1.0).mean() < 0.15
+    assert ((components >= 1) & (components <= 50)).all()
+    assert np.ptp(components) > 0
+    sizes = np.linalg.norm(np.diff(arrays["positions"][0, 0][:, [9, 10]], axis=1)[:, 0], axis=-1)
+    assert np.ptp(sizes) < 1e-6, "an estimated length is kept as any other"
+    given, _ = motions.measure(replace(options, lengths="true"), stretches, TrajectoryBasisModel(), 1, 7)
+    np.testing.assert_allclose(given["length_ratio"], 1.0)
+    assert (given["components"] == 20).all()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,63 @@
+"""Sampled sequences read between their samples, by linear interpolation.
+
+A recording is read at another frame rate, a cycle of a walk at as many frames as it has, a performance at the frames
+that key-frames call for [mozerov2006 6] and an action model at the phase of a particle; all are this one reading.
+
+Positions are counted in samples from 0 to T - 1 and may be fractional: 1.25 lies a quarter of the way from sample 1 to
+sample 2.  A sequence is not continued beyond its ends, for whoever asks there has lost count.
+
+Legend: ``x`` the sequence (T, …), ``t`` a position, ``b`` the whole part of t, ``s = t - b`` the share of sample b + 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.refusal import Refusal
+
+_ROUNDING = 1e-9
+"""Samples beyond an end that sums of fractional steps may reach; the outermost two samples are extended so far."""
+
+
+def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values (N, …) at fractional positions, (1 - s) x_b + s x_(b+1): linear between samples.
+
+    Parameters
+    ----------
+    values : (T, …)
+        Samples x of anything, in any unit.
+    at : (N,)
+        Positions t in samples, 0 to T - 1, in any order.
+
+    Raises
+    ------
+    Refusal
+        If there are no samples, or a position is not a number between 0 and T - 1.
+
+    Notes
+    -----
+    At a whole position the sample comes back as it is, unless the next one is missing: its share there is zero, and
+    zero times NaN is NaN.  So a missing sample is missing from the sample before it up to the one after it.
+
+    Examples
+    --------
+    >>> interpolate(np.array([0.0, 10.0, 40.0]), np.array([0.0, 0.5, 1.5, 2.0]))
+    array([ 0.,  5., 25., 40.])
+    """
+    values, at = np.asarray(values), np.asarray(at)
+    last = len(values) - 1
+    if last < 0:
+        raise Refusal("there are no samples to interpolate", expected="one or more", received="0")
+    beyond = ~((at >= -_ROUNDING) & (at <= last + _ROUNDING))  # NaN is neither
+    if beyond.any():
+        place = int(beyond.argmax())
+        raise Refusal(
+            "a position is beyond the samples",
+            where=f"position {place}",
+            expected=f"0 to {last}",
+            received=f"{at[place]:g}",
+        )
+    before = np.minimum(at.astype(int), max(last - 1, 0))
+    after = np.minimum(before + 1, last)
+    share = (at - before).reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray((1.0 - share) * values[before] + share * values[after])
