@@ -45,6 +45,7 @@ The map of the house, from the ground up; a module imports only from lower layer
          reprojection …     what it is made of: limb_equations, refinement_input
          limb_choice        one limb, from its rays to its choice            park2011 12
          articulated        a whole skeleton from the root to the leaves
+         mirror_search      mirrors that all limbs refined together prefer
          reconstructibility how well a limb can be known                     park2011 13-18
          rank_correlation   whether a measure tells which limbs err more
          synthetic_limbs    limbs with known answers

@@ -428,6 +428,9 @@ class MotionsSweep(Sweep):
     lengths: str = "true"  # true; anthropometric: ratios, scaled to the true thighs; estimated: from the rays
     root: str = "true"  # true; unit_depth: its image, at the depth that it has in the middle frame
     use_hinges: bool = True
+    try_mirrors: bool = (
+        False  # of limbs in doubt, wherever all limbs refined together then fit their images better
+    )
     exact: bool = False  # take the signs that the certificate finds, not the first: the clock may then decide
     time_limit_s: float = 0.2  # of each certificate
 

@@ -133,5 +133,5 @@ PAPER = Paper(
     figures=(FIG3A, FIG3B, FIG3C, FIG3D, FIG4),
     equations=EQUATIONS,
     claims=CLAIMS,
-    beyond=("park2011_proofs", "park2011_face_off"),
+    beyond=("park2011_proofs", "park2011_mirrors", "park2011_face_off"),
 )

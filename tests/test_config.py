@@ -286,6 +286,7 @@ def test_the_options_of_a_group_are_told_apart_by_type() -> None:
         "park2011_fig4": options.MotionsReport,
         "park2011_proofs": options.ProofsReport,
         "park2011_face_off": options.FaceOffReport,
+        "park2011_mirrors": options.MotionsReport,
     }
     for figure, kind in kinds.items():
         assert type(compose([f"experiment={figure}"]).report) is kind

@@ -11,7 +11,6 @@ Symbols
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +27,7 @@ from pipeline.core.limb_choice import (
     taken,
 )
 from pipeline.core.limb_lengths import length_from_rays
+from pipeline.core.mirror_search import better_mirrors
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import cosine_basis
@@ -43,6 +43,9 @@ __all__ = [
     "reconstruct",
     "taken",
 ]
+
+COMPARING = 10
+"""Steps of the refinement by which mirrors are compared: more seldom change which is better."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,7 @@ def reconstruct(
     adjust: Adjustment = "per_frame",
     noise_px: float = 0.0,
     use_hinges: bool = False,
+    try_mirrors: bool = False,
     refine: bool = True,
     max_iterations: int = 200,
     free_lengths: bool = False,
@@ -112,6 +116,9 @@ def reconstruct(
         As for `choose_limb`.
     use_hinges : bool
         Where the data cannot tell a limb from its mirror, take the one with which knees and elbows flex as they do.
+    try_mirrors : bool
+        Take the mirror of a limb in doubt where all limbs refined together then fit their images better
+        (`mirror_search`): a refinement for each limb, and beyond the paper.
     refine : bool
         Whether reprojection errors are refined in the end.
     max_iterations : int
@@ -178,78 +185,44 @@ def reconstruct(
         if use_hinges:
             for hinge in hinges.HINGES:
                 if hinge.lower == limb and hinge.fits(chain):
-                    _by_hinge(hinge, limbs, hung, chain, choose, place)
+                    hinges.settle(hinge, limbs, hung, chain, choose, place)
+    order = [chain.joints.index(name) for name in (chain.root, *chain.limbs)]
+
+    def refined_tree(limbs: dict[str, LimbChoice], steps: int) -> Refinement:
+        bases = [limbs[limb].smoothness for limb in chain.limbs]
+        return refinement.refine(
+            images[:, order],
+            camera,
+            root,
+            [-1, *(order.index(chain.joints.index(chain.held_by(limb))) for limb in chain.limbs)],
+            np.stack([limbs[limb].directions for limb in chain.limbs], axis=1),
+            np.array([limbs[limb].hits.radius for limb in chain.limbs]),
+            basis=cosine_basis(len(images), max(basis.components for basis in bases)),
+            cutoff=bases[0].cutoff,
+            max_iterations=steps,
+            free_lengths=free_lengths,
+            loss=loss,
+            scale_px=scale_px,
+            names=(chain.root, *chain.limbs),
+        )
+
+    if try_mirrors:
+        # Lengths that were read off the rays stay as they are, whatever is mirrored now.
+        lengths = np.where(np.isnan(lengths), [limbs[limb].hits.radius for limb in chain.limbs], lengths)
+        seen.clear()
+        better = better_mirrors(chain, root, dict(limbs), choose, lambda tree: refined_tree(tree, COMPARING))
+        for limb in chain.limbs:
+            place(limb, better[limb])
     imputed = np.zeros(images.shape[:2], dtype=bool)
     for limb, choice in limbs.items():
         imputed[:, chain.joints.index(limb)] = ~choice.used
-    radii = np.array([limbs[limb].hits.radius for limb in chain.limbs])
     if not refine:
+        radii = np.array([limbs[limb].hits.radius for limb in chain.limbs])
         return Articulated(chosen, chosen, imputed, limbs, radii, None)
-    order = [chain.joints.index(name) for name in (chain.root, *chain.limbs)]
-    parents = [-1, *(order.index(chain.joints.index(chain.held_by(limb))) for limb in chain.limbs)]
-    bases = [limbs[limb].smoothness for limb in chain.limbs]
-    refined = refinement.refine(
-        images[:, order],
-        camera,
-        root,
-        parents,
-        np.stack([limbs[limb].directions for limb in chain.limbs], axis=1),
-        radii,
-        basis=cosine_basis(len(images), max(basis.components for basis in bases)),
-        cutoff=bases[0].cutoff,
-        max_iterations=max_iterations,
-        free_lengths=free_lengths,
-        loss=loss,
-        scale_px=scale_px,
-        names=(chain.root, *chain.limbs),
-    )
+    refined = refined_tree(limbs, max_iterations)
     positions = np.empty_like(chosen)
     positions[:, order] = refined.positions
     return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
-
-
-def _by_hinge(
-    hinge: hinges.Hinge,
-    limbs: dict[str, LimbChoice],
-    hung: np.ndarray,
-    chain: Chain,
-    choose: Callable[[str, np.ndarray], LimbChoice],
-    place: Callable[[str, LimbChoice], None],
-) -> None:
-    """Take upper and lower limb, each or its mirror, so that the hinge bends the right way, where data are in doubt.
-
-    Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
-    smallest share of wrong flexion wins, and of equal ones the smoothest.
-    """
-    axis = hung[:, chain.joints.index(hinge.right)] - hung[:, chain.joints.index(hinge.left)]
-    above = hung[:, chain.joints.index(chain.held_by(hinge.upper))].copy()
-    best: tuple[float, float] | None = None
-    winner: tuple[LimbChoice, LimbChoice] | None = None
-    for upper in _with_mirror(limbs[hinge.upper]):
-        parents = above + upper.hits.radius * upper.directions
-        first = limbs[hinge.lower] if upper is limbs[hinge.upper] else choose(hinge.lower, parents)
-        for lower in _with_mirror(first):
-            bend = hinges.flexion(upper.directions, lower.directions, axis, hinge.sense)
-            cost = (_cost_ratio(upper)) * (_cost_ratio(lower))
-            score = (round(hinges.wrong_share(bend), 2), cost)
-            if best is None or score < best:
-                best, winner = score, (upper, lower)
-    if winner is None or (winner[0] is limbs[hinge.upper] and winner[1] is limbs[hinge.lower]):
-        return
-    place(hinge.upper, winner[0])
-    place(hinge.lower, winner[1])
-    # Whatever else was hung on the upper limb before hangs elsewhere now.
-    end = hung[:, chain.joints.index(hinge.upper)]
-    for limb in [name for name in limbs if name != hinge.lower and chain.held_by(name) == hinge.upper]:
-        place(limb, choose(limb, end))
-
-
-def _with_mirror(choice: LimbChoice) -> Sequence[LimbChoice]:
-    return [choice, choice.mirror()] if choice.undecided else [choice]
-
-
-def _cost_ratio(choice: LimbChoice) -> float:
-    return choice.solution.margin if choice.mirrored else 1.0
 
 
 def _check_shapes(

@@ -15,11 +15,13 @@ bends about the axis of the shoulders only roughly, and the rule is kept on aver
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core.limb_chain import Chain
+from pipeline.core.limb_choice import LimbChoice
 from pipeline.refusal import Refusal
 
 
@@ -110,3 +112,61 @@ def wrong_share(bend: np.ndarray) -> float:
     known = bend[np.isfinite(bend)]
     total = np.abs(known).sum()
     return float(np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
+
+
+def settle(
+    hinge: Hinge,
+    limbs: dict[str, LimbChoice],
+    hung: np.ndarray,
+    chain: Chain,
+    choose: Callable[[str, np.ndarray], LimbChoice],
+    place: Callable[[str, LimbChoice], None],
+) -> None:
+    """Take upper and lower limb, each or its mirror, so that the hinge bends the right way, where data are in doubt.
+
+    Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
+    smallest share of wrong flexion wins, and of equal ones the smoothest.
+
+    Parameters
+    ----------
+    hinge : Hinge
+        One that fits the chain, its limbs among `limbs`.
+    limbs : dict
+        The choice by the name of each limb so far.
+    hung : (F, J, 3)
+        Trajectories in the basis, on which children hang, mm; NaN for joints that have none yet.
+    chain : Chain
+    choose : callable
+        From a limb and the trajectory (F, 3) of its parent to its choice.
+    place : callable
+        Takes a limb's name and its choice into `limbs` and `hung`.
+    """
+    axis = hung[:, chain.joints.index(hinge.right)] - hung[:, chain.joints.index(hinge.left)]
+    above = hung[:, chain.joints.index(chain.held_by(hinge.upper))].copy()
+    best: tuple[float, float] | None = None
+    winner: tuple[LimbChoice, LimbChoice] | None = None
+    for upper in _with_mirror(limbs[hinge.upper]):
+        parents = above + upper.hits.radius * upper.directions
+        first = limbs[hinge.lower] if upper is limbs[hinge.upper] else choose(hinge.lower, parents)
+        for lower in _with_mirror(first):
+            bend = flexion(upper.directions, lower.directions, axis, hinge.sense)
+            cost = (_cost_ratio(upper)) * (_cost_ratio(lower))
+            score = (round(wrong_share(bend), 2), cost)
+            if best is None or score < best:
+                best, winner = score, (upper, lower)
+    if winner is None or (winner[0] is limbs[hinge.upper] and winner[1] is limbs[hinge.lower]):
+        return
+    place(hinge.upper, winner[0])
+    place(hinge.lower, winner[1])
+    # Whatever else was hung on the upper limb before hangs elsewhere now.
+    end = hung[:, chain.joints.index(hinge.upper)]
+    for limb in [name for name in limbs if name != hinge.lower and chain.held_by(name) == hinge.upper]:
+        place(limb, choose(limb, end))
+
+
+def _with_mirror(choice: LimbChoice) -> Sequence[LimbChoice]:
+    return [choice, choice.mirror()] if choice.undecided else [choice]
+
+
+def _cost_ratio(choice: LimbChoice) -> float:
+    return choice.solution.margin if choice.mirrored else 1.0

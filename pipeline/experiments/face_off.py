@@ -37,7 +37,14 @@ from pipeline.sweep_checks import CAMERAS, check_names, check_values
 from pipeline.threads import spread
 
 EIGENWALKERS = ("least_squares", "map")
-METHODS = (*EIGENWALKERS, "mean_walker", "articulated", "articulated_hinges")
+ARTICULATED = {
+    "articulated": (False, False),
+    "articulated_hinges": (True, False),
+    "articulated_mirrors": (True, True),
+}
+"""Whether hinges are used, and mirrors tried."""
+
+METHODS = (*EIGENWALKERS, "mean_walker", *ARTICULATED)
 HUNG = np.delete(np.arange(15), PELVIS)
 """All joints but the pelvis, whose place is given."""
 
@@ -217,13 +224,14 @@ class _Walk:
             variances = [None, options.noise_variance_mm2]
             made[:2] = by_eigenwalkers(self.model, walk, variances, harmonics=self.harmonics)
         made[2] = mean_walker(self.model, walk.times_s, self.frequency_hz, self.phase)
-        for m, use_hinges in ((3, False), (4, True)):
-            made[m] = by_articulation(
+        for method, (use_hinges, try_mirrors) in ARTICULATED.items():
+            made[METHODS.index(method)] = by_articulation(
                 walk,
                 self.truth,
                 self.smoothness,
                 noise_px=condition.noise_px,
                 use_hinges=use_hinges,
+                try_mirrors=try_mirrors,
                 refine=options.refine,
                 time_limit_s=options.time_limit_s,
             )

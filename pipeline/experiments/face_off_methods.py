@@ -160,6 +160,7 @@ def by_articulation(
     *,
     noise_px: float,
     use_hinges: bool,
+    try_mirrors: bool,
     refine: bool,
     time_limit_s: float,
 ) -> np.ndarray:
@@ -175,6 +176,8 @@ def by_articulation(
         Of the image: known, as to a detector that has been tried.
     use_hinges : bool
         Whether knees and elbows flex one way.
+    try_mirrors : bool
+        Whether limbs in doubt are mirrored where all limbs together then fit the images better.
     refine : bool
         Whether reprojection errors are refined in the end.
     time_limit_s : float
@@ -193,6 +196,7 @@ def by_articulation(
         smoothness=smoothness,
         noise_px=noise_px,
         use_hinges=use_hinges,
+        try_mirrors=try_mirrors,
         refine=refine,
         time_limit_s=time_limit_s,
     )

@@ -180,6 +180,7 @@ class _Trial:
             smoothness=self.basis,
             noise_px=options.noise_px,
             use_hinges=options.use_hinges,
+            try_mirrors=options.try_mirrors,
             time_limit_s=options.time_limit_s if options.exact else 0.0,
         )
         self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])

@@ -20,6 +20,7 @@ NAMES = {
     "mean_walker": "average walker",
     "articulated": "articulated",
     "articulated_hinges": "articulated, hinges",
+    "articulated_mirrors": "articulated, mirrors tried",
 }
 COLOURS = {
     "least_squares": "orange",
@@ -27,8 +28,12 @@ COLOURS = {
     "mean_walker": "grey",
     "articulated": "purple",
     "articulated_hinges": "green",
+    "articulated_mirrors": "sky",
 }
-RECORDED_COLOURS = COLOURS | {"mean_walker": "yellow"}  # the truth is grey there
+RECORDED_COLOURS = COLOURS | {
+    "mean_walker": "yellow",
+    "articulated_mirrors": "vermilion",
+}  # the truth is grey
 STYLES = {"map": "dashed", "mean_walker": "dotted", "articulated": "dashed"}
 
 HUNG = [j for j, joint in enumerate(WALKER15.joints) if joint != "pelvis"]
@@ -38,7 +43,11 @@ _PANELS = (
     ("noise", "noise_px", "Noise of the image (px)"),
     ("occlusion", "occluded", "Share of joints hidden"),
 )
-_LEGENDS = (("least_squares", "map"), ("articulated", "articulated_hinges"), ("mean_walker",))
+_LEGENDS = (
+    ("least_squares", "map"),
+    ("articulated", "articulated_hinges"),
+    ("articulated_mirrors", "mean_walker"),
+)
 """Which lines each panel of the first row names: all names above one panel would not fit."""
 
 
@@ -243,9 +252,9 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                             *(
                                 f"world/reconstructed/{camera}/{m}"
                                 for m in (
-                                    ("map", "articulated_hinges")
+                                    ("map", "articulated_mirrors")
                                     if camera == "still"
-                                    else ("articulated_hinges",)
+                                    else ("articulated_mirrors",)
                                 )
                             ),
                         ),

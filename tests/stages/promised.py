@@ -329,7 +329,7 @@ ENTITIES |= {
             for top in ("world/reconstructed", "curves/error_mm")
             for camera in ("still", "moving", "shaky")
             for method in (
-                "articulated", "articulated_hinges", "mean_walker",
+                "articulated", "articulated_hinges", "articulated_mirrors", "mean_walker",
                 *(("least_squares", "map") if camera == "still" else ()),
             )
         ),
@@ -346,3 +346,5 @@ MAY_BE_EMPTY = {
     ("park2011_fig3d", "table_points"): {"imputed_error_mm_median"},
 }  # fmt: skip
 """Columns with rows that have no such number."""
+PROMISED["park2011_mirrors"] = PROMISED["park2011_fig4"]
+ENTITIES["park2011_mirrors"] = ENTITIES["park2011_fig4"]

@@ -1,0 +1,146 @@
+"""Mirrors tried in the refinement of a whole chain: against enumeration, against the truth, and what is left alone."""
+
+from __future__ import annotations
+
+from itertools import chain as joined
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from pipeline.core import articulated, camera_paths, mirror_search, refinement
+from pipeline.core.limb_chain import Chain, forward
+from pipeline.core.limb_choice import LimbChoice, Smoothness, choose_limb
+from pipeline.core.pinhole import Pinhole
+from pipeline.core.refinement import Refinement
+from pipeline.core.synthetic_limbs import angular_limb, smooth_series
+from pipeline.refusal import Refusal
+
+ARM = Chain(("shoulder", "elbow", "wrist", "hand"), (None, "shoulder", "elbow", "wrist"))
+FRAMES, LENGTHS = 60, np.array([320.0, 260.0, 120.0])
+SMOOTH = Smoothness(10)
+
+
+class Seen:
+    """An arm with a known answer before one camera, and how its limbs are chosen and refined."""
+
+    def __init__(self, seed: int, *, noise_px: float = 1.0, camera: Pinhole | None = None) -> None:
+        generator = np.random.default_rng(seed)
+        self.root = 100.0 * smooth_series(generator, FRAMES, 3, bandwidth=3)
+        limbs = [angular_limb(generator, FRAMES, length_mm=float(length)).relative for length in LENGTHS]
+        self.truth = forward(ARM, self.root, np.stack(limbs, axis=1))
+        self.camera = camera or camera_paths.still(FRAMES, target=self.root.mean(axis=0), distance_mm=2500.0)
+        images = self.camera.project(self.truth)
+        self.images = images + noise_px * generator.standard_normal(images.shape)
+
+    def choose(self, limb: str, parents: np.ndarray) -> LimbChoice:
+        return choose_limb(
+            self.camera.matrix,
+            self.images[:, ARM.joints.index(limb)],
+            parents,
+            float(LENGTHS[ARM.limbs.index(limb)]),
+            smoothness=SMOOTH,
+            noise_px=1.0,
+            time_limit_s=0.0,
+        )
+
+    def combination(self, mirrored: set[str]) -> dict[str, LimbChoice]:
+        """Each limb chosen about the one before, and some of them mirrored."""
+        limbs, hung = {}, self.root
+        for limb in ARM.limbs:
+            choice = self.choose(limb, hung)
+            limbs[limb] = choice.mirror() if limb in mirrored else choice
+            hung = hung + limbs[limb].hits.radius * limbs[limb].directions
+        return limbs
+
+    def refine(self, limbs: dict[str, LimbChoice]) -> Refinement:
+        return refinement.refine(
+            self.images,
+            self.camera,
+            self.root,
+            [-1, 0, 1, 2],
+            np.stack([limbs[limb].directions for limb in ARM.limbs], axis=1),
+            LENGTHS,
+            basis=SMOOTH.components,
+            max_iterations=10,
+        )
+
+    def searched(self, start: dict[str, LimbChoice]) -> dict[str, LimbChoice]:
+        return mirror_search.better_mirrors(ARM, self.root, start, self.choose, self.refine)
+
+
+def mirrored_in(limbs: dict[str, LimbChoice]) -> set[str]:
+    return {limb for limb, choice in limbs.items() if choice.mirrored}
+
+
+def test_the_search_goes_down_to_where_no_single_mirror_helps_and_mostly_to_the_best_of_all() -> None:
+    best_found = 0
+    for seed in range(8):
+        seen = Seen(seed)
+        start = seen.combination(set())
+        every = list(joined.from_iterable(combinations(ARM.limbs, k) for k in range(4)))
+        costs = {frozenset(chosen): seen.refine(seen.combination(set(chosen))).cost for chosen in every}
+        found = seen.searched(start)
+        cost = seen.refine(found).cost
+        assert cost == pytest.approx(costs[frozenset(mirrored_in(found))], rel=1e-9), (
+            "a combination as enumerated"
+        )
+        assert cost <= costs[frozenset()] * (1 + 1e-12)
+        best_found += cost <= min(costs.values()) * (1 + 1e-9)
+    assert best_found >= 5
+
+
+def test_wrong_limbs_are_put_right_whatever_is_mirrored_at_the_start() -> None:
+    """A camera that walks around decides: a limb that was mirrored by mistake is not left so."""
+    tried = 0
+    for seed in range(4):
+        camera = camera_paths.around(FRAMES, target=np.zeros(3), sweep_rad=1.5, distance_mm=2500.0)
+        seen = Seen(seed, camera=camera)
+        right = seen.combination(set())
+        for wrong in (limb for limb in ARM.limbs if right[limb].undecided):
+            start = seen.combination({wrong})
+            found = seen.searched(start)
+            assert seen.refine(found).cost <= min(seen.refine(limbs).cost for limbs in (start, right)) * (
+                1 + 1e-9
+            )
+            tried += 1
+        decided = {limb for limb in ARM.limbs if not right[limb].undecided}
+        assert not decided & mirrored_in(seen.searched(right)), "what the data decide is not tried"
+    assert tried > 0
+
+
+def test_errors_fall_where_a_still_camera_and_noise_leave_every_limb_in_doubt() -> None:
+    errors = {False: [], True: []}
+    for seed in range(12):
+        seen = Seen(seed)
+        for tried, of in errors.items():
+            made = articulated.reconstruct(
+                seen.images,
+                seen.camera,
+                seen.root,
+                LENGTHS,
+                chain=ARM,
+                smoothness=SMOOTH,
+                noise_px=1.0,
+                try_mirrors=tried,
+                time_limit_s=0.0,
+            )
+            of.append(np.linalg.norm(made.positions - seen.truth, axis=-1).mean())
+            assert made.refined is not None
+    assert np.mean(errors[True]) < 0.8 * np.mean(errors[False])
+
+
+def test_a_mirror_behind_the_camera_is_no_candidate() -> None:
+    seen = Seen(1)
+    start = seen.combination(set())
+    allowed = seen.refine(start)
+
+    def refine(limbs: dict[str, LimbChoice]) -> Refinement:
+        if mirrored_in(limbs):
+            raise Refusal("a joint that was seen starts behind its camera")
+        return allowed
+
+    found = mirror_search.better_mirrors(ARM, seen.root, start, seen.choose, refine)
+    assert not mirrored_in(found)
+    with pytest.raises(Refusal, match="behind"):
+        mirror_search.better_mirrors(ARM, seen.root, seen.combination({"wrist"}), seen.choose, refine)
