@@ -428,9 +428,7 @@ class MotionsSweep(Sweep):
     lengths: str = "true"  # true; anthropometric: ratios, scaled to the true thighs; estimated: from the rays
     root: str = "true"  # true; unit_depth: its image, at the depth that it has in the middle frame
     use_hinges: bool = True
-    try_mirrors: bool = (
-        False  # of limbs in doubt, wherever all limbs refined together then fit their images better
-    )
+    try_mirrors: bool = False  # of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first: the clock may then decide
     time_limit_s: float = 0.2  # of each certificate
 
@@ -451,9 +449,9 @@ class FaceOffSweep(Sweep):
     distance_mm: float = 4000.0
     focal_px: float = 1000.0
     around_deg: float = 60.0
-    components: int = 20
+    components: int = 20  # 0: each limb chooses its own
     softness: float = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
-    refine: bool = False  # of articulated trajectories: costs nine tenths of the time, moves errors by 3 %
+    refine: bool = False  # of articulated trajectories, in the end: costs time, moves errors by 3 %
     noise_variance_mm2: float = 70.0  # of approach II
     time_limit_s: float = 0.0  # of each choice of signs; 0: the first ones, the same on every machine
 

@@ -125,7 +125,6 @@ def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 SHARING = {
-    "tests/test_command_line.py": "smoke_results",
     "tests/stages/test_every_preset.py": "smoke_results",
     "tests/stages/test_reuse.py": "smoke_results",
     "tests/claims": "synthetic_tables",

@@ -109,7 +109,7 @@ def reconstruct(
         Of the limbs in the order of ``chain.limbs``, mm; NaN: as `limb_lengths.length_from_rays` says.
     chain : Chain
     smoothness : Smoothness or SmoothnessByRule, optional
-        Of the trajectories; 20 cosines by default.  If each limb has its own K, all are refined in the largest.
+        Of the trajectories; 20 cosines by default.  Each limb keeps its own K.
     adjust : {"per_frame", "global", "robust"}
         As for `articulation.ray_sphere`.
     noise_px : float
@@ -155,6 +155,7 @@ def reconstruct(
     # Parents are looked up when a length is asked for: those on the way to the leaves are known by then.
     unknown = [limb for limb in chain.limbs if np.isnan(lengths[chain.limbs.index(limb)])]
     seen = {limb: images[:, chain.joints.index(limb)] for limb in unknown}
+    settled: dict[str, Smoothness] = {}
     holders = {limb: hung[:, chain.joints.index(chain.held_by(limb))] for limb in unknown}
 
     def choose(limb: str, parents: np.ndarray) -> LimbChoice:
@@ -166,7 +167,7 @@ def reconstruct(
                 length_from_rays(cameras, seen, {**holders, limb: parents}, limb)
                 if limb in seen
                 else float(lengths[chain.limbs.index(limb)]),
-                smoothness=smoothness,
+                smoothness=settled.get(limb, smoothness),
                 adjust=adjust,
                 noise_px=noise_px,
                 time_limit_s=time_limit_s,
@@ -199,6 +200,7 @@ def reconstruct(
             np.array([limbs[limb].hits.radius for limb in chain.limbs]),
             basis=cosine_basis(len(images), max(basis.components for basis in bases)),
             cutoff=bases[0].cutoff,
+            components=[basis.components for basis in bases],
             max_iterations=steps,
             free_lengths=free_lengths,
             loss=loss,
@@ -207,9 +209,10 @@ def reconstruct(
         )
 
     if try_mirrors:
-        # Lengths that were read off the rays stay as they are, whatever is mirrored now.
+        # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
         lengths = np.where(np.isnan(lengths), [limbs[limb].hits.radius for limb in chain.limbs], lengths)
         seen.clear()
+        settled |= {limb: choice.smoothness for limb, choice in limbs.items()}
         better = better_mirrors(chain, root, dict(limbs), choose, lambda tree: refined_tree(tree, COMPARING))
         for limb in chain.limbs:
             place(limb, better[limb])

@@ -53,12 +53,7 @@ class Smoothness:
             raise Refusal(
                 "a trajectory basis has no component", expected="1 or more", received=str(self.components)
             )
-        if self.cutoff is not None and not 0.0 < self.cutoff < np.inf:
-            raise Refusal(
-                "the cutoff of a soft basis cannot be so",
-                expected="a number above 0",
-                received=f"{self.cutoff:g}",
-            )
+        _check_cutoff(self.cutoff)
 
     def rows(self, frames: int, observed: np.ndarray) -> np.ndarray:
         """The basis of the n frames that were observed, as `binary_quadratic.minimise` takes it, (n, K) or (n, n)."""
@@ -95,9 +90,17 @@ class SmoothnessByRule:
     ----------
     cutoff : float or None
         As of `Smoothness`.
+
+    Raises
+    ------
+    Refusal
+        If the cutoff is not a number above zero.
     """
 
     cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        _check_cutoff(self.cutoff)
 
     def of(self, middle: np.ndarray, observed: np.ndarray) -> Smoothness:
         """The basis of one limb.
@@ -248,6 +251,13 @@ def taken(
     directions = path.directions(rows[:, :most])
     relative = np.where(used[:, None], chosen, hits.radius * directions)
     return LimbChoice(hits, solution, used, signs, mirrored, relative, directions, smoothness)
+
+
+def _check_cutoff(cutoff: float | None) -> None:
+    if cutoff is not None and not 0.0 < cutoff < np.inf:
+        raise Refusal(
+            "the cutoff of a soft basis cannot be so", expected="a number above 0", received=f"{cutoff:g}"
+        )
 
 
 def _tangent_within(cameras: np.ndarray, parents: np.ndarray, hits: RayHits, noise_px: float) -> float:

@@ -142,9 +142,14 @@ def length_from_rays(
     demands = [
         demanded_length(cameras, images[name], parents[name], quantile=FORGIVING)
         for name in (limb, _other_side(limb))
-        if name == limb or (name in images and np.isfinite(parents[name]).all(axis=1).any())
+        if name == limb or (name in images and _seen_together(images[name], parents[name]))
     ]
     return max(demands)
+
+
+def _seen_together(image: np.ndarray, parent: np.ndarray) -> bool:
+    """Whether there is a frame in which a limb's end and its parent are both known."""
+    return bool((np.isfinite(image).all(axis=1) & np.isfinite(parent).all(axis=1)).any())
 
 
 def _other_side(name: str) -> str:

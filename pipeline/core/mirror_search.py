@@ -47,9 +47,10 @@ def better_mirrors(
 
     Notes
     -----
-    Only limbs in doubt are tried (`LimbChoice.undecided`), once each.  The cost never rises; the best of all 2^L
-    combinations is not promised.  A second round from the root to the leaves, or more than ten steps to a
-    refinement, took half as long again and changed mean errors by a few percent either way.
+    Only limbs in doubt are tried (`LimbChoice.undecided`), once each.  The cost as `refine` gives it never rises;
+    the best of all 2^L combinations is not promised.  A limb that was mirrored already, by a hinge, stays the mirror
+    of what is chosen anew where its parent is mirrored.  A second round from the root to the leaves, or more than
+    ten steps to a refinement, took half as long again and changed mean errors by a few percent either way.
     """
     known: dict[tuple[str, tuple[bool, ...]], tuple[LimbChoice, LimbChoice]] = {}
 
@@ -73,10 +74,10 @@ def better_mirrors(
     for limb in chain.limbs:
         if not best[limb].undecided:
             continue
-        other = made(mirrored ^ {limb})
         try:
+            other = made(mirrored ^ {limb})
             other_cost = refine(other).cost
-        except Refusal:  # a joint that was seen would be behind its camera: no candidate
+        except Refusal:  # what hangs on the mirror would be behind the camera, say: no candidate
             continue
         if other_cost < cost:
             mirrored, best, cost = mirrored ^ {limb}, other, other_cost

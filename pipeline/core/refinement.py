@@ -40,6 +40,10 @@ LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down, by default."""
 
 
+_PINNED = 1e12
+"""Penalty of coefficients that a limb does not have: far above the square of any image's pixels to the radian."""
+
+
 @dataclass(frozen=True)
 class Refinement:
     """Refined trajectories of all joints, and how far they are to be trusted.
@@ -103,6 +107,7 @@ def refine(
     loss: str = "squared",
     scale_px: float = 1.0,
     cutoff: float | None = None,
+    components: Sequence[int] | None = None,
     max_iterations: int = 200,
     tolerance: float = 1e-8,
     names: Sequence[str] | None = None,
@@ -141,6 +146,8 @@ def refine(
     cutoff : float, optional
         k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
         pixels to the radian; a hard basis by default.
+    components : sequence of int, optional
+        How many of the K cosines each limb has, if not all of them.
     max_iterations : int
         Steps to try, at least one.
     tolerance : float
@@ -188,6 +195,12 @@ def refine(
     _check_start(given, unknowns, called)
     if cutoff is not None:
         given = _softened(given, unknowns, cutoff)
+    if components is not None:
+        beyond = _beyond(components, limbs, rows.shape[1])
+        unknowns[:, : beyond.shape[1]][beyond] = 0.0
+        penalty = given.penalty.copy()
+        penalty[:, : beyond.shape[1]][beyond] = _PINNED
+        given = replace(given, penalty=penalty)
     bound = np.full_like(unknowns, np.inf)
     bound[:, start.shape[1] :] = np.log(length_factor)
     before = _distances(given, unknowns)
@@ -197,12 +210,12 @@ def refine(
     after = _distances(given, unknowns)
     moved = reprojection.relative(given, unknowns)
     joints = np.concatenate([root[None], reprojection.forward(given, moved)]).swapaxes(0, 1)
-    components = rows.shape[1]
+    most = rows.shape[1]
     return Refinement(
         positions=np.where(np.isfinite(root).all(axis=1)[:, None, None], joints, np.nan),
         relative=moved.swapaxes(0, 1).copy(),
-        coefficients_theta=unknowns[:, :components].copy(),
-        coefficients_phi=unknowns[:, components : 2 * components].copy(),
+        coefficients_theta=unknowns[:, :most].copy(),
+        coefficients_phi=unknowns[:, most : 2 * most].copy(),
         lengths=reprojection.lengths_mm(given, unknowns).copy(),
         chart=given.charts,
         residual_px=np.concatenate([np.full((1, frames), np.nan), after]).T.copy(),
@@ -233,6 +246,18 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     penalty = np.zeros_like(unknowns)
     penalty[:, : len(doubts)] = squares[:, None] * doubts
     return replace(given, penalty=penalty)
+
+
+def _beyond(components: Sequence[int], limbs: int, most: int) -> np.ndarray:
+    """Coefficients (L, 2 K) bool that a limb does not have."""
+    own = np.asarray(components, dtype=int)
+    if own.shape != (limbs,) or not ((own >= 1) & (own <= most)).all():
+        raise Refusal(
+            "the limbs cannot have so many components",
+            expected=f"{limbs} numbers from 1 to {most}",
+            received=", ".join(str(k) for k in np.ravel(own)) or "none",
+        )
+    return np.tile(np.arange(most) >= own[:, None], 2)
 
 
 def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:

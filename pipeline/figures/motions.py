@@ -163,6 +163,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
         caption=f"{made.caption} Lengths: {made.sweep.notes['lengths']}; root: {options.root.replace('_', ' ')}; "
         f"noise of the image {options.noise_px:g} px"
         + ("; knees and elbows flex one way" if options.use_hinges else "")
+        + ("; mirrors of limbs in doubt tried" if options.try_mirrors else "")
         + ". Each title gives the mean error of the joints relative to the pelvis; over all "
         f"{len(sweep['stretch'])} clips it is "
         + ", ".join(f"{error:.0f} mm ({camera})" for error, camera in zip(errors, cameras, strict=True))

@@ -171,7 +171,7 @@ def _trajectory_basis(
         f"{options.components} cosines"
         if options.components
         else (
-            f"as many cosines as each limb's images ask for, for true trajectories {np.median(components):g},"
+            f"each limb's own number of cosines, at the median {np.median(components):g} for the true ones,"
         )
     )
     return {"basis": basis, "energy_beyond": rms.transpose(0, 2, 1)}, {

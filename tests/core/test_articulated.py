@@ -121,6 +121,36 @@ def test_each_limb_may_choose_its_own_components() -> None:
     assert (noisy < clean).all(), "what noise hides cannot be asked for"
 
 
+def test_a_limb_is_refined_in_the_components_that_it_chose() -> None:
+    """In those of a livelier limb, its gap would be filled by what no image holds."""
+    one = scene(4, frames=100, noise_px=0.5)
+    images = one.images.copy()
+    images[45:70, one.chain.joints.index("right_wrist")] = np.nan
+    found = one.reconstructed(images=images, smoothness=SmoothnessByRule(), noise_px=0.5)
+    assert found.refined is not None
+    chosen = np.array([found.limbs[limb].smoothness.components for limb in one.chain.limbs])
+    assert np.ptp(chosen) > 0
+    for name in ("coefficients_theta", "coefficients_phi"):
+        coefficients = np.abs(getattr(found.refined, name))
+        beyond = np.arange(coefficients.shape[1]) >= chosen[:, None]
+        assert coefficients[beyond].max() < 1e-6 < coefficients[~beyond].max()
+
+
+@pytest.mark.parametrize("use_hinges", [False, True])
+def test_mirrors_are_tried_with_whatever_is_not_known(use_hinges: bool) -> None:
+    one = scene(5, frames=100, sweep_rad=0.0, noise_px=1.0)
+    options = {
+        "lengths": np.full(14, np.nan), "smoothness": SmoothnessByRule(), "noise_px": 1.0, "use_hinges": use_hinges
+    }  # fmt: skip
+    plain, tried = (one.reconstructed(try_mirrors=t, **options) for t in (False, True))
+    assert plain.refined is not None
+    assert tried.refined is not None
+    assert tried.refined.cost < plain.refined.cost
+    for limb in one.chain.limbs:
+        assert tried.limbs[limb].hits.radius == pytest.approx(plain.limbs[limb].hits.radius)
+        assert tried.limbs[limb].smoothness == plain.limbs[limb].smoothness
+
+
 def test_the_refinement_stops_where_it_is_told_to() -> None:
     one = scene(3, noise_px=1.0)
     short, long = (one.reconstructed(max_iterations=steps).refined for steps in (1, 100))

@@ -97,3 +97,18 @@ def test_both_sides_ask_for_the_length_of_either(seed: int) -> None:
         other = {**parents, **{n: np.full((60, 3), np.nan) for n in sides if n != name}}
         assert length_from_rays(camera.matrix, images, other, name) == alone[name]
         assert length_from_rays(camera.matrix, {name: images[name]}, parents, name) == alone[name]
+
+
+def test_the_other_side_is_not_asked_when_it_was_never_seen() -> None:
+    camera = still(40, target=np.zeros(3), distance_mm=4000.0)
+    parents = {name: np.full((40, 3), 100.0) for name in ("left_knee", "right_knee")}
+    path = angular_limb(np.random.default_rng(2), 40).relative
+    images = {
+        "left_knee": camera.project(parents["left_knee"] + path),
+        "right_knee": np.full((40, 2), np.nan),
+    }
+    assert length_from_rays(camera.matrix, images, parents, "left_knee") > 0.0
+    with pytest.raises(Refusal, match="no ray asks for a length"):
+        length_from_rays(
+            camera.matrix, images, {**parents, "left_knee": np.full((40, 3), np.nan)}, "right_knee"
+        )

@@ -7,6 +7,7 @@ import json
 import platform
 import struct
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -208,3 +209,10 @@ def test_the_smoke_table_is_the_golden_one(folder: Path) -> None:
 
 def test_there_is_a_golden_table_for_each_preset_and_no_other() -> None:
     assert {path.stem for path in GOLDEN.glob("*.csv")} == set(presets())
+
+
+def test_the_claims_are_judged_where_the_figures_are(say: Callable, smoke_results: Path) -> None:
+    said = say("claims", "scale=smoke", f"results={smoke_results}")
+    assert said.status == 0
+    assert "zhang2007_two_harmonics_share" in said.out
+    assert len(tables.read(smoke_results / "synthetic" / "smoke" / "claims.csv")["claim"]) > 0

@@ -177,6 +177,17 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: Artefact) -> None:
     np.testing.assert_allclose(thigh, true.mean(), rtol=1e-6)
 
 
+def test_mirrors_are_tried_if_asked(stretches: Artefact) -> None:
+    options = MotionsSweep(cameras=["still"], clips=2, time_limit_s=0.0)
+    plain, _ = motions.measure(options, stretches, TrajectoryBasisModel(), 1, 7)
+    tried, _ = motions.measure(replace(options, try_mirrors=True), stretches, TrajectoryBasisModel(), 1, 7)
+    np.testing.assert_array_equal(tried["images"], plain["images"])
+    assert (tried["mirrored"] != plain["mirrored"]).any()
+    assert (tried["reprojection_error_px"] <= plain["reprojection_error_px"] + 0.05).all()
+    assert tried["error_mm"].mean() < 0.8 * plain["error_mm"].mean()
+    assert (tried["objective"] >= tried["lower_bound"] - 1e-6).all()
+
+
 def test_lengths_may_come_from_the_rays_and_components_from_the_rule(stretches: Artefact) -> None:
     """Nothing of the person is then known but the root: ratios say how wrong the lengths are, and K how fine."""
     options = MotionsSweep(cameras=["shaky"], clips=1, lengths="estimated", time_limit_s=0.0)
