@@ -4,8 +4,8 @@ The paper shows four videos whose truth nobody knows.  Here the images are proje
 beside the pictures there are errors.  Of each clip the stretch is taken whose joints move most.
 
 Signs are the first that the search finds unless `sweep.exact` says otherwise; the certificate of each limb is then
-made beside, under a time limit, and says how much better any signs could be.  What is reconstructed so does not
-depend on the clock.
+made beside, under a time limit if there is any, and says how much better any signs could be.  What is reconstructed
+so does not depend on the clock.
 """
 
 from __future__ import annotations
@@ -217,7 +217,7 @@ class _Trial:
             choice = made.limbs[limb]
             solution = choice.solution
             certificate = solution
-            if not self.options.exact:
+            if not self.options.exact and self.options.time_limit_s > 0.0:  # or it would be the same again
                 certificate = choose_limb(
                     self.camera.matrix,
                     self.images[:, child],
