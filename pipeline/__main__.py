@@ -84,7 +84,8 @@ def register() -> None:
     """Tell Hydra the classes of `pipeline.config`, so that a typo dies at composition."""
     from hydra.core.config_store import ConfigStore
 
-    from pipeline import config, skeleton
+    from pipeline import skeleton
+    from pipeline.studies import options as config
 
     store = ConfigStore.instance()
     store.store(name="config_schema", node=config.Config)
@@ -119,13 +120,15 @@ def compose(overrides: Sequence[str]) -> Any:
 def _typed(composed: Any) -> Any:
     from omegaconf import OmegaConf
 
-    from pipeline.refusal import Refusal
+    from pipeline.validation import InvalidInput
 
     missing = OmegaConf.missing_keys(composed)
     if "figure" in missing:
-        raise Refusal("no figure is chosen", expected="experiment=" + "|".join(presets()), received="none")
+        raise InvalidInput(
+            "no figure is chosen", expected="experiment=" + "|".join(presets()), received="none"
+        )
     if missing:
-        raise Refusal("a value is missing", where=", ".join(sorted(missing)))
+        raise InvalidInput("a value is missing", where=", ".join(sorted(missing)))
     OmegaConf.resolve(composed)
     config = OmegaConf.to_object(composed)
     _refuse_additions(config, "")
@@ -137,7 +140,7 @@ def _name_folder(config: Any) -> None:
     """Call the user's own data after their folder, so that two folders do not share results."""
     import re
 
-    from pipeline.config import FolderData
+    from pipeline.studies.options import FolderData
 
     if isinstance(config.data, FolderData) and config.data.name == "folder" and config.data.path:
         config.data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(config.data.path).resolve().name)
@@ -147,22 +150,24 @@ def _refuse_additions(options: Any, path: str) -> None:
     """Refuse keys that ``+key=value`` added: no stage would ever read them."""
     from dataclasses import fields, is_dataclass
 
-    from pipeline.refusal import Refusal
+    from pipeline.validation import InvalidInput
 
     if not is_dataclass(options):
         return
     known = [field.name for field in fields(options)]
     for name, value in vars(options).items():
         if name not in known:
-            raise Refusal("there is no such option", where=path + name, expected="one of " + ", ".join(known))
+            raise InvalidInput(
+                "there is no such option", where=path + name, expected="one of " + ", ".join(known)
+            )
         _refuse_additions(value, f"{path}{name}.")
 
 
 def sentence(error: Exception) -> str:
     """What a person should read of an error in place of a traceback; empty for one that is ours to mend."""
-    from pipeline.refusal import Refusal
+    from pipeline.validation import InvalidInput
 
-    if isinstance(error, Refusal):
+    if isinstance(error, InvalidInput):
         return str(error)
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
         return str(_of_composition(error))
@@ -172,33 +177,33 @@ def sentence(error: Exception) -> str:
 
 
 def _of_composition(error: Exception) -> Exception:
-    """A Refusal that says what Hydra or OmegaConf found wrong with an override, naming the full key."""
+    """A InvalidInput that says what Hydra or OmegaConf found wrong with an override, naming the full key."""
     from dataclasses import fields, is_dataclass
 
     from hydra.errors import MissingConfigException, OverrideParseException
     from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
-    from pipeline.refusal import Refusal
+    from pipeline.validation import InvalidInput
 
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
             options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
-        return Refusal("there is no such option", where=group, expected=options, received=name)
+        return InvalidInput("there is no such option", where=group, expected=options, received=name)
     if isinstance(error, OverrideParseException):
-        return Refusal(
+        return InvalidInput(
             "this is not an override", expected="option=value", received=repr(error.override or error.message)
         )
     cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
             known = "one of " + ", ".join(field.name for field in fields(cause.object_type))
-            return Refusal("there is no such option", where=cause.full_key, expected=known)
-        return Refusal(str(cause).splitlines()[0], where=cause.full_key)
+            return InvalidInput("there is no such option", where=cause.full_key, expected=known)
+        return InvalidInput(str(cause).splitlines()[0], where=cause.full_key)
     first = str(error).splitlines()[0]
     several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
-    return Refusal(first, expected=several)
+    return InvalidInput(first, expected=several)
 
 
 def destination(config: Any, overrides: Sequence[str], moment: str) -> Path:
@@ -217,7 +222,7 @@ def _moment() -> str:
 
 def figures(arguments: Sequence[str]) -> int:
     """Make several figures in one process; `experiment=a,b` picks some, by default all."""
-    from pipeline.run import make_figures, not_for, open_console
+    from pipeline.cli.figures import make_figures, not_for, open_console
 
     chosen = [name for item in arguments if item.startswith("experiment=") for name in item[11:].split(",")]
     common = [item for item in arguments if not item.startswith("experiment=")]
@@ -243,7 +248,7 @@ def hydra_main(arguments: Sequence[str]) -> int:
     from hydra.core.hydra_config import HydraConfig
     from hydra.types import RunMode
 
-    from pipeline.refusal import Refusal
+    from pipeline.validation import InvalidInput
 
     register()
     status = 0
@@ -251,13 +256,13 @@ def hydra_main(arguments: Sequence[str]) -> int:
     @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
     def one(composed: Any) -> None:
         nonlocal status
-        from pipeline.run import make_figures, open_console
+        from pipeline.cli.figures import make_figures, open_console
 
         settings = HydraConfig.get()
         multirun = settings.mode == RunMode.MULTIRUN
         try:
             config = _typed(composed)
-        except Refusal as refusal:
+        except InvalidInput as refusal:
             if multirun:
                 raise
             status = 1
@@ -271,7 +276,7 @@ def hydra_main(arguments: Sequence[str]) -> int:
         refused = make_figures([(config, folder)], console=open_console())
         if refused and multirun:
             # The other variants are made all the same; the launcher hands this one's error to `main`.
-            raise Refusal(refused[0], where=settings.job.override_dirname)
+            raise InvalidInput(refused[0], where=settings.job.override_dirname)
         status = 1 if refused else 0
 
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to `main`, which puts them into a sentence
@@ -285,17 +290,17 @@ def main(arguments: Sequence[str]) -> int:
     if not arguments or arguments[0] in ("--help", "-h", "help"):
         print(help_text())
         return 0
-    from pipeline.refusal import Refusal
+    from pipeline.validation import InvalidInput
 
     try:
         if arguments[0] == "figures":
             return figures(arguments[1:])
-        from pipeline import commands
+        from pipeline.cli import commands
 
         if arguments[0] in commands.VERBS:
             return commands.VERBS[arguments[0]](arguments[1:], compose)
         if arguments[0].find("=") < 1 and not arguments[0].startswith("-"):
-            raise Refusal(
+            raise InvalidInput(
                 "the command is unknown",
                 expected="an override (option=value) or one of " + ", ".join(["figures", *commands.VERBS]),
                 received=arguments[0],

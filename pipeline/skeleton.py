@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 """Millimetres in one unit of length, by the unit's short name."""
@@ -46,13 +46,13 @@ class Skeleton:
 
         Raises
         ------
-        Refusal
+        InvalidInput
             If the skeleton has no such joint.
         """
         try:
             return self.joints.index(joint)
         except ValueError:
-            raise Refusal(
+            raise InvalidInput(
                 f"no joint {joint!r}", where=self.name, expected="one of " + ", ".join(self.joints)
             ) from None
 
@@ -166,7 +166,7 @@ def _find(names: tuple[str, ...], wanted: str) -> int | None:
         target = normalise(wanted)
         found = [i for i, name in enumerate(names) if normalise(name) == target]
         if len(found) > 1:
-            raise Refusal(
+            raise InvalidInput(
                 f"{len(found)} points are called {wanted!r}",
                 expected="one person to a file",
                 received=", ".join(names[i] for i in found[:3]),
@@ -196,15 +196,17 @@ def map_joints(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If a joint has no rule, a rule names points that the file lacks, weights do not sum to one, or a
         point stands twice in the file (two people).
     """
     if mapping.up not in _TO_Z_UP:
-        raise Refusal("the up axis is unknown", where=mapping.name, expected="x, y or z", received=mapping.up)
+        raise InvalidInput(
+            "the up axis is unknown", where=mapping.name, expected="x, y or z", received=mapping.up
+        )
     unknown = set(mapping.joints) - set(skeleton.joints)
     if unknown:
-        raise Refusal(
+        raise InvalidInput(
             f"no joint {sorted(unknown)[0]!r} in {skeleton.name}",
             where=mapping.name,
             expected="one of " + ", ".join(skeleton.joints),
@@ -219,7 +221,7 @@ def map_joints(
             if (rule := getattr(mapping, which).get(joint))
         ]
         if not rules:
-            raise Refusal(f"no rule for the joint {joint!r}", where=mapping.name)
+            raise InvalidInput(f"no rule for the joint {joint!r}", where=mapping.name)
         for rule, fallback in rules:
             is_fallback = fallback
             found = [_find(motion.names, point) for point in rule]
@@ -228,14 +230,14 @@ def map_joints(
                 break
         else:
             missing = [p for p, i in zip(rule, found, strict=True) if i is None]
-            raise Refusal(
+            raise InvalidInput(
                 f"the joint {joint!r} needs the point {missing[0]!r}, which the file does not have",
                 where=mapping.name,
                 received="points " + ", ".join(motion.names[:8]) + (", …" if len(motion.names) > 8 else ""),
             )
         weights = np.array(list(rule.values()), dtype=float)
         if abs(weights.sum() - 1.0) > 1e-6:
-            raise Refusal(
+            raise InvalidInput(
                 f"the weights of {joint!r} do not sum to one",
                 where=mapping.name,
                 expected="1",
@@ -247,7 +249,7 @@ def map_joints(
             lowering = mapping.lowered[joint]
             pair = [i for point in lowering.between if (i := _find(motion.names, point)) is not None]
             if len(pair) != 2:
-                raise Refusal(
+                raise InvalidInput(
                     f"the lowering of {joint!r} needs two points of the file",
                     where=mapping.name,
                     received=", ".join(lowering.between),

@@ -16,7 +16,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def spread(function: Callable[[Item], Result], items: Iterable[Item], workers: int) -> list[Result]:
+def map_threads(function: Callable[[Item], Result], items: Iterable[Item], workers: int) -> list[Result]:
     """``[function(item) for item in items]``, on `workers` threads; the same numbers for any count."""
     with threadpool_limits(limits=1):
         if workers <= 1:

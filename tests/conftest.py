@@ -26,9 +26,10 @@ from hypothesis.configuration import set_hypothesis_home_dir
 from rich.console import Console
 
 from pipeline import __main__ as command_line
-from pipeline import papers, tables
-from pipeline.run import Outcome, make_figure, make_figures
-from pipeline.store import Store
+from pipeline import papers
+from pipeline.cli.figures import Outcome, make_figure, make_figures
+from pipeline.storage import tables
+from pipeline.storage.store import Store
 
 # Failing examples are remembered between runs, but outside of the tree.
 set_hypothesis_home_dir(Path(tempfile.gettempdir()) / f"gait-pipeline-hypothesis-{getpass.getuser()}")

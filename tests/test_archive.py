@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from pipeline import archive
-from pipeline.refusal import Refusal
-from pipeline.sealed_folders import digest
-from pipeline.store import Store
+from pipeline.storage import archive
+from pipeline.storage.sealed_folders import digest
+from pipeline.storage.store import Store
+from pipeline.validation import InvalidInput
 
 COMMIT = "0123456789abcdef" * 2 + "01234567"
 FIGURES = ["zhang2007_fig5", "zhang2007_fig2"]
@@ -185,7 +185,7 @@ def test_what_cannot_be_traced_is_refused(
     tmp_path: Path, make: Make, keep: Make, changes: dict[str, Any], complaint: str
 ) -> None:
     source = make()
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         keep(source, **changes)
     assert not (tmp_path / "archive").exists()
 
@@ -206,7 +206,7 @@ def test_results_made_otherwise_are_refused(
     tmp_path: Path, make: Make, keep: Make, changes: dict[str, Any], complaint: str
 ) -> None:
     source = make(**changes)
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         keep(source)
     assert not (tmp_path / "archive").exists()
 
@@ -229,7 +229,7 @@ def test_unfinished_results_are_refused(
 ) -> None:
     source = make()
     spoil(source / "zhang2007_fig5")
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         keep(source)
     assert not (tmp_path / "archive").exists()
 
@@ -239,7 +239,7 @@ def test_an_archive_with_other_content_is_not_overwritten(tmp_path: Path, make: 
     keep(source)
     before = snapshot(tmp_path / "archive")
     (source / "claims.csv").write_text("claim,verdict\none,reproduced\n")
-    with pytest.raises(Refusal, match="already holds other results"):
+    with pytest.raises(InvalidInput, match="already holds other results"):
         keep(source)
     assert snapshot(tmp_path / "archive") == before
 
@@ -248,10 +248,10 @@ def test_a_lost_or_changed_archive_is_not_mended_in_silence(tmp_path: Path, make
     source = make()
     kept = keep(source)
     (kept / "synthetic" / "claims.csv").unlink()
-    with pytest.raises(Refusal, match="already holds other results"):
+    with pytest.raises(InvalidInput, match="already holds other results"):
         keep(source)
     shutil.rmtree(kept / "synthetic")
-    with pytest.raises(Refusal, match="has lost these results"):
+    with pytest.raises(InvalidInput, match="has lost these results"):
         keep(source)
 
 
@@ -282,7 +282,7 @@ def test_whatever_operation_fails_the_next_time_finishes(
         failing = n
         shutil.rmtree(tmp_path / "archive")
         calls = 0
-        with pytest.raises(Refusal, match="cannot write results: No space left"):
+        with pytest.raises(InvalidInput, match="cannot write results: No space left"):
             keep(source)
         calls = -1000
         kept = keep(source)
@@ -292,7 +292,7 @@ def test_whatever_operation_fails_the_next_time_finishes(
 
 def test_a_folder_that_is_no_archive_is_refused(tmp_path: Path) -> None:
     for folder in (tmp_path, tmp_path / "nowhere"):
-        with pytest.raises(Refusal, match="this is no archive"):
+        with pytest.raises(InvalidInput, match="this is no archive"):
             archive.verify(folder)
 
 
@@ -301,7 +301,7 @@ def test_a_list_that_cannot_be_understood_is_refused(make: Make, keep: Make, lin
     kept = keep(make())
     with (kept / "SHA256SUMS").open("a") as stream:
         stream.write(line + "\n")
-    with pytest.raises(Refusal, match="line 15: the list of checksums cannot be understood"):
+    with pytest.raises(InvalidInput, match="line 15: the list of checksums cannot be understood"):
         archive.verify(kept)
 
 
@@ -313,7 +313,7 @@ def test_an_index_that_cannot_be_understood_is_refused(
     (tmp_path / "archive" / "index.csv").write_text(content)
     before = snapshot(tmp_path / "archive")
     for attempt in (lambda: archive.verify(kept), lambda: keep(make("optical"))):
-        with pytest.raises(Refusal, match="the index cannot be understood"):
+        with pytest.raises(InvalidInput, match="the index cannot be understood"):
             attempt()
     assert snapshot(tmp_path / "archive") == before
 
@@ -329,5 +329,5 @@ def test_a_manifest_cannot_reach_outside_its_folder(tmp_path: Path, make: Make, 
     }
     compact = json.dumps(manifest, sort_keys=True, separators=(",", ":"))
     (figure / "manifest.json").write_text(json.dumps({**manifest, "seal": digest(compact.encode())}))
-    with pytest.raises(Refusal, match="outside its folder"):
+    with pytest.raises(InvalidInput, match="outside its folder"):
         keep(source)

@@ -13,7 +13,12 @@ from hypothesis import strategies as st
 from pipeline.__main__ import compose
 from pipeline.clips import corpus, performances, varied
 from pipeline.clips.corpus import Clip, clips_of, in_turn, require
-from pipeline.config import (
+from pipeline.core import fourier
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15, SourceMapping
+from pipeline.stages import dataset, ingest
+from pipeline.storage.store import Store
+from pipeline.studies.options import (
     FolderData,
     LimbDataset,
     PostureDataset,
@@ -23,13 +28,9 @@ from pipeline.config import (
     SyntheticClips,
     SyntheticPerformances,
 )
-from pipeline.core import bending, fourier
-from pipeline.core.synthetic import walking_population
-from pipeline.formats import trc
-from pipeline.refusal import Refusal
-from pipeline.skeleton import WALKER15, SourceMapping
-from pipeline.stages import dataset, ingest
-from pipeline.store import Store
+from pipeline.synthetic import bending
+from pipeline.synthetic.walkers import walking_population
+from pipeline.validation import InvalidInput
 
 OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in WALKER15.joints})
 
@@ -94,7 +95,7 @@ def test_people_take_turns_until_the_limit(people: list[str], limit: int) -> Non
 )
 def test_a_data_set_without_a_corpus_is_refused_by_name(data: str, purpose: str, words: str) -> None:
     options = compose(["experiment=zhang2007_fig2", f"data={data}"]).data
-    with pytest.raises(Refusal, match=f"the data set {data} {words}"):
+    with pytest.raises(InvalidInput, match=f"the data set {data} {words}"):
         require(options, purpose)
     require(options, "performances")
     require(compose(["experiment=zhang2007_fig2"]).data, purpose)
@@ -159,7 +160,7 @@ def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: 
 
 
 def test_too_few_performances_are_refused_with_the_reasons(bends: Path, tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match=r"too few performances.*1 of 2.*missing for too long"):
+    with pytest.raises(InvalidInput, match=r"too few performances.*1 of 2.*missing for too long"):
         ingest.run(
             folder_data(bends, pattern="a_*"), OWN_JOINTS, 1, 2, Store(tmp_path), purpose="performances"
         )
@@ -167,7 +168,7 @@ def test_too_few_performances_are_refused_with_the_reasons(bends: Path, tmp_path
 
 def test_an_unknown_cut_is_refused(bends: Path, tmp_path: Path) -> None:
     options = folder_data(bends, performances=RecordedPerformances(cut="halves"))
-    with pytest.raises(Refusal, match=r"data.performances.cut.*whole or cycles.*halves"):
+    with pytest.raises(InvalidInput, match=r"data.performances.cut.*whole or cycles.*halves"):
         ingest.run(options, OWN_JOINTS, 1, 2, Store(tmp_path), purpose="performances")
 
 
@@ -218,7 +219,7 @@ def test_stretches_are_of_one_length_and_short_clips_are_named(bends: Path, tmp_
     ends = WALKER15.joints.index("left_knee"), WALKER15.joints.index("left_hip")
     thigh = np.linalg.norm(np.subtract(*(cut.arrays["positions"][:, :, e] for e in ends)), axis=-1)
     assert np.isclose(cut.arrays["lengths_mm"], thigh.mean(axis=1)[:, None]).any(axis=1).all()
-    with pytest.raises(Refusal, match="no clip is long enough"):
+    with pytest.raises(InvalidInput, match="no clip is long enough"):
         dataset.run(LimbDataset(frames=5000), made, 2, store)
 
 

@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import sealed_folders, store, tables
 from pipeline.__main__ import compose, presets
-from pipeline.commands import VERBS
-from pipeline.core.synthetic import WalkingPopulation, walking_population
-from pipeline.formats import csv, trc
-from pipeline.refusal import Refusal
-from pipeline.sealed_folders import is_complete
+from pipeline.cli.commands import VERBS
+from pipeline.formats.points import csv, trc
 from pipeline.skeleton import WALKER15
+from pipeline.storage import sealed_folders, store, tables
+from pipeline.storage.sealed_folders import is_complete
+from pipeline.synthetic.walkers import WalkingPopulation, walking_population
+from pipeline.validation import InvalidInput
 
 ROOT = Path(__file__).resolve().parent.parent
 FIXTURES = Path(__file__).resolve().parent / "fixtures"
@@ -131,7 +131,7 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
     said = say("equations", "zhang2007")
     assert said.status == 0
     assert "(3.15)" in said.out
-    assert "pipeline/core/reconstruction.py:" in said.out
+    assert "pipeline/core/reconstruction/known_view.py:" in said.out
 
 
 @pytest.mark.parametrize(
@@ -693,7 +693,7 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
 
 
 def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
-    from pipeline.commands import built_figures, figures_for
+    from pipeline.cli.commands import built_figures, figures_for
 
     every = built_figures()
     assert set(every) == set(presets())
@@ -799,5 +799,5 @@ def test_a_preset_goes_to_its_own_folder_and_anything_else_to_scratch(say: Calla
 def test_a_refusal_survives_the_way_back_from_another_process() -> None:
     import pickle
 
-    refusal = pickle.loads(pickle.dumps(Refusal("no", where="here", expected="yes", received="no")))
+    refusal = pickle.loads(pickle.dumps(InvalidInput("no", where="here", expected="yes", received="no")))
     assert (str(refusal), refusal.where) == ("here: no (expected yes, received no)", "here")

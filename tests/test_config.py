@@ -11,11 +11,11 @@ from typing import Any, get_type_hints
 import numpy as np
 import pytest
 
-from pipeline import config as options
 from pipeline import papers, skeleton
 from pipeline.__main__ import compose, destination, presets, sentence
-from pipeline.config import Config, Grid
-from pipeline.refusal import Refusal
+from pipeline.studies import options
+from pipeline.studies.options import Config, Grid
+from pipeline.validation import InvalidInput
 
 CONF = Path(__file__).resolve().parent.parent / "conf"
 
@@ -166,7 +166,7 @@ def test_a_range_includes_both_ends(start: float, stop: float, step: float, valu
     ],
 )
 def test_a_range_without_values_is_refused(start: float, stop: float, step: float, words: str) -> None:
-    with pytest.raises(Refusal, match=f"^sweep.view: .*{words}"):
+    with pytest.raises(InvalidInput, match=f"^sweep.view: .*{words}"):
         Grid(start=start, stop=stop, step=step).values("sweep.view")
 
 
@@ -216,7 +216,7 @@ def test_an_unknown_option_of_a_group_lists_those_there_are(group: str) -> None:
 
 
 def test_no_figure_is_a_refusal_that_lists_them() -> None:
-    with pytest.raises(Refusal, match="no figure is chosen") as caught:
+    with pytest.raises(InvalidInput, match="no figure is chosen") as caught:
         compose(["scale=smoke"])
     assert all(figure in str(caught.value) for figure in presets())
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline import fetch_transfer
 from pipeline.fetch import NEEDED_COLUMNS, FetchReport, Progress, fetch, open_http, read_sources, resolve
-from pipeline.refusal import Refusal
+from pipeline.fetch import transfer as fetch_transfer
+from pipeline.validation import InvalidInput
 
 CONTENT = np.random.default_rng(0).bytes(200_000)
 OTHER = b"Joint;x;y;z\n" * 100
@@ -386,7 +386,7 @@ def test_what_only_a_mirror_can_have(case: Case) -> None:
 
 def test_a_mirror_that_is_not_there_is_refused(case: Case) -> None:
     case.add("zoo/a", CONTENT)
-    with pytest.raises(Refusal, match="the mirror is not a folder"):
+    with pytest.raises(InvalidInput, match="the mirror is not a folder"):
         case.fetch(no_network, mirror=case.mirror)
 
 
@@ -409,7 +409,7 @@ def test_only_what_is_wanted(case: Case, only: list[str] | None, expected: list[
 def test_a_wish_for_nothing_is_refused(case: Case) -> None:
     case.add("zoo/a", OTHER)
     with pytest.raises(
-        Refusal, match=r"nothing of that name \(expected a source \(zoo\) or a path, received hdm"
+        InvalidInput, match=r"nothing of that name \(expected a source \(zoo\) or a path, received hdm"
     ):
         case.fetch(no_network, only=["hdm05"])
 
@@ -433,10 +433,10 @@ def test_a_wish_for_nothing_is_refused(case: Case) -> None:
 def test_a_path_cannot_leave_the_folder(case: Case, path: str) -> None:
     case.add("zoo/first", OTHER)
     case.add(path, OTHER, address="http://127.0.0.1:9/a")
-    with pytest.raises(Refusal, match="a path must stay inside the data folder"):
+    with pytest.raises(InvalidInput, match="a path must stay inside the data folder"):
         case.fetch(no_network)
     assert not case.raw.exists()
-    with pytest.raises(Refusal, match="a path must stay inside the data folder"):
+    with pytest.raises(InvalidInput, match="a path must stay inside the data folder"):
         resolve(case.rows[1], raw=case.raw)
 
 
@@ -454,7 +454,7 @@ def test_a_table_that_says_nonsense_is_refused(case: Case, changes: dict[str, st
     case.add("zoo/first", OTHER)
     case.add("zoo/a", OTHER)
     case.rows[1] |= changes
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         case.fetch(no_network)
 
 
@@ -470,12 +470,12 @@ def test_a_table_that_says_nonsense_is_refused(case: Case, changes: dict[str, st
 )
 def test_a_broken_table_is_refused(tmp_path: Path, content: bytes, complaint: str) -> None:
     (tmp_path / "sources.csv").write_bytes(content)
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         read_sources(tmp_path / "sources.csv")
 
 
 def test_a_missing_table_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match=r"cannot read the table of sources: .*No such file"):
+    with pytest.raises(InvalidInput, match=r"cannot read the table of sources: .*No such file"):
         fetch(tmp_path / "sources.csv", tmp_path / "raw")
 
 
@@ -490,13 +490,13 @@ def test_a_full_disk_stops_the_run_in_one_sentence(
 
     with monkeypatch.context() as patched:
         patched.setattr(os, "fsync", full)
-        with pytest.raises(Refusal, match="cannot write data: No space left on device"):
+        with pytest.raises(InvalidInput, match="cannot write data: No space left on device"):
             case.fetch()
     assert not target.exists()
     assert case.fetch(no_network).fetched == ["zoo/a"]  # the part was whole
     (case.folder / "file").write_text("in the way")
     case.raw = case.folder / "file"
-    with pytest.raises(Refusal, match="cannot write data: "):
+    with pytest.raises(InvalidInput, match="cannot write data: "):
         case.fetch(no_network)
 
 

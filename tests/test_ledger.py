@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import papers, tables
-from pipeline.ledger import judge_figure, judge_folder, write_claims
-from pipeline.threads import spread
+from pipeline import papers
+from pipeline.storage import tables
+from pipeline.studies.ledger import judge_figure, judge_folder, write_claims
+from pipeline.threads import map_threads
 
 SPECTRUM = {
     "table": (
@@ -66,7 +67,7 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
 def test_threads_keep_the_order(workers: int) -> None:
-    assert spread(lambda n: n * n, range(20), workers) == [n * n for n in range(20)]
+    assert map_threads(lambda n: n * n, range(20), workers) == [n * n for n in range(20)]
 
 
 @pytest.mark.parametrize("workers", [1, 3])
@@ -77,4 +78,4 @@ def test_the_first_error_comes_through(workers: int) -> None:
         return n
 
     with pytest.raises(ValueError, match="three"):
-        spread(fail, range(6), workers)
+        map_threads(fail, range(6), workers)

@@ -11,8 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import papers, papers_measures, papers_measures_actions, papers_measures_limbs
-from pipeline.papers_ledger import (
+from pipeline import papers
+from pipeline.papers import measures as papers_measures
+from pipeline.papers import measures_actions as papers_measures_actions
+from pipeline.papers import measures_limbs as papers_measures_limbs
+from pipeline.papers.claims import (
     Claim,
     Interval,
     Verdict,
@@ -25,9 +28,9 @@ from pipeline.papers_ledger import (
     judge,
     within,
 )
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
-ROOT = Path(papers.__file__).parent.parent
+ROOT = Path(__file__).resolve().parent.parent
 EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
 HOUSED = [equation for equation in EQUATIONS if equation.home]
 CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]
@@ -128,11 +131,11 @@ def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
 
 
 def test_looking_up_what_is_not_there_is_refused_by_name() -> None:
-    with pytest.raises(Refusal, match=r"zhang2007: no equation '3\.99' \(expected one of 3\.1, "):
+    with pytest.raises(InvalidInput, match=r"zhang2007: no equation '3\.99' \(expected one of 3\.1, "):
         papers.equation("zhang2007", "3.99")
-    with pytest.raises(Refusal, match="no paper 'zhang1999'"):
+    with pytest.raises(InvalidInput, match="no paper 'zhang1999'"):
         papers.equation("zhang1999", "1")
-    with pytest.raises(Refusal, match="no claim 'zhang2007_nothing'"):
+    with pytest.raises(InvalidInput, match="no claim 'zhang2007_nothing'"):
         papers.claim("zhang2007_nothing")
     assert papers.equation("park2011", "12").tag == "[park2011 12]"
 
@@ -742,7 +745,7 @@ def test_columns_of_unequal_length_cannot_be_tested() -> None:
 
 
 def test_a_missing_column_is_refused_by_name() -> None:
-    with pytest.raises(Refusal, match=r"table zhang2007_fig5: no column 'x_mm' \(received y_mm\)"):
+    with pytest.raises(InvalidInput, match=r"table zhang2007_fig5: no column 'x_mm' \(received y_mm\)"):
         judge([little_claim()], {"zhang2007_fig5": {"y_mm": np.zeros(3)}}, "synthetic")
 
 
@@ -765,7 +768,7 @@ def test_each_column_that_a_claim_reads_is_refused_when_missing(claim: Claim) ->
     for name, column in sorted(read):
         tables = worked_tables()
         del tables[name][column]
-        with pytest.raises(Refusal, match=re.escape(f"table {name}: no column {column!r}")):
+        with pytest.raises(InvalidInput, match=re.escape(f"table {name}: no column {column!r}")):
             judge([claim], tables, "synthetic")
 
 

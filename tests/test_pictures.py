@@ -9,9 +9,9 @@ import matplotlib
 import numpy as np
 import pytest
 
-from pipeline.pictures import Panel, PostureRow, Series, curves, postures
-from pipeline.pictures_style import CAPTION_SIZE, STYLE, finish, house_style, new_figure
-from pipeline.refusal import Refusal
+from pipeline.pictures.curves import Panel, PostureRow, Series, curves, postures
+from pipeline.pictures.style import CAPTION_SIZE, STYLE, finish, house_style, new_figure
+from pipeline.validation import InvalidInput
 
 X = np.arange(-90.0, 91.0)
 LINE = Series(x=X, y=np.cos(np.deg2rad(X)), label="least squares", spread=np.full(181, 0.1))
@@ -133,7 +133,7 @@ BAD_SERIES = [
 
 @pytest.mark.parametrize(("series", "words"), BAD_SERIES)
 def test_series_that_do_not_fit_are_refused(tmp_path: Path, series: Series, words: str) -> None:
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         curves(tmp_path / "a", [Panel(series=(series,))])
     assert list(tmp_path.iterdir()) == []
 
@@ -149,7 +149,7 @@ def test_series_that_do_not_fit_are_refused(tmp_path: Path, series: Series, word
     ],
 )
 def test_panels_that_make_no_sense_are_refused(tmp_path: Path, panels: Sequence[Panel], words: str) -> None:
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         curves(tmp_path / "a", panels)
 
 
@@ -166,10 +166,10 @@ def test_panels_that_make_no_sense_are_refused(tmp_path: Path, panels: Sequence[
 def test_postures_that_do_not_fit_are_refused(
     tmp_path: Path, row: PostureRow, bones: Sequence[tuple[int, int]], titles: Sequence[str], words: str
 ) -> None:
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         postures(tmp_path / "a", [("", (row,))], bones, column_titles=titles)
 
 
 def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match="folder"):
+    with pytest.raises(InvalidInput, match="folder"):
         draw_curves(tmp_path / "nowhere" / "a")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from pipeline.recording import Bars, Image2D, Matrix, Notes, Plot, Recording, Space3D, Split
-from pipeline.recording_check import PROGRAM, digest, entities, read_column, screenshot, verify, views
-from pipeline.refusal import Refusal
+from pipeline.recordings.check import PROGRAM, digest, entities, read_column, screenshot, verify, views
+from pipeline.recordings.recording import Bars, Image2D, Matrix, Notes, Plot, Recording, Space3D, Split
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 
 BONES = WALKER15.bones
 ANGLES = np.arange(-90, 91, 30)
@@ -162,9 +162,9 @@ def test_complete_recordings_verify_and_damaged_ones_are_refused(tmp_path: Path)
     cut.write_bytes(whole.read_bytes()[:-200])
     for damaged in (cut, missing):
         for check in (verify, entities, digest):
-            with pytest.raises(Refusal, match=damaged.name):
+            with pytest.raises(InvalidInput, match=damaged.name):
                 check(damaged)
-    with pytest.raises(Refusal, match="no column Scalars:scalars on time"):
+    with pytest.raises(InvalidInput, match="no column Scalars:scalars on time"):
         read_column(whole, "curves/error/map", "Scalars:scalars", "time")
 
 
@@ -174,7 +174,7 @@ def test_a_failure_leaves_the_old_recording_and_no_scraps(tmp_path: Path) -> Non
     before = path.read_bytes()
     with pytest.raises(ZeroDivisionError), Recording(path, name="gait", about="# Gait"):
         raise ZeroDivisionError
-    with pytest.raises(Refusal, match="no layout"), Recording(path, name="gait", about="# Gait"):
+    with pytest.raises(InvalidInput, match="no layout"), Recording(path, name="gait", about="# Gait"):
         pass
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["a.rrd"]
@@ -226,7 +226,7 @@ def test_what_the_library_would_let_pass_is_refused(
     tmp_path: Path, call: Callable[[Recording], object], words: str
 ) -> None:
     with (
-        pytest.raises(Refusal, match=words),
+        pytest.raises(InvalidInput, match=words),
         Recording(tmp_path / "a.rrd", name="bad", about="# Bad") as recording,
     ):
         call(recording)
@@ -243,9 +243,9 @@ def test_what_the_library_would_let_pass_is_refused(
 )
 def test_unsafe_names_and_silence_are_refused(tmp_path: Path, options: dict[str, str], words: str) -> None:
     arguments = {"name": "a", "about": "# A", **options}
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         Recording(tmp_path / "a.rrd", **arguments)
-    with pytest.raises(Refusal, match="folder"):
+    with pytest.raises(InvalidInput, match="folder"):
         Recording(tmp_path / "nowhere" / "a.rrd", name="a", about="# A")
 
 
@@ -265,7 +265,7 @@ def test_a_machine_that_cannot_draw_is_told_so(tmp_path: Path, monkeypatch: pyte
     write_gait(tmp_path / "a.rrd", positions=walker(2))
     for variable in ("VK_ICD_FILENAMES", "VK_DRIVER_FILES"):
         monkeypatch.setenv(variable, str(tmp_path / "no_driver.json"))
-    with pytest.raises(Refusal, match=r"Vulkan driver.*panicked"):
+    with pytest.raises(InvalidInput, match=r"Vulkan driver.*panicked"):
         screenshot(tmp_path / "a.rrd", tmp_path / "a.png")
     assert not (tmp_path / "a.png").exists()
 

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15, Lowering, MotionCapture, Skeleton, SourceMapping, map_joints
+from pipeline.validation import InvalidInput
 
 PAIR = Skeleton(name="PAIR", joints=("hip", "knee"), parents=(-1, 0), mirror=(0, 1))
 
@@ -116,12 +116,12 @@ def test_names_match_without_case_and_without_a_subject_prefix() -> None:
 def test_bad_mappings_are_refused_in_one_sentence(
     source: MotionCapture, rules: SourceMapping, words: str
 ) -> None:
-    with pytest.raises(Refusal, match=words) as caught:
+    with pytest.raises(InvalidInput, match=words) as caught:
         map_joints(source, rules, PAIR)
     assert "\n" not in str(caught.value)
 
 
 def test_an_unknown_joint_is_refused_with_the_names_that_exist() -> None:
     assert WALKER15.index("left_knee") == 10
-    with pytest.raises(Refusal, match=r"no joint 'tail' .*head, sternum"):
+    with pytest.raises(InvalidInput, match=r"no joint 'tail' .*head, sternum"):
         WALKER15.index("tail")

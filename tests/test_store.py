@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline import provenance as provenance_module
-from pipeline import sealed_folders
-from pipeline import store as store_module
-from pipeline.refusal import Refusal
-from pipeline.sealed_folders import canonical, complaints_about, is_complete
-from pipeline.store import Artefact, Store, derive_generator
+from pipeline.storage import provenance as provenance_module
+from pipeline.storage import sealed_folders
+from pipeline.storage import store as store_module
+from pipeline.storage.sealed_folders import canonical, complaints_about, is_complete
+from pipeline.storage.store import Artefact, Store, derive_generator
+from pipeline.validation import InvalidInput
 
 
 class Method(Enum):
@@ -221,7 +221,7 @@ def test_the_hash_of_the_code_covers_what_computes(tmp_path: Path, monkeypatch: 
 
 def test_the_key_does_not_depend_on_the_process_or_on_order(tmp_path: Path) -> None:
     script = (
-        "import sys; from pathlib import Path; from pipeline.store import Store\n"
+        "import sys; from pathlib import Path; from pipeline.storage.store import Store\n"
         "print(Store(Path(sys.argv[1])).artefact('s', {'b': 0.1, 'a': {'y': 1, 'x': (2, None)}}, ['i'],"
         " lambda: ({}, {})).key)"
     )
@@ -266,7 +266,7 @@ def test_values_that_are_equal_to_python_are_still_told_apart(tmp_path: Path) ->
 )
 def test_options_without_a_canonical_form_are_refused(tmp_path: Path, options: Any, complaint: str) -> None:
     work = Work()
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         Store(tmp_path).artefact("model", options, [], work)
     assert work.times == 0
 
@@ -289,13 +289,13 @@ def test_the_canonical_form_is_its_own() -> None:
 def test_results_that_cannot_be_kept_are_refused(
     tmp_path: Path, arrays: dict[str, Any], notes: dict[str, Any], complaint: str
 ) -> None:
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         Store(tmp_path).artefact("model", {}, [], lambda: (arrays, notes))
     assert list((tmp_path / "cache").iterdir()) == []
 
 
 def test_a_stage_needs_a_plain_name(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match="no usable name"):
+    with pytest.raises(InvalidInput, match="no usable name"):
         Store(tmp_path).artefact("../model", {}, [], Work())
 
 
@@ -455,9 +455,9 @@ def contents(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize(
     ("make", "raised", "lasting"),
     [
-        (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), Refusal, False),
-        (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), Refusal, True),
-        (lambda: OSError(errno.EACCES, os.strerror(errno.EACCES)), Refusal, False),
+        (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), InvalidInput, False),
+        (lambda: OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), InvalidInput, True),
+        (lambda: OSError(errno.EACCES, os.strerror(errno.EACCES)), InvalidInput, False),
         (KeyboardInterrupt, KeyboardInterrupt, False),
     ],
     ids=["disk full once", "disk full", "forbidden once", "ctrl-c"],
@@ -490,7 +490,7 @@ def test_whatever_operation_fails_the_next_run_finishes(
         if n <= operations:
             with pytest.raises(raised) as caught:
                 run(results, 2)
-            if raised is Refusal:
+            if raised is InvalidInput:
                 assert str(caught.value).startswith("cannot write results: ")
                 assert "\n" not in str(caught.value)
         else:
@@ -518,7 +518,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
         import os, signal, sys
         from pathlib import Path
         import numpy as np
-        from pipeline.store import Store
+        from pipeline.storage.store import Store
         results, name, n = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
         real, calls = getattr(os, name), 0
         def call(*args):
@@ -588,7 +588,7 @@ def test_an_error_of_the_computation_is_not_taken_for_a_full_disk(tmp_path: Path
 
     with pytest.raises(OSError, match="somewhere else") as caught:
         Store(tmp_path).artefact("model", {}, [], failing)
-    assert not isinstance(caught.value, Refusal)
+    assert not isinstance(caught.value, InvalidInput)
 
 
 def test_two_processes_that_compute_the_same_agree_on_one(tmp_path: Path) -> None:
@@ -596,7 +596,7 @@ def test_two_processes_that_compute_the_same_agree_on_one(tmp_path: Path) -> Non
         import os, sys, time
         from pathlib import Path
         import numpy as np
-        from pipeline.store import Store
+        from pipeline.storage.store import Store
         results, me, other = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
         store = Store(results)
         for i in range(8):
@@ -649,15 +649,15 @@ def test_a_results_folder_that_cannot_be_written_is_told_before_the_work(
 ) -> None:
     (tmp_path / "file").write_text("in the way")
     work = Work()
-    with pytest.raises(Refusal, match="cannot write results: Not a directory"):
+    with pytest.raises(InvalidInput, match="cannot write results: Not a directory"):
         Store(tmp_path / "file").artefact("model", {}, [], work)
     with (
-        pytest.raises(Refusal, match="cannot write results: File exists"),
+        pytest.raises(InvalidInput, match="cannot write results: File exists"),
         Store(tmp_path / "file").publish(tmp_path / "file" / "figure"),
     ):
         pytest.fail("the body must not begin")
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(Refusal, match="cannot write results: Permission denied"):
+    with pytest.raises(InvalidInput, match="cannot write results: Permission denied"):
         Store(tmp_path).artefact("model", {}, [], work)
     assert work.times == 0
 
@@ -668,7 +668,7 @@ def test_a_read_only_folder_still_gives_what_it_holds(tmp_path: Path) -> None:
     (tmp_path / "cache").chmod(0o500)
     try:
         same(Store(tmp_path).artefact("model", {}, [], Work()), reference)
-        with pytest.raises(Refusal, match="cannot write results: Permission denied"):
+        with pytest.raises(InvalidInput, match="cannot write results: Permission denied"):
             Store(tmp_path).artefact("model", {"other": 1}, [], Work())
     finally:
         (tmp_path / "cache").chmod(0o700)
@@ -754,7 +754,7 @@ def test_a_publication_needs_a_manifest(tmp_path: Path) -> None:
 
 def test_a_manifest_says_only_what_json_can(tmp_path: Path) -> None:
     with (
-        pytest.raises(Refusal, match=r"manifest.error: the number is not finite"),
+        pytest.raises(InvalidInput, match=r"manifest.error: the number is not finite"),
         Store(tmp_path).publish(tmp_path / "figure") as publication,
     ):
         publication.manifest({"error": np.float64("nan")})

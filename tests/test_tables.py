@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import tables
-from pipeline.refusal import Refusal
+from pipeline.storage import tables
+from pipeline.validation import InvalidInput
 
 
 def test_the_file_is_what_a_person_expects(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_minus_zero_is_zero(tmp_path: Path) -> None:
 def test_what_is_no_table_is_refused_and_nothing_written(
     tmp_path: Path, columns: dict[str, Any], sort_by: list[str], complaint: str
 ) -> None:
-    with pytest.raises(Refusal, match=complaint):
+    with pytest.raises(InvalidInput, match=complaint):
         tables.write(tmp_path / "t.csv", columns, sort_by=sort_by)
     assert list(tmp_path.iterdir()) == []
 
@@ -138,12 +138,12 @@ def test_what_is_no_table_is_refused_and_nothing_written(
 def test_a_broken_table_is_refused(tmp_path: Path, content: bytes, complaint: str) -> None:
     (tmp_path / "t.csv").write_bytes(content)
     for reader in (tables.read, tables.read_rows):
-        with pytest.raises(Refusal, match=complaint):
+        with pytest.raises(InvalidInput, match=complaint):
             reader(tmp_path / "t.csv")
 
 
 def test_a_missing_table_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match=r"cannot read the table: No such file"):
+    with pytest.raises(InvalidInput, match=r"cannot read the table: No such file"):
         tables.read(tmp_path / "t.csv")
 
 
@@ -155,7 +155,7 @@ def test_a_full_disk_leaves_the_older_table(tmp_path: Path, monkeypatch: pytest.
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(Refusal, match="cannot write results: No space left"):
+    with pytest.raises(InvalidInput, match="cannot write results: No space left"):
         tables.write(path, {"a": [2]}, sort_by=[])
     assert [p.name for p in tmp_path.iterdir()] == ["t.csv"]
     assert path.read_bytes() == b"a\n1\n"

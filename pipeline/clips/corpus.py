@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import fetch, formats, tables
-from pipeline.config import Data, FolderData, RecordedData
-from pipeline.formats import asf_amc
-from pipeline.refusal import Refusal
+from pipeline import fetch, formats
+from pipeline.formats.acclaim import amc as asf_amc
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
+from pipeline.storage import tables
+from pipeline.studies.options import Data, FolderData, RecordedData
+from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,13 @@ class Clip:
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     """What the file holds, and its joints: positions (T, 15, 3) mm and where they are valid (T, 15)."""
     if clip.path is None:
-        raise Refusal("not on this machine", expected="`make data` to fetch it")
+        raise InvalidInput("not on this machine", expected="`make data` to fetch it")
     motion = formats.read(clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None)
     return motion, *map_joints(motion, clip.mapping)
 
 
 def require(data: Data, purpose: str) -> None:
-    """Nothing; a Refusal if a data set holds nothing for this purpose (walks, performances or clips)."""
+    """Nothing; a InvalidInput if a data set holds nothing for this purpose (walks, performances or clips)."""
     if not isinstance(data, RecordedData):
         return
     sources = {
@@ -61,7 +62,7 @@ def require(data: Data, purpose: str) -> None:
     }[purpose]
     if not sources:
         what = {"walks": "walks", "performances": "performances of one action", "clips": "varied motion"}
-        raise Refusal(f"the data set {data.name} holds no {what[purpose]}", where="data")
+        raise InvalidInput(f"the data set {data.name} holds no {what[purpose]}", where="data")
 
 
 def clips_of(options: Data, skeleton: SourceMapping, purpose: str) -> list[Clip]:
@@ -89,7 +90,7 @@ def _listed(options: RecordedData, sources: Sequence[str], action: str) -> tuple
     clips = _clips_of_table(options, sources, action)
     present = [clip for clip in clips if clip.path]
     if not present:
-        raise Refusal(
+        raise InvalidInput(
             f"none of the {len(clips)} recordings is on this machine",
             where=options.raw,
             expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
@@ -108,7 +109,7 @@ def _clips_of_table(options: RecordedData, sources: Sequence[str], action: str) 
         and row["skeleton"] in options.skeletons
     ]
     if not rows:
-        raise Refusal(
+        raise InvalidInput(
             f"no recording of {action or 'an action without a name'} by these sources is listed",
             where=options.table,
             expected=", ".join(sources),
@@ -137,14 +138,14 @@ def _clips_of_table(options: RecordedData, sources: Sequence[str], action: str) 
 def folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
     """Readable files below the user's folder."""
     if not options.path:
-        raise Refusal("no folder is given", expected="data.path=<folder>", received="nothing")
+        raise InvalidInput("no folder is given", expected="data.path=<folder>", received="nothing")
     folder = Path(options.path)
     if not folder.is_dir():
-        raise Refusal("there is no such folder", where=options.path)
+        raise InvalidInput("there is no such folder", where=options.path)
     try:
         files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
-        raise Refusal(
+        raise InvalidInput(
             "not a pattern below the folder",
             where="data.pattern",
             expected="**/*.c3d, say",
@@ -152,7 +153,7 @@ def folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
         ) from None
     readable = [p for p in files if p.suffix.lower() in formats.READERS]
     if not readable:
-        raise Refusal(
+        raise InvalidInput(
             "no motion capture in the folder",
             where=f"{options.path}/{options.pattern}",
             expected="files ending in " + " ".join(formats.READERS),
@@ -161,7 +162,7 @@ def folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
     try:
         pattern = re.compile(options.person)
     except re.error as error:
-        raise Refusal(
+        raise InvalidInput(
             f"not a regular expression: {error}", where="data.person", received=options.person
         ) from None
     clips = []
@@ -208,8 +209,8 @@ def _digest(path: Path) -> str:
     try:
         total = hashlib.sha256(path.read_bytes())
         if path.suffix.lower() == ".amc":
-            with suppress(Refusal):  # without its skeleton the clip is refused when it is read, by name
+            with suppress(InvalidInput):  # without its skeleton the clip is refused when it is read, by name
                 total.update(asf_amc.skeleton_of(path).read_bytes())
     except OSError as error:
-        raise Refusal(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
+        raise InvalidInput(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
     return total.hexdigest()

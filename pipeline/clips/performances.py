@@ -14,13 +14,14 @@ import numpy as np
 from pipeline.clips.corpus import Clip, read_clip
 from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
 from pipeline.clips.walks import steady_walk
-from pipeline.config import RecordedPerformances, Steady, SyntheticPerformances
-from pipeline.core import fourier, posture, usable_clip
-from pipeline.core.bending import bending_performances
+from pipeline.core import fourier, posture
 from pipeline.core.resampling import interpolate
-from pipeline.refusal import Refusal
-from pipeline.store import derive_generator
-from pipeline.threads import spread
+from pipeline.core.walking import usable_clip
+from pipeline.storage.store import derive_generator
+from pipeline.studies.options import RecordedPerformances, Steady, SyntheticPerformances
+from pipeline.synthetic.bending import bending_performances
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
     "clip", "person", "source", "frames", "first_frame", "last_frame", "seconds", "bridged_values",
@@ -74,7 +75,7 @@ def recorded_performances(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Arrays and notes of recorded performances."""
     if options.cut not in ("whole", "cycles"):
-        raise Refusal(
+        raise InvalidInput(
             "how to cut performances is unknown",
             where="data.performances.cut",
             expected="whole or cycles",
@@ -92,14 +93,14 @@ def recorded_performances(
             if options.cut == "cycles":
                 return _middle_cycle(row, positions, valid, motion.frame_rate_hz, steady)
             return _performance(row, positions, valid, motion.frame_rate_hz, gap_s=steady.gap_s)
-        except Refusal as refusal:
+        except InvalidInput as refusal:
             # Readers name the file by its path; the report is kept, and shown to others, without it.
             reason = str(refusal).replace(str(clip.path), clip.name)
             return Performance(row | {"verdict": "refused", "reason": reason}, None, 0.0)
 
     clips = list(clips)
     inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
-    return _packed(spread(one, clips, workers), inputs=inputs)
+    return _packed(map_threads(one, clips, workers), inputs=inputs)
 
 
 def _performance(
@@ -115,21 +116,21 @@ def _performance(
         frames = np.flatnonzero(whole)
         first, last = (int(frames[0]), int(frames[-1])) if frames.size else (0, -1)
         if last - first + 1 < LEAST_FRAMES:
-            raise Refusal(
+            raise InvalidInput(
                 "too short for a performance",
                 expected=f"{LEAST_FRAMES} frames",
                 received=str(last - first + 1),
             )
         if not whole[first : last + 1].all():
             missing = first + int(np.flatnonzero(~whole[first : last + 1])[0])
-            raise Refusal(
+            raise InvalidInput(
                 "joints are missing for too long",
                 where=f"frame {missing}",
                 expected=f"gaps up to {gap_s:g} s",
             )
         kept = filled[first : last + 1]
         posture.postures(kept)  # refuses what leaves a posture undefined
-    except Refusal as refusal:
+    except InvalidInput as refusal:
         return Performance(row | {"reason": str(refusal)}, None, frame_rate_hz)
     row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / frame_rate_hz}
     return Performance(row | {"verdict": "kept"}, kept, frame_rate_hz)
@@ -170,7 +171,7 @@ def _packed(
     rows = [p.row for p in performances]
     if len(kept) < 3:
         reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows if row["reason"])
-        raise Refusal(
+        raise InvalidInput(
             "too few performances to learn an action from",
             expected="3 or more",
             received=f"{len(kept)} of {len(rows)}" + (f" ({reasons[:300]})" if reasons else ""),

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from pipeline.clips.corpus import Clip, read_clip
-from pipeline.config import SyntheticClips
-from pipeline.core import usable_clip
-from pipeline.core.bending import bending_performances
-from pipeline.core.synthetic import walking_population
-from pipeline.core.synthetic_limbs import synthetic_body
-from pipeline.refusal import Refusal
-from pipeline.store import derive_generator
-from pipeline.threads import spread
+from pipeline.core.walking import usable_clip
+from pipeline.storage.store import derive_generator
+from pipeline.studies.options import SyntheticClips
+from pipeline.synthetic.bending import bending_performances
+from pipeline.synthetic.limbs import synthetic_body
+from pipeline.synthetic.walkers import walking_population
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
     "clip", "person", "source", "action", "frames", "first_frame", "last_frame", "seconds", "bridged_values",
@@ -43,7 +43,7 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> tuple[dict[str, Any],
     """Arrays and notes of synthetic clips: walking, bending and bodies of smooth angles in turn."""
     count = min(options.limit or options.clips, options.clips)
     if count < 1:
-        raise Refusal("no clips", where="data.clips.clips", expected="1 or more", received=str(count))
+        raise InvalidInput("no clips", where="data.clips.clips", expected="1 or more", received=str(count))
     generator = derive_generator(seed, "ingest")
     kinds = ("walking", "bending", "smooth angles")
     of_kind = {kind: len(range(number, count, len(kinds))) for number, kind in enumerate(kinds)}
@@ -102,14 +102,14 @@ def recorded_clips(
         try:
             motion, positions, valid = read_clip(clip)
             return _clip(row, positions, valid, motion.frame_rate_hz, gap_s=gap_s)
-        except Refusal as refusal:
+        except InvalidInput as refusal:
             # Readers name the file by its path; the report is kept, and shown to others, without it.
             reason = str(refusal).replace(str(clip.path), clip.name)
             return VariedClip(row | {"verdict": "refused", "reason": reason}, None, 0.0)
 
     clips = list(clips)
     inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
-    return _packed(spread(one, clips, workers), inputs=inputs)
+    return _packed(map_threads(one, clips, workers), inputs=inputs)
 
 
 def _clip(
@@ -123,12 +123,12 @@ def _clip(
         row["bridged_values"] = bridged
         first, stop = _longest(whole)
         if stop - first < LEAST_FRAMES:
-            raise Refusal(
+            raise InvalidInput(
                 "too short a stretch shows all joints",
                 expected=f"{LEAST_FRAMES} frames",
                 received=str(stop - first),
             )
-    except Refusal as refusal:
+    except InvalidInput as refusal:
         return VariedClip(row | {"reason": str(refusal)}, None, frame_rate_hz)
     seconds = (stop - first - 1) / frame_rate_hz
     row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds, "verdict": "kept"}
@@ -150,7 +150,7 @@ def _packed(made: list[VariedClip], *, inputs: dict[str, str]) -> tuple[dict[str
     rows = [clip.row for clip in made]
     if not kept:
         reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
-        raise Refusal(f"none of the {len(rows)} clips can be used", received=reasons)
+        raise InvalidInput(f"none of the {len(rows)} clips can be used", received=reasons)
     positions = [clip.positions for clip in kept if clip.positions is not None]
     arrays = {
         "positions": np.concatenate(positions),

@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 
 from pipeline.clips.corpus import Clip, read_clip
-from pipeline.config import Steady, SyntheticData
-from pipeline.core import fourier, synthetic, usable_clip, walking
-from pipeline.refusal import Refusal
-from pipeline.store import derive_generator
-from pipeline.threads import spread
+from pipeline.core import fourier, walking
+from pipeline.core.walking import usable_clip
+from pipeline.storage.store import derive_generator
+from pipeline.studies.options import Steady, SyntheticData
+from pipeline.synthetic import walkers as synthetic
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
     "clip", "person", "source", "frames", "first_frame", "last_frame", "locomotion", "speed_mm_s", "turn_deg",
@@ -44,7 +46,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> tuple[di
     count = min(options.walkers or options.population, options.population)
     if count < 1:
         where = "data.population" if options.population < 1 else "data.walkers"
-        raise Refusal("no walkers", where=where, expected="1 or more", received=str(count))
+        raise InvalidInput("no walkers", where=where, expected="1 or more", received=str(count))
     male = round(count * options.male_share)
     population = synthetic.walking_population(
         derive_generator(seed, "ingest"),
@@ -62,7 +64,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> tuple[di
         positions = population.positions_mm[r]
         return steady_walk(row, positions, np.isfinite(positions).all(axis=-1), options.frame_rate_hz, steady)
 
-    return _packed(spread(one, range(count), workers), steady, inputs={})
+    return _packed(map_threads(one, range(count), workers), steady, inputs={})
 
 
 def recorded_walks(
@@ -79,7 +81,7 @@ def recorded_walks(
         try:
             motion, positions, valid = read_clip(clip)
             walk = steady_walk(row, positions, valid, motion.frame_rate_hz, steady)
-        except Refusal as refusal:
+        except InvalidInput as refusal:
             # Readers name the file by its path; the report is kept, and shown to others, without it.
             reason = str(refusal).replace(str(clip.path), clip.name)
             return Walk(row | {"verdict": "refused", "reason": reason}, None, 0.0)
@@ -88,7 +90,7 @@ def recorded_walks(
 
     clips = list(clips)
     inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
-    return _packed(spread(one, clips, workers), steady, inputs=inputs)
+    return _packed(map_threads(one, clips, workers), steady, inputs=inputs)
 
 
 def steady_walk(
@@ -132,24 +134,24 @@ def steady_walk(
             "residual_share": series.residual_fraction,
         }
         if row["strides"] < steady.cycles:
-            raise Refusal(
+            raise InvalidInput(
                 "no steady walking: the steady stretch is too short",
                 expected=f"{steady.cycles:g} strides",
                 received=f"{row['strides']:.2f}",
             )
         if row["fundamental_share"] < steady.fundamental_share:
-            raise Refusal(
+            raise InvalidInput(
                 "the fundamental frequency looks wrong: it holds too little of the variance",
                 expected=f"{steady.fundamental_share:g} or more",
                 received=f"{row['fundamental_share']:.2f} at {series.frequency_hz:.2f} Hz",
             )
         if series.residual_fraction > steady.residual_share:
-            raise Refusal(
+            raise InvalidInput(
                 "not periodic: two harmonics leave too much of the variance",
                 expected=f"{steady.residual_share:g} or less",
                 received=f"{series.residual_fraction:.2f}",
             )
-    except Refusal as refusal:
+    except InvalidInput as refusal:
         return Walk(row | {"reason": str(refusal)}, None, frame_rate_hz)
     return Walk(row | {"verdict": "kept"}, level, frame_rate_hz)
 
@@ -177,7 +179,7 @@ def _against_population(walks: list[Walk], ratio: float) -> list[Walk]:
                 judged.append(dataclasses.replace(walk, row=walk.row | {"reason": remark}))
                 continue
             reason = str(
-                Refusal(
+                InvalidInput(
                     "the fundamental frequency is far from the other walkers'",
                     expected=f"within a factor of {ratio:g} for the leg length",
                     received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {off:.2f}",
@@ -197,7 +199,7 @@ def _packed(
     if not kept:
         reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
         more = f"; and {len(rows) - 3} more" if len(rows) > 3 else ""
-        raise Refusal(f"none of the {len(rows)} clips can be used", received=reasons + more)
+        raise InvalidInput(f"none of the {len(rows)} clips can be used", received=reasons + more)
     positions = [w.positions for w in kept if w.positions is not None]
 
     def column(name: str) -> np.ndarray:

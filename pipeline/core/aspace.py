@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import linear_model
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the share is none.
 
     Examples
@@ -81,7 +81,7 @@ def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance
     2
     """
     if not 0 < variance <= 1:
-        raise Refusal(
+        raise InvalidInput(
             "the share of the variance is none", expected="above 0 and up to 1", received=f"{variance:g}"
         )
     held = np.cumsum(eigenvalues) / total_variance
@@ -105,20 +105,20 @@ def learn(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If there are no performances or a single posture, a performance is no list of postures or not finite, the
         postures do not vary, more dimensions are wanted than there are, or as `smallest_dimensions`.
     """
     samples = _all_postures(performances)
     if not np.ptp(samples, axis=0).any():
-        raise Refusal(
+        raise InvalidInput(
             "the postures are all the same: they span no space", received=f"{len(samples)} postures"
         )
     model = linear_model.fit(samples, samples.shape[1])
     b = smallest_dimensions(model.eigenvalues, model.total_variance, variance)
     if dimensions is not None:
         if not 1 <= dimensions <= len(model.eigenvalues):
-            raise Refusal(
+            raise InvalidInput(
                 "no such number of dimensions",
                 expected=f"1 to {len(model.eigenvalues)}",
                 received=str(dimensions),
@@ -129,12 +129,12 @@ def learn(
 
 def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     if not len(performances):
-        raise Refusal("no performances", expected="one or more", received="none")
+        raise InvalidInput("no performances", expected="one or more", received="none")
     given = [np.asarray(p, dtype=float) for p in performances]
     for number, performance in enumerate(given):
         where = f"performance {number}"
         if performance.ndim != 2 or performance.shape[1:] != given[0].shape[1:]:
-            raise Refusal(
+            raise InvalidInput(
                 "a performance is no list of postures",
                 where=where,
                 expected=f"(F, {given[0].shape[-1]})" if given[0].ndim == 2 else "(F, 37)",
@@ -142,8 +142,10 @@ def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
             )
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
-            raise Refusal(f"posture {frame} has values that are not finite", where=where)
+            raise InvalidInput(f"posture {frame} has values that are not finite", where=where)
     samples = np.concatenate(given)
     if len(samples) < 2:
-        raise Refusal("one posture alone spans no space", expected="2 or more", received=str(len(samples)))
+        raise InvalidInput(
+            "one posture alone spans no space", expected="2 or more", received=str(len(samples))
+        )
     return samples

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
 """A camera at four metres with a focal length of 1000 px."""
@@ -49,7 +49,7 @@ def still(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If there are no frames, a distance or size is not positive, or the target is none.
     """
     return around(
@@ -97,7 +97,7 @@ def around(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If there are no frames, a distance or size is not positive, or the target is none.
     """
     target = _target(frames, target)
@@ -136,14 +136,14 @@ def hand_held(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the camera does not have frames of one K, an amplitude is negative, or the target is none.
     """
     if camera.frames is None or camera.intrinsics.ndim > 2 or camera.centre.ndim < 2:
-        raise Refusal("a path to shake has one K and a centre for each frame")
+        raise InvalidInput("a path to shake has one K and a centre for each frame")
     for what, value in (("sway", sway_mm), ("tremor", tremor_mm)):
         if not 0.0 <= value < np.inf:
-            raise Refusal(
+            raise InvalidInput(
                 f"the {what} of a hand is negative or no number", expected="mm >= 0", received=f"{value:g}"
             )
     frames = camera.frames
@@ -172,7 +172,7 @@ def parallel(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If there are no frames, the size is not positive, or the target is none.
     """
     target = _target(frames, target)
@@ -188,10 +188,10 @@ def parallel(
 
 def _target(frames: int, target: np.ndarray) -> np.ndarray:
     if frames < 1:
-        raise Refusal("a camera path has no frames", expected="1 or more", received=str(frames))
+        raise InvalidInput("a camera path has no frames", expected="1 or more", received=str(frames))
     target = np.asarray(target, dtype=float)
     if target.shape not in ((3,), (frames, 3)) or not np.isfinite(target).all():
-        raise Refusal(
+        raise InvalidInput(
             "a camera has no target", expected=f"finite (3,) or ({frames}, 3)", received=f"{target.shape}"
         )
     return np.broadcast_to(target, (frames, 3))
@@ -200,6 +200,8 @@ def _target(frames: int, target: np.ndarray) -> np.ndarray:
 def _refuse_sizes(distance_mm: float, px_per_mm: float, *others: float) -> None:
     for what, value in (("distance", distance_mm), ("size of the image", px_per_mm)):
         if not 0.0 < value < np.inf:
-            raise Refusal(f"the {what} of a camera is not positive", expected="> 0", received=f"{value:g}")
+            raise InvalidInput(
+                f"the {what} of a camera is not positive", expected="> 0", received=f"{value:g}"
+            )
     if not np.isfinite(others).all():
-        raise Refusal("an angle or the height of a camera is no number")
+        raise InvalidInput("an angle or the height of a camera is no number")

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import camera
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 
 def parseval_weights(blocks: int) -> np.ndarray:
@@ -79,6 +79,6 @@ def missing_variance(
     if kind == "temporal":
         return variance
     if kind != "overall":
-        raise Refusal("the kind of variance is unknown", expected="temporal or overall", received=kind)
+        raise InvalidInput("the kind of variance is unknown", expected="temporal or overall", received=kind)
     places = camera.missing_dimension(average_posture[None], view_angle_rad[:, None])
     return variance + places.var(axis=-1)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
@@ -89,7 +89,7 @@ def fit(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         Fewer than two samples, values that are not finite, fewer than one component, an unknown divisor, or a
         scale that is not positive.
 
@@ -100,19 +100,19 @@ def fit(
     """
     samples = np.asarray(samples, dtype=float)
     if samples.ndim != 2 or len(samples) < 2:
-        raise Refusal(
+        raise InvalidInput(
             "a linear model needs at least two walkers", expected="(R, D), R > 1", received=str(samples.shape)
         )
     if n_components < 1:
-        raise Refusal("no components", expected="1 or more", received=str(n_components))
+        raise InvalidInput("no components", expected="1 or more", received=str(n_components))
     if divisor not in ("R-1", "R"):
-        raise Refusal("the divisor is unknown", expected="R-1 or R", received=divisor)
+        raise InvalidInput("the divisor is unknown", expected="R-1 or R", received=divisor)
     if not np.isfinite(samples).all():
-        raise Refusal(
+        raise InvalidInput(
             f"walker {int(np.argwhere(~np.isfinite(samples))[0][0])} has values that are not finite"
         )
     if scale_last is not None and not 0 < scale_last < np.inf:
-        raise Refusal(
+        raise InvalidInput(
             "the scale of the last number is not positive", expected="scale > 0", received=f"{scale_last:g}"
         )
     if scale_last is None:
@@ -162,20 +162,20 @@ def leave_one_out(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If a fold would have fewer than two people left to learn from, or `groups` or `mirrors` do not match
         the samples.
     """
     samples = np.asarray(samples, dtype=float)
     labels = np.arange(len(samples)) if groups is None else np.asarray(groups)
     if labels.shape != samples.shape[:1] or (mirrors is not None and np.shape(mirrors) != samples.shape):
-        raise Refusal(
+        raise InvalidInput(
             "groups or mirrors do not match the walkers",
             expected=f"groups {samples.shape[:1]}, mirrors {samples.shape}",
             received=f"groups {labels.shape}" + ("" if mirrors is None else f", mirrors {np.shape(mirrors)}"),
         )
     if len(np.unique(labels)) < 3:
-        raise Refusal(
+        raise InvalidInput(
             "leave-one-out needs at least three people",
             expected="3 or more",
             received=str(len(np.unique(labels))),

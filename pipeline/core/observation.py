@@ -13,9 +13,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from pipeline.core import camera
-from pipeline.core.frequency import SEARCH_HZ, design
-from pipeline.refusal import Refusal
+from pipeline.core.fourier.frequency import SEARCH_HZ, design
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 
 _NEAR = 0.15  # how far the series of all joints may move the guess
 _NODES = 13  # of the Chebyshev series of explained power over two cells of the grid: exact to rounding
@@ -79,7 +79,7 @@ def observe(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If positions are not finite or left and right do not move apart, or the clip is too short or too slowly
         sampled.
 
@@ -118,35 +118,35 @@ def _clip(
     view = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
     values = np.asarray(positions, dtype=float)
     if view.ndim != 1 or not len(view) or not np.isfinite(view).all():
-        raise Refusal("no list of finite view angles", expected="(A,) rad, A > 0", received=str(view))
+        raise InvalidInput("no list of finite view angles", expected="(A,) rad, A > 0", received=str(view))
     if values.ndim != 3 or values.shape[-1] != 3:
-        raise Refusal("positions have the wrong shape", expected="(T, J, 3)", received=str(values.shape))
+        raise InvalidInput("positions have the wrong shape", expected="(T, J, 3)", received=str(values.shape))
     if harmonics < 1:
-        raise Refusal("no harmonics", expected="1 or more", received=str(harmonics))
+        raise InvalidInput("no harmonics", expected="1 or more", received=str(harmonics))
     if not 2 * harmonics * SEARCH_HZ[1] < frame_rate_hz < np.inf:
-        raise Refusal(
+        raise InvalidInput(
             f"the frame rate is too low for {harmonics} harmonics of a walk",
             expected=f"more than {2 * harmonics * SEARCH_HZ[1]:g} Hz",
             received=f"{frame_rate_hz:g}",
         )
     if len(values) <= max(1 + 2 * harmonics, frame_rate_hz / SEARCH_HZ[1]):
-        raise Refusal(
+        raise InvalidInput(
             "the clip is too short for a walking cycle",
             expected=f"more than {1 / SEARCH_HZ[1]:.2f} s and {1 + 2 * harmonics} frames",
             received=f"{len(values)} frames at {frame_rate_hz:g} Hz",
         )
     if not np.isfinite(values).all():
         frame, joint = np.argwhere(~np.isfinite(values))[0][:2]
-        raise Refusal(f"a position is not finite at frame {frame}, joint {joint}")
+        raise InvalidInput(f"a position is not finite at frame {frame}, joint {joint}")
     joints = range(values.shape[1])
     if sorted(mirror) != list(joints) or any(mirror[mirror[joint]] != joint for joint in joints):
-        raise Refusal(
+        raise InvalidInput(
             "the mirror pairs are not those of the joints",
             expected=f"{len(joints)} joints, each the mirror image of its own",
             received=str(mirror),
         )
     if not np.ptp(values - values[:, list(mirror)], axis=0).any():
-        raise Refusal("left and right do not move apart in the clip: it shows no cycle")
+        raise InvalidInput("left and right do not move apart in the clip: it shows no cycle")
     return view, values, np.arange(len(values)) / frame_rate_hz
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 _ROUNDING = 1e-6
 """How far R R^T may be from the identity: rotations come from files with seven digits."""
@@ -37,7 +37,7 @@ class Pinhole:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If a shape is wrong, frames disagree, K is not that of a camera, or R is not a rotation.
 
     Examples
@@ -59,7 +59,7 @@ class Pinhole:
             value = np.array(getattr(self, name), dtype=float)
             if value.shape[-len(shape) :] != shape or value.ndim > len(shape) + 1:
                 words = ", ".join(map(str, shape))
-                raise Refusal(
+                raise InvalidInput(
                     f"the array {name!r} of a camera has the wrong shape",
                     expected=f"({words}{',' * (len(shape) == 1)}) or (F, {words})",
                     received=str(value.shape),
@@ -69,7 +69,7 @@ class Pinhole:
             value.flags.writeable = False
             object.__setattr__(self, name, value)
         if len(frames) > 1:
-            raise Refusal(
+            raise InvalidInput(
                 "the parts of a camera disagree in their frames",
                 expected="one number of frames",
                 received=" and ".join(map(str, sorted(frames))),
@@ -121,7 +121,7 @@ class Pinhole:
 
         Raises
         ------
-        Refusal
+        InvalidInput
             If the points have no three coordinates or another number of frames than the cameras.
         """
         points, flat = self._by_frame(points, 3)
@@ -165,13 +165,13 @@ class Pinhole:
         frames = self.frames
         if values.ndim < 1 + (frames is not None) or values.shape[-1] != last:
             wanted = f"(…, {last})" if frames is None else f"({frames}, …, {last})"
-            raise Refusal(
+            raise InvalidInput(
                 "points for a camera have the wrong shape", expected=wanted, received=str(values.shape)
             )
         if frames is None:
             return values, values.reshape(-1, last)
         if len(values) != frames:
-            raise Refusal(
+            raise InvalidInput(
                 "points and cameras disagree in their frames", expected=str(frames), received=str(len(values))
             )
         return values, values.reshape(frames, -1, last)
@@ -189,13 +189,13 @@ def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the shapes do not fit.
     """
     cameras, points = np.asarray(cameras, dtype=float), np.asarray(points, dtype=float)
     fits = points.ndim > 1 and points.shape[-1] == 3
     if not fits or cameras.shape not in ((3, 4), (len(points), 3, 4)):
-        raise Refusal(
+        raise InvalidInput(
             "cameras and points do not fit",
             expected="(F, 3, 4) or (3, 4), and (F, …, 3)",
             received=f"{cameras.shape} and {points.shape}",
@@ -230,7 +230,7 @@ def look_at(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If centre and target coincide, or the camera looks along the vertical.
     """
     centre, target = np.asarray(centre, dtype=float), np.asarray(target, dtype=float)
@@ -238,7 +238,7 @@ def look_at(
     right = np.cross(ahead, np.asarray(up, dtype=float))
     distance, across = np.linalg.norm(ahead, axis=-1), np.linalg.norm(right, axis=-1)
     if (across <= 1e-9 * np.maximum(distance, 1e-300)).any():
-        raise Refusal("a camera looks along the vertical, or at itself", expected="a target to its side")
+        raise InvalidInput("a camera looks along the vertical, or at itself", expected="a target to its side")
     ahead = ahead / distance[..., None]
     right = right / across[..., None]
     intrinsics = np.array(
@@ -253,9 +253,9 @@ def _check_intrinsics(intrinsics: np.ndarray) -> None:
     )
     focal = given[:, [0, 1], [0, 1]]
     if not (focal > 0).all():
-        raise Refusal("a focal length is not positive", expected="px > 0", received=f"{focal.min():g}")
+        raise InvalidInput("a focal length is not positive", expected="px > 0", received=f"{focal.min():g}")
     if given[:, [1, 2, 2], [0, 0, 1]].any() or (given[:, 2, 2] != 1).any():
-        raise Refusal(
+        raise InvalidInput(
             "the intrinsics are not those of a camera",
             expected="zeros below the diagonal and a last row of 0, 0, 1",
         )
@@ -265,12 +265,12 @@ def _check_rotation(rotation: np.ndarray) -> None:
     given = rotation[np.isfinite(rotation).all(axis=(-2, -1))] if rotation.ndim > 2 else rotation[None]
     off = np.abs(given @ np.swapaxes(given, -1, -2) - np.eye(3)).max(initial=0.0)
     if not off <= _ROUNDING:
-        raise Refusal(
+        raise InvalidInput(
             "the rotation of a camera is not one",
             expected="R R^T = I",
             received=f"{off:.3g} away from it",
         )
     if (np.linalg.det(given) < 0).any():
-        raise Refusal(
+        raise InvalidInput(
             "the rotation of a camera is a reflection", expected="a determinant of +1", received="-1"
         )

@@ -26,7 +26,7 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 Light = Literal["green", "amber", "red"]
 
@@ -88,7 +88,7 @@ def reconstructibility(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If shapes do not fit, a number is not finite, there are under three frames, a sign is none, the basis is
         longer than one in some direction or has no room outside, or the axis is not there when it is needed.
     """
@@ -99,7 +99,7 @@ def reconstructibility(
         or signs.shape != middle.shape[:1]
         or not (np.abs(signs) == 1.0).all()
     ):
-        raise Refusal(
+        raise InvalidInput(
             "middle, half chord and true signs do not fit",
             expected="(F, 3), (F, 3) and F of +1 and -1",
             received=f"{middle.shape}, {half_chord.shape} and {signs.shape}",
@@ -107,17 +107,19 @@ def reconstructibility(
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
     if reading == "angle":
         if axis is None:
-            raise Refusal("angles need the axis from camera to parent", expected="(F, 3)", received="nothing")
+            raise InvalidInput(
+                "angles need the axis from camera to parent", expected="(F, 3)", received="nothing"
+            )
         truth, impostor = viewing_angles(truth, axis), viewing_angles(impostor, axis)
     elif reading != "vector":
-        raise Refusal("no such reading of gamma", expected="vector or angle", received=str(reading))
+        raise InvalidInput("no such reading of gamma", expected="vector or angle", received=str(reading))
     return _compared(outside(basis, truth), outside(basis, impostor), float(np.linalg.norm(truth)))
 
 
 def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
     """Reconstructibility of all limbs of a clip together: their parts outside the basis, squared and summed."""
     if not limbs:
-        raise Refusal("a clip of no limbs has no reconstructibility", expected="a limb at least")
+        raise InvalidInput("a clip of no limbs has no reconstructibility", expected="a limb at least")
     truth, impostor = (
         float(np.hypot.reduce([getattr(x, name) for x in limbs])) for name in ("truth", "impostor")
     )
@@ -129,7 +131,7 @@ def light_of_mirror_margin(margin: float) -> Light:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the margin is not a number.
     """
     return _light(margin, MARGIN_RED_BELOW, MARGIN_GREEN_ABOVE)
@@ -140,12 +142,12 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the shapes do not fit.
     """
     directions, axis = np.asarray(directions, dtype=float), np.asarray(axis, dtype=float)
     if directions.shape != axis.shape or directions.shape[-1:] != (3,):
-        raise Refusal("limbs and axes do not fit", received=f"{directions.shape} and {axis.shape}")
+        raise InvalidInput("limbs and axes do not fit", received=f"{directions.shape} and {axis.shape}")
     across = np.linalg.norm(np.cross(axis, directions), axis=-1)
     return np.asarray(np.arctan2(across, (axis * directions).sum(axis=-1)))
 
@@ -161,7 +163,7 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If shapes do not fit, a number is not finite, there are under three frames, or the basis is none.
     """
     basis, c = _checked(basis, trajectory)
@@ -174,27 +176,29 @@ def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:
 
 
 def _checked(basis: np.ndarray, trajectory: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A basis (F, K) and a trajectory as (F, D), or a Refusal."""
+    """A basis (F, K) and a trajectory as (F, D), or a InvalidInput."""
     basis, c = np.asarray(basis, dtype=float), np.asarray(trajectory, dtype=float)
     if basis.ndim != 2 or c.ndim not in (1, 2) or len(c) != len(basis):
-        raise Refusal(
+        raise InvalidInput(
             "basis and trajectory do not fit",
             expected="(F, K), and (F,) or (F, D)",
             received=f"{basis.shape} and {c.shape}",
         )
     if len(c) < 3:
-        raise Refusal("too few frames to tell smooth from not", expected="3 or more", received=str(len(c)))
+        raise InvalidInput(
+            "too few frames to tell smooth from not", expected="3 or more", received=str(len(c))
+        )
     c = c.reshape(len(c), -1)
     bad = ~(np.isfinite(c).all(axis=1) & np.isfinite(basis).all(axis=1))
     if bad.any():
-        raise Refusal(
+        raise InvalidInput(
             "a trajectory or its basis has a number that is not finite",
             where=f"frame {int(bad.argmax())}",
             expected="only the frames in which the limb was seen",
         )
     longest = float(np.linalg.norm(basis, 2)) if basis.size else 0.0
     if longest > 1.0 + 1e-9:
-        raise Refusal(
+        raise InvalidInput(
             "the basis is not orthonormal",
             expected="no singular value above 1",
             received=f"{longest:g}",
@@ -211,7 +215,7 @@ def _compared(truth: float, impostor: float, size: float) -> Reconstructibility:
 
 def _light(value: float, red_below: float, green_above: float) -> Light:
     if np.isnan(value):
-        raise Refusal("there is no number to make a light of", expected="0 or more", received="nan")
+        raise InvalidInput("there is no number to make a light of", expected="0 or more", received="nan")
     return "red" if value < red_below else "green" if value > green_above else "amber"
 
 
@@ -246,12 +250,12 @@ def estimated(truth: np.ndarray, impostor: np.ndarray, choices: np.ndarray) -> n
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If shapes do not fit or a choice is neither 0 nor 1.
     """
     truth, impostor, b = (np.asarray(a) for a in (truth, impostor, choices))
     if truth.shape != impostor.shape or b.shape != truth.shape[:1] or not np.isin(b, (0, 1)).all():
-        raise Refusal(
+        raise InvalidInput(
             "truth, impostor and choices do not fit",
             expected="two of one shape, and 0 or 1 for each frame",
             received=f"{truth.shape}, {impostor.shape} and {b.shape}",
@@ -278,13 +282,13 @@ def choice_residual(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If shapes do not fit, a number is not finite, or the basis is not orthonormal.
     """
     basis, x = _checked(basis, truth)
     _, c = _checked(basis, impostor)
     if np.abs(basis.T @ basis - np.eye(basis.shape[1])).max(initial=0.0) > 1e-9:
-        raise Refusal("the basis is not orthonormal", expected="Theta^T Theta = I")
+        raise InvalidInput("the basis is not orthonormal", expected="Theta^T Theta = I")
     inside_x, inside_c = basis @ (basis.T @ x), basis @ (basis.T @ c)
     within = estimated(inside_x, inside_c, choices)
     beyond = estimated(x - inside_x, c - inside_c, choices)

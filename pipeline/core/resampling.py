@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 _ROUNDING = 1e-9
 """Samples beyond an end that sums of fractional steps may reach; the outermost two samples are extended so far."""
@@ -31,7 +31,7 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If there are no samples, or a position is not a number between 0 and T - 1.
 
     Notes
@@ -47,11 +47,11 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     values, at = np.asarray(values), np.asarray(at)
     last = len(values) - 1
     if last < 0:
-        raise Refusal("there are no samples to interpolate", expected="one or more", received="0")
+        raise InvalidInput("there are no samples to interpolate", expected="one or more", received="0")
     beyond = ~((at >= -_ROUNDING) & (at <= last + _ROUNDING))  # NaN is neither
     if beyond.any():
         place = int(beyond.argmax())
-        raise Refusal(
+        raise InvalidInput(
             "a position is beyond the samples",
             where=f"position {place}",
             expected=f"0 to {last}",

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 EXPONENT = 6.0
 """How steeply the soft basis forbids: the square of a third derivative."""
@@ -45,7 +45,7 @@ def cosine_basis(F: int, K: int) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If there are no frames, or not so many components.
 
     Examples
@@ -57,9 +57,9 @@ def cosine_basis(F: int, K: int) -> np.ndarray:
            [ 0.5  , -0.653]])
     """
     if F < 1:
-        raise Refusal("a trajectory has no frames", expected="1 or more", received=str(F))
+        raise InvalidInput("a trajectory has no frames", expected="1 or more", received=str(F))
     if not 1 <= K <= F:
-        raise Refusal(
+        raise InvalidInput(
             f"{F} frames cannot have so many components", expected=f"from 1 to {F}", received=str(K)
         )
     # Multiples of a quarter turn over F, reduced in whole numbers: exact for sequences of any length.
@@ -81,11 +81,11 @@ def soft_ridge(components: int, softness: float) -> np.ndarray:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If it is not positive.
     """
     if not softness > 0:
-        raise Refusal(
+        raise InvalidInput(
             "the softness of the basis is not positive", expected="components > 0", received=str(softness)
         )
     return (np.arange(components) / softness) ** EXPONENT
@@ -114,7 +114,7 @@ def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | N
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If no frame was observed, or too few for so many components.
 
     Notes
@@ -144,13 +144,13 @@ def coefficients(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the observed frames do not determine the coefficients, or are not finite.
     """
     above, stacked = _stacked(theta, observed, ridge)
     values = np.asarray(values, dtype=float)
     if values.ndim != 2 or len(values) != len(theta):
-        raise Refusal(
+        raise InvalidInput(
             "the trajectory does not fit the basis",
             expected=f"shape ({len(theta)}, D)",
             received=str(values.shape),
@@ -203,7 +203,7 @@ def choose_components(
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If fewer than four frames were seen, they are not finite, or `most` is not from 1 to one less than they.
 
     Notes
@@ -217,25 +217,25 @@ def choose_components(
     """
     values = np.asarray(values, dtype=float)
     if values.ndim != 2:
-        raise Refusal(
+        raise InvalidInput(
             "a trajectory is not frames by coordinates", expected="shape (F, D)", received=str(values.shape)
         )
     seen = np.ones(len(values), dtype=bool) if observed is None else np.asarray(observed, dtype=bool)
     if seen.shape != (len(values),):
-        raise Refusal(
+        raise InvalidInput(
             "the observed frames are not marked one by one",
             expected=f"shape ({len(values)},)",
             received=str(seen.shape),
         )
     count = int(seen.sum())
     if count < 4:
-        raise Refusal(
+        raise InvalidInput(
             "too few frames were observed to choose components by", expected="4", received=str(count)
         )
     _check_finite(values[seen], np.flatnonzero(seen))
     largest = count // 2 if most is None else int(most)
     if not 1 <= largest < count:
-        raise Refusal(
+        raise InvalidInput(
             "so many components cannot be tried",
             expected=f"from 1 to {count - 1}",
             received=str(largest),
@@ -258,12 +258,12 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If they do not determine the coefficients.
     """
     theta, seen = np.asarray(theta, dtype=float), np.asarray(observed)
     if theta.ndim != 2 or seen.shape != theta.shape[:1] or seen.dtype != bool:
-        raise Refusal(
+        raise InvalidInput(
             "basis and observed frames do not fit each other",
             expected="shapes (F, K), (F,) bool",
             received=f"{theta.shape}, {seen.shape} {seen.dtype}",
@@ -271,16 +271,16 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     frames, components = theta.shape
     count = int(seen.sum())
     if count == 0:
-        raise Refusal("all frames are missing", expected="observed frames", received=f"none of {frames}")
+        raise InvalidInput("all frames are missing", expected="observed frames", received=f"none of {frames}")
     rows = theta[seen]
     if ridge is not None:
         weights = np.asarray(ridge, dtype=float)
         if weights.shape != (components,) or not (np.isfinite(weights).all() and (weights >= 0).all()):
-            raise Refusal("the ridge cannot be so", expected=f"{components} numbers of 0 or more")
+            raise InvalidInput("the ridge cannot be so", expected=f"{components} numbers of 0 or more")
         rows = np.concatenate([rows, np.diag(np.sqrt(weights))])
     singular = np.linalg.svd(rows, compute_uv=False)
     if len(singular) < components or singular[-1] < _SINGULAR:
-        raise Refusal(
+        raise InvalidInput(
             f"{count} of {frames} frames were observed, which do not determine {components} components",
             expected="fewer components, a soft basis, or shorter gaps",
         )
@@ -291,7 +291,7 @@ def _check_finite(values: np.ndarray, frames: np.ndarray) -> None:
     """Refuses what is not finite, by frame."""
     wrong = ~np.isfinite(values).all(axis=1)
     if wrong.any():
-        raise Refusal(
+        raise InvalidInput(
             "the trajectory is not finite",
             where=f"frame {int(frames[np.argmax(wrong)])}",
             expected="finite numbers in the observed frames",

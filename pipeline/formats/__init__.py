@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pipeline.formats import asf_amc, bvh, c3d, csv, trc
-from pipeline.refusal import Refusal
+from pipeline.formats import bvh, c3d
+from pipeline.formats.acclaim import amc as asf_amc
+from pipeline.formats.points import csv, trc
 from pipeline.skeleton import MotionCapture
+from pipeline.validation import InvalidInput
 
 READERS = {".amc": asf_amc, ".bvh": bvh, ".c3d": c3d, ".trc": trc, ".csv": csv}
 """Reader of each suffix, lower case."""
@@ -27,20 +29,20 @@ def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = 
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the suffix is unknown, or the reader refuses the file.
     """
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in READERS:
-        raise Refusal(
+        raise InvalidInput(
             "the format is unknown",
             where=path.name,
             expected="one of " + " ".join(READERS),
             received=suffix or "no suffix",
         )
     if not path.is_file():
-        raise Refusal("there is no such file", where=str(path))
+        raise InvalidInput("there is no such file", where=str(path))
     options: dict[str, Any] = {}
     if frame_rate_hz and suffix in _WITHOUT_RATE:
         options["frame_rate_hz"] = frame_rate_hz

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.refusal import Refusal
 from pipeline.skeleton import MILLIMETRES
+from pipeline.validation import InvalidInput
 
 LARGEST = 1e9
 """No length or angle of a recording is larger; a damaged file's may be, and would overflow later."""
@@ -19,15 +19,17 @@ def read_text(path: Path) -> str:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the file cannot be read or is empty.
     """
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise Refusal("the file cannot be read", where=path.name, received=error.strerror or "") from None
+        raise InvalidInput(
+            "the file cannot be read", where=path.name, received=error.strerror or ""
+        ) from None
     if not data.strip():
-        raise Refusal("the file is empty", where=path.name)
+        raise InvalidInput("the file is empty", where=path.name)
     return data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -59,7 +61,7 @@ def millimetres_in(units: str, where: str) -> float:
 
     Raises
     ------
-    Refusal
+    InvalidInput
         If the unit is unknown.
 
     Examples
@@ -71,7 +73,7 @@ def millimetres_in(units: str, where: str) -> float:
     divided_by = float(divisor) if is_number(divisor) else 0.0 if slash else 1.0
     millimetres = MILLIMETRES[name] / divided_by if name in MILLIMETRES and divided_by > 0 else np.nan
     if not 1e-6 < millimetres < 1e6:
-        raise Refusal(
+        raise InvalidInput(
             "the unit of length is unknown",
             where=where,
             expected="one of " + ", ".join(MILLIMETRES) + ", or e.g. in/0.45",

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.config import Dataset, FourierDataset, LimbDataset, PostureDataset
 from pipeline.core import fourier, limb_chain, posture, walking
 from pipeline.core.resampling import interpolate
-from pipeline.refusal import Refusal
-from pipeline.store import Artefact, Store
-from pipeline.threads import spread
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.options import Dataset, FourierDataset, LimbDataset, PostureDataset
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput
 
 
 def run(options: Dataset, ingest: Artefact, workers: int, store: Store) -> Artefact:
@@ -47,7 +47,7 @@ def _fourier(
     arrays = ingest.arrays
     chosen = _choose(arrays["person"], arrays["residual_share"], options.walks)
     if options.size not in ("absolute", "stature"):
-        raise Refusal(
+        raise InvalidInput(
             "the size is unknown", where="dataset.size", expected="absolute or stature", received=options.size
         )
     stature = arrays["stature_mm"]
@@ -64,7 +64,7 @@ def _fourier(
         )
         return series, motion[0, 0] - centred[0, 0]
 
-    series, origins = zip(*spread(one, chosen, workers), strict=True)
+    series, origins = zip(*map_threads(one, chosen, workers), strict=True)
 
     def stack(name: str) -> np.ndarray:
         return np.stack([getattr(s, name) for s in series])
@@ -97,7 +97,7 @@ def _postures(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     arrays = ingest.arrays
     if options.frame_rate_hz < 0:
-        raise Refusal(
+        raise InvalidInput(
             "the frame rate is negative",
             where="dataset.frame_rate_hz",
             expected="hertz, or 0 for as recorded",
@@ -127,7 +127,7 @@ def _postures(
         return found
 
     count = len(arrays["first"]) - 1
-    made = spread(one, range(count), workers)
+    made = map_threads(one, range(count), workers)
     end_to_end = ("postures", "positions", *(["phase"] if truth else []))
     frames = [len(m["postures"]) for m in made]
     people = len(set(arrays["person"]))
@@ -160,7 +160,9 @@ def _choose(person: np.ndarray, residual_share: np.ndarray, walks: str) -> list[
     if walks == "all":
         return list(range(len(person)))
     if walks != "best":
-        raise Refusal("the walks are unknown", where="dataset.walks", expected="best or all", received=walks)
+        raise InvalidInput(
+            "the walks are unknown", where="dataset.walks", expected="best or all", received=walks
+        )
     best: dict[str, int] = {}
     for walk, who in enumerate(person):
         if who not in best or residual_share[walk] < residual_share[best[who]]:
@@ -171,7 +173,7 @@ def _choose(person: np.ndarray, residual_share: np.ndarray, walks: str) -> list[
 def _limbs(options: LimbDataset, ingest: Artefact) -> tuple[dict[str, Any], dict[str, Any]]:
     arrays = ingest.arrays
     if options.frames < 3 or options.stretches < 1 or options.frame_rate_hz <= 0:
-        raise Refusal(
+        raise InvalidInput(
             "the stretches are none",
             where="dataset",
             expected="frames 3 or more, stretches 1 or more, frame_rate_hz > 0",
@@ -192,7 +194,7 @@ def _limbs(options: LimbDataset, ingest: Artefact) -> tuple[dict[str, Any], dict
             clip_of.append(c)
             starts.append(start / options.frame_rate_hz)
     if not stretches:
-        raise Refusal(
+        raise InvalidInput(
             "no clip is long enough",
             where="dataset.frames",
             expected=f"{options.frames} frames at {options.frame_rate_hz:g} Hz",

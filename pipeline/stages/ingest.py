@@ -10,9 +10,9 @@ from typing import Any
 
 from pipeline.clips import performances, varied, walks
 from pipeline.clips.corpus import clips_of
-from pipeline.config import Data, FolderData, RecordedData, SyntheticData
 from pipeline.skeleton import SourceMapping
-from pipeline.store import Artefact, Store
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.options import Data, FolderData, RecordedData, SyntheticData
 
 
 def run(

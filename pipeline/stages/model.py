@@ -7,20 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.actions import learn_action, postures_of
-from pipeline.config import ActionSpaceModel, EigenwalkersModel, Model, TrajectoryBasisModel
-from pipeline.core import (
-    action_model,
-    fourier,
-    learnt_action,
-    limb_chain,
-    linear_model,
-    trajectory_basis,
-)
-from pipeline.limb_trials import smoothness
-from pipeline.refusal import Refusal
-from pipeline.store import Artefact, Store
-from pipeline.threads import spread
+from pipeline.core import action_model, fourier, limb_chain, linear_model, trajectory_basis
+from pipeline.core.action_model import learning as learnt_action
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.actions.learning import learn_action, postures_of
+from pipeline.studies.limbs.trials import smoothness
+from pipeline.studies.options import ActionSpaceModel, EigenwalkersModel, Model, TrajectoryBasisModel
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput
 
 
 def run(options: Model, dataset: Artefact, workers: int, store: Store) -> Artefact:
@@ -62,14 +56,14 @@ def _eigenwalkers(
     mirrors = linear_model.flatten(fourier.mirrored(coefficients), rate) if options.mirror else None
     people = dataset.arrays["person"]
     if len(np.unique(people)) < 3:
-        raise Refusal(
+        raise InvalidInput(
             "leave-one-out needs at least three walkers",
             expected="3 or more",
             received=str(len(np.unique(people))),
         )
     scale_last = options.omega_scale_mm if frequency else 1.0
     if scale_last is not None and scale_last <= 0:
-        raise Refusal(
+        raise InvalidInput(
             "the scale of the frequency is not positive",
             where="model.omega_scale_mm",
             expected="mm per hertz > 0, or null",
@@ -78,7 +72,7 @@ def _eigenwalkers(
     common: dict[str, Any] = {"divisor": options.divisor, "scale_last": scale_last}
     population = samples if mirrors is None else np.concatenate([samples, mirrors])
     whole = linear_model.fit(population, len(population), **common)
-    folds = spread(
+    folds = map_threads(
         lambda fold: fold[0],
         linear_model.leave_one_out(samples, options.components, groups=people, mirrors=mirrors, **common),
         workers,

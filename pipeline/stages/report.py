@@ -11,43 +11,60 @@ from typing import Any
 
 import numpy as np
 
-from pipeline import config as options
-from pipeline import papers, tables
+from pipeline import papers
 from pipeline.clips.corpus import require
-from pipeline.config import Config, Grid
-from pipeline.figures import Made
-from pipeline.ledger import judge_figure, write_claims
-from pipeline.provenance import provenance
-from pipeline.refusal import Refusal
-from pipeline.sealed_folders import canonical
-from pipeline.store import Store, packed
+from pipeline.storage import tables
+from pipeline.storage.provenance import provenance
+from pipeline.storage.sealed_folders import canonical
+from pipeline.storage.store import Store, packed
+from pipeline.studies import options
+from pipeline.studies.figure_inputs import Made
+from pipeline.studies.ledger import judge_figure, write_claims
+from pipeline.studies.options import Config, Grid
+from pipeline.validation import InvalidInput
 
 KINDS: dict[type[options.Report], tuple[str, type[options.Model], type[options.Sweep]]] = {
-    options.SpectrumReport: ("spectrum", options.EigenwalkersModel, options.Sweep),
-    options.NoiseVarianceReport: ("noise_variance", options.EigenwalkersModel, options.KnownViewSweep),
-    options.PosturesReport: ("postures", options.EigenwalkersModel, options.KnownViewSweep),
-    options.ViewErrorsReport: ("view_errors", options.EigenwalkersModel, options.KnownViewSweep),
-    options.ViewAnglesReport: ("view_angles", options.EigenwalkersModel, options.UnknownViewSweep),
-    options.WarpReport: ("warps", options.ActionSpaceModel, options.Sweep),
-    options.TrellisReport: ("trellis", options.ActionSpaceModel, options.Sweep),
-    options.ActionModelReport: ("action_model", options.ActionSpaceModel, options.Sweep),
+    options.SpectrumReport: ("walks.figures.spectrum", options.EigenwalkersModel, options.Sweep),
+    options.NoiseVarianceReport: (
+        "walks.figures.noise_variance",
+        options.EigenwalkersModel,
+        options.KnownViewSweep,
+    ),
+    options.PosturesReport: ("walks.figures.postures", options.EigenwalkersModel, options.KnownViewSweep),
+    options.ViewErrorsReport: (
+        "walks.figures.view_errors",
+        options.EigenwalkersModel,
+        options.KnownViewSweep,
+    ),
+    options.ViewAnglesReport: (
+        "walks.figures.view_angles",
+        options.EigenwalkersModel,
+        options.UnknownViewSweep,
+    ),
+    options.WarpReport: ("actions.figures.warps", options.ActionSpaceModel, options.Sweep),
+    options.TrellisReport: ("actions.figures.trellis", options.ActionSpaceModel, options.Sweep),
+    options.ActionModelReport: ("actions.figures.action_model", options.ActionSpaceModel, options.Sweep),
     options.PostureSamplesReport: (
-        "posture_samples",
+        "actions.figures.posture_samples",
         options.ActionSpaceModel,
         options.PostureSamplesSweep,
     ),
-    options.WarpErrorReport: ("warp_error", options.ActionSpaceModel, options.SmoothnessSweep),
-    options.VarianceLeftReport: ("variance_left", options.ActionSpaceModel, options.Sweep),
-    options.TrackingReport: ("tracking", options.ActionSpaceModel, options.TrackingSweep),
+    options.WarpErrorReport: (
+        "actions.figures.warp_error",
+        options.ActionSpaceModel,
+        options.SmoothnessSweep,
+    ),
+    options.VarianceLeftReport: ("actions.figures.variance_left", options.ActionSpaceModel, options.Sweep),
+    options.TrackingReport: ("actions.figures.tracking", options.ActionSpaceModel, options.TrackingSweep),
     options.LimbScatterReport: (
-        "limb_scatter",
+        "limbs.figures.limb_scatter",
         options.TrajectoryBasisModel,
         options.ReconstructibilitySweep,
     ),
-    options.LimbErrorsReport: ("limb_errors", options.TrajectoryBasisModel, options.LimbSweep),
-    options.ProofsReport: ("proofs", options.TrajectoryBasisModel, options.ProofSweep),
-    options.MotionsReport: ("motions", options.TrajectoryBasisModel, options.MotionsSweep),
-    options.FaceOffReport: ("face_off", options.EigenwalkersModel, options.FaceOffSweep),
+    options.LimbErrorsReport: ("limbs.figures.limb_errors", options.TrajectoryBasisModel, options.LimbSweep),
+    options.ProofsReport: ("limbs.figures.proofs", options.TrajectoryBasisModel, options.ProofSweep),
+    options.MotionsReport: ("limbs.figures.motions", options.TrajectoryBasisModel, options.MotionsSweep),
+    options.FaceOffReport: ("face_off.figure", options.EigenwalkersModel, options.FaceOffSweep),
 }
 """Of each report: its module in `pipeline.figures`, and the model and the sweep that it shows."""
 
@@ -62,34 +79,34 @@ PURPOSES: dict[type[options.Model], str] = {
 def figure_module(report: options.Report) -> ModuleType:
     """The module of `pipeline.figures` that knows this kind of figure."""
     # Imported here: drawing costs a second, and nothing else needs it.
-    return import_module(f"pipeline.figures.{KINDS[type(report)][0]}")
+    return import_module(f"pipeline.studies.{KINDS[type(report)][0]}")
 
 
 def check(config: Config) -> None:
-    """Nothing; a Refusal, before anything is computed, if this figure cannot be made of these options."""
+    """Nothing; a InvalidInput, before anything is computed, if this figure cannot be made of these options."""
     report, sweep = config.report, config.sweep
     _, model, wanted = KINDS[type(report)]
     for group, option, expected in (("model", config.model, model), ("sweep", sweep, wanted)):
         if not isinstance(option, expected):
-            raise Refusal(
+            raise InvalidInput(
                 f"{type(report).__name__} cannot be made of {type(option).__name__}",
                 where=group,
                 expected=_options_of(group, expected),
             )
     if config.purpose != PURPOSES[model]:
-        raise Refusal(
+        raise InvalidInput(
             f"{model.__name__} cannot be learnt from {type(config.dataset).__name__}", where="dataset"
         )
     require(config.data, config.purpose)
     if isinstance(report, options.WarpErrorReport) and not isinstance(config.data, options.SyntheticData):
-        raise Refusal(
+        raise InvalidInput(
             "the true course of an action is known of synthetic performances alone",
             where="data",
             expected="data=synthetic",
             received=f"data={config.data.name}",
         )
     if isinstance(report, options.NoiseVarianceReport) and "map" not in getattr(sweep, "methods", ()):
-        raise Refusal(
+        raise InvalidInput(
             "σ² is swept for approach II alone", where="sweep.methods", expected="map among the methods"
         )
     if not report.recording:
@@ -98,7 +115,7 @@ def check(config: Config) -> None:
     of = "sigma2_mm2" if isinstance(report, options.NoiseVarianceReport) else "view_angle_deg"
     grid = getattr(sweep, of, None)
     if isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
-        raise Refusal(
+        raise InvalidInput(
             "a recording counts in whole numbers",
             where=f"sweep.{of}",
             expected="whole start and step, or report.recording=false",

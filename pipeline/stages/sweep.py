@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pipeline.config import (
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.actions import posture_samples, smoothness, synchronization_time, tracking
+from pipeline.studies.options import (
     FaceOffSweep,
     KnownViewSweep,
     MissingDataSweep,
@@ -27,16 +29,8 @@ from pipeline.config import (
     TrajectoryBasisModel,
     UnknownViewSweep,
 )
-from pipeline.experiments import (
-    known_view,
-    posture_samples,
-    smoothness,
-    synchronization_time,
-    tracking,
-    unknown_view,
-)
-from pipeline.refusal import Refusal
-from pipeline.store import Artefact, Store
+from pipeline.studies.walks import known_view, unknown_view
+from pipeline.validation import InvalidInput
 
 METHODS = ("least_squares", "map")
 PHASE_SOURCES = ("motion3d", "observed2d")
@@ -114,31 +108,31 @@ def run(
             )
         # Those of park2011 are imported where they are used: numba, which compiles their kernels, loads slowly.
         case ReconstructibilitySweep():
-            from pipeline.experiments import reconstructibility
+            from pipeline.studies.limbs import reconstructibility
 
             return limbs(reconstructibility.measure)
         case RootErrorSweep():
-            from pipeline.experiments import limb_errors
+            from pipeline.studies.limbs import limb_errors
 
             return limbs(limb_errors.measure_root_error)
         case RadiusScaleSweep():
-            from pipeline.experiments import limb_errors
+            from pipeline.studies.limbs import limb_errors
 
             return limbs(limb_errors.measure_radius_scale)
         case MissingDataSweep():
-            from pipeline.experiments import missing_data
+            from pipeline.studies.limbs import missing_data
 
             return limbs(missing_data.measure)
         case ProofSweep():
-            from pipeline.experiments import proofs
+            from pipeline.studies.limbs import proofs
 
             return limbs(proofs.measure)
         case MotionsSweep():
-            from pipeline.experiments import motions
+            from pipeline.studies.limbs import motions
 
             return limbs(motions.measure)
         case FaceOffSweep():
-            from pipeline.experiments import face_off
+            from pipeline.studies.face_off import comparison as face_off
 
             return seeded(
                 [ingest, dataset, model],
@@ -149,10 +143,10 @@ def run(
 
 
 def _clips(options: KnownViewSweep | UnknownViewSweep, ingest: Artefact) -> list[Artefact]:
-    """The clips, where they are needed; a Refusal if the methods or the source of phase are unknown."""
+    """The clips, where they are needed; a InvalidInput if the methods or the source of phase are unknown."""
     _check_methods(options.methods)
     if options.phase_source not in PHASE_SOURCES:
-        raise Refusal(
+        raise InvalidInput(
             "the source of the phase is unknown",
             where="sweep.phase_source",
             expected=" or ".join(PHASE_SOURCES),
@@ -163,7 +157,7 @@ def _clips(options: KnownViewSweep | UnknownViewSweep, ingest: Artefact) -> list
 
 def _check_methods(methods: list[str]) -> None:
     if not methods or len(set(methods)) < len(methods) or not set(methods) <= set(METHODS):
-        raise Refusal(
+        raise InvalidInput(
             "the methods are unknown or stand twice",
             where="sweep.methods",
             expected=" or ".join(METHODS) + ", or both",

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated import Articulated, Smoothness, reconstruct
+from pipeline.core.articulated_trajectory import Articulated, Smoothness, reconstruct
 from pipeline.core.camera_paths import around
 from pipeline.core.pinhole import Pinhole
-from pipeline.core.synthetic_limbs import SyntheticBody, synthetic_body
+from pipeline.synthetic.limbs import SyntheticBody, synthetic_body
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, exponent
 

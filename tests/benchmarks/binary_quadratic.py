@@ -17,9 +17,9 @@ from types import ModuleType
 
 import numpy as np
 
-from pipeline.core import sign_search
 from pipeline.core.binary_quadratic import BinarySolution, minimise
-from pipeline.core.sign_candidates import programme_of
+from pipeline.core.binary_quadratic import descent as sign_search
+from pipeline.core.binary_quadratic.candidates import programme_of
 from pipeline.core.trajectory_basis import cosine_basis, soft_basis
 from tests.benchmarks.tables import Row
 

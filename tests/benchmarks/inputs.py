@@ -6,7 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from pipeline.core import fourier, linear_model, synthetic, walking
+from pipeline.core import fourier, linear_model, walking
+from pipeline.synthetic import walkers as synthetic
 
 COMPONENTS = 30
 NOISE_VARIANCE_MM2 = 70.0

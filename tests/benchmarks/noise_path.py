@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core import linear_model, noise_path
+from pipeline.core import linear_model
+from pipeline.core.reconstruction import noise_path
 from tests.benchmarks import naive
 from tests.benchmarks.inputs import COMPONENTS, VIEWS_RAD, samples
 from tests.benchmarks.tables import Row

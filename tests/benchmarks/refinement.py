@@ -14,11 +14,10 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from pipeline.core import reprojection
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.refinement import Refinement, refine
-from pipeline.core.refinement_input import starting_paths
-from pipeline.core.spherical import SphericalTrajectory, cosines_at
+from pipeline.core.refinement import Refinement, refine, reprojection
+from pipeline.core.refinement.inputs import starting_paths
+from pipeline.core.refinement.spherical import SphericalTrajectory, cosines_at
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, in_turns, relative_difference
 

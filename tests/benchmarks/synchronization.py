@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core import synchronization
-from pipeline.core.trellis import trellis
+from pipeline.core.synchronization.trellis import trellis
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, in_turns, relative_difference
 

@@ -42,9 +42,9 @@ def _here(workers: int) -> Row:
     """The row, made in this process."""
     started = time.perf_counter()
     from pipeline.__main__ import compose, presets
-    from pipeline.run import make_figure
+    from pipeline.cli.figures import make_figure
     from pipeline.stages import dataset, ingest, model, report, sweep  # noqa: F401
-    from pipeline.store import Store
+    from pipeline.storage.store import Store
 
     figures = [name for name in presets() if name.startswith("zhang")]
     configs = [compose([f"experiment={name}", f"workers={workers}", *OVERRIDES]) for name in figures]

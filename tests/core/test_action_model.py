@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import kstest, truncnorm
 
 from pipeline.core.action_model import ActionModel, acceptance_left_out, accepted, learn, sample
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -149,7 +149,7 @@ def test_one_actor_s_performances_leave_together() -> None:
 
 
 def refused(sentence: str) -> pytest.RaisesExc:
-    return pytest.raises(Refusal, match=f"^{re.escape(sentence)}$")
+    return pytest.raises(InvalidInput, match=f"^{re.escape(sentence)}$")
 
 
 def test_what_teaches_nothing_is_refused() -> None:

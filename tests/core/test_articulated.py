@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import camera_paths
-from pipeline.core.articulated import (
+from pipeline.core.articulated_trajectory import (
     MARGIN_OF_DOUBT,
     Articulated,
     Smoothness,
@@ -26,9 +26,9 @@ from pipeline.core.binary_quadratic import minimise
 from pipeline.core.limb_chain import WALKER14, Chain, forward, relative_trajectories
 from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.core.reconstructibility import outside
-from pipeline.core.spherical import cosines_at
-from pipeline.core.synthetic_limbs import angular_limb, smooth_series, synthetic_body
-from pipeline.refusal import Refusal
+from pipeline.core.refinement.spherical import cosines_at
+from pipeline.synthetic.limbs import angular_limb, smooth_series, synthetic_body
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 QUICK_S = 0.0
@@ -282,7 +282,9 @@ def test_a_soft_basis_may_have_more_components_than_frames_were_seen() -> None:
     found = one.reconstructed(images=images, smoothness=smooth)
     assert found.limbs["head"].used.sum() == 24
     assert np.isfinite(found.positions).all()
-    with pytest.raises(Refusal, match="limb head: 24 of 60 frames were observed, which do not determine 40"):
+    with pytest.raises(
+        InvalidInput, match="limb head: 24 of 60 frames were observed, which do not determine 40"
+    ):
         one.reconstructed(images=images, smoothness=Smoothness(40))
 
 
@@ -649,18 +651,18 @@ def _unknown_camera(one: Scene) -> dict[str, Any]:
 )
 def test_bad_input_is_refused_in_one_sentence(change: Callable[[Scene], dict[str, Any]], words: str) -> None:
     one = scene(14)
-    with pytest.raises(Refusal, match=words) as refused:
+    with pytest.raises(InvalidInput, match=words) as refused:
         one.reconstructed(**change(one))
     assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("components", [0, -3])
 def test_a_basis_of_no_components_is_refused(components: int) -> None:
-    with pytest.raises(Refusal, match="a trajectory basis has no component"):
+    with pytest.raises(InvalidInput, match="a trajectory basis has no component"):
         Smoothness(components)
 
 
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, np.nan, np.inf])
 def test_a_cutoff_that_is_none_is_refused(cutoff: float) -> None:
-    with pytest.raises(Refusal, match="the cutoff of a soft basis cannot be so"):
+    with pytest.raises(InvalidInput, match="the cutoff of a soft basis cannot be so"):
         Smoothness(20, cutoff)

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
 from pipeline.core.articulation import ROBUST_QUANTILE, RayHits, RayStatus, ray_sphere
+from pipeline.core.articulation.rays import cast_rays
 from pipeline.core.camera_paths import around, hand_held, parallel, still
 from pipeline.core.pinhole import Pinhole, project_by_matrix
-from pipeline.core.rays import cast_rays
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 AT_ORIGIN = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]])
@@ -369,14 +369,14 @@ AHEAD = np.array([[0.0, 0, 10], [1.0, 0, 10]])
 def test_what_has_no_candidates_is_refused(
     cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray, radius: float, sentence: str
 ) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         ray_sphere(cameras, pixels, parents, radius)
 
 
 def test_no_such_adjustment_and_no_such_signs_are_refused() -> None:
-    with pytest.raises(Refusal, match=r"no such adjustment .*received shrink"):
+    with pytest.raises(InvalidInput, match=r"no such adjustment .*received shrink"):
         at_distances(np.ones(3), 2.0, adjust="shrink")
     hits = at_distances(np.ones(3), 2.0)
     for signs in ([1, -1], [1, 0, -1]):
-        with pytest.raises(Refusal, match="no sign for each frame"):
+        with pytest.raises(InvalidInput, match="no sign for each frame"):
             hits.chosen(np.array(signs))

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.core import linear_model, posture, time_warps
-from pipeline.core.bending import BendingPerformances, bending_performances
-from pipeline.core.bending_manner import draw_manner
-from pipeline.refusal import Refusal
+from pipeline.core import linear_model, posture
 from pipeline.skeleton import POSTURE12, WALKER15
+from pipeline.synthetic.bending import BendingPerformances, bending_performances, time_warps
+from pipeline.synthetic.bending.manner import draw_manner
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -305,5 +305,5 @@ def test_progress_goes_from_standing_to_the_deepest_and_back() -> None:
     ],
 )
 def test_what_cannot_be_is_refused(wrong: dict[str, float], sentence: str) -> None:
-    with pytest.raises(Refusal, match=f"^synthetic bending: {re.escape(sentence)}$"):
+    with pytest.raises(InvalidInput, match=f"^synthetic bending: {re.escape(sentence)}$"):
         bending_performances(np.random.default_rng(0), **wrong)  # type: ignore[arg-type]

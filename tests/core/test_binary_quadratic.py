@@ -15,14 +15,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from pipeline.core import sign_search
 from pipeline.core.binary_quadratic import BinarySolution, minimise
-from pipeline.core.box_search import BoxSearch
-from pipeline.core.sign_candidates import programme_of
-from pipeline.core.sign_programme import Programme, compiled
-from pipeline.core.suffix_search import SuffixSearch
+from pipeline.core.binary_quadratic import descent as sign_search
+from pipeline.core.binary_quadratic.box_search import BoxSearch
+from pipeline.core.binary_quadratic.candidates import programme_of
+from pipeline.core.binary_quadratic.programme import Programme, compiled
+from pipeline.core.binary_quadratic.suffix_search import SuffixSearch
 from pipeline.core.trajectory_basis import cosine_basis, restricted, soft_basis, soft_ridge
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.benchmarks.binary_quadratic import by_scip, limb
 from tests.strategies import seeds
 
@@ -280,7 +280,7 @@ def test_a_proof_does_not_depend_on_the_clock(monkeypatch: pytest.MonkeyPatch) -
     for array in given:
         array.setflags(write=False)
     running = minimise(given[0], given[1], given[2], time_limit_s=60.0)
-    monkeypatch.setattr("pipeline.core.binary_quadratic.perf_counter", lambda: 0.0)
+    monkeypatch.setattr("pipeline.core.binary_quadratic.solve.perf_counter", lambda: 0.0)
     assert running.proved
     assert same(running, minimise(given[0], given[1], given[2], time_limit_s=60.0))
 
@@ -386,5 +386,5 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_no_programme_is_refused_in_one_sentence(case: str) -> None:
     attempt, sentence = REFUSED[case]
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         attempt()

@@ -10,7 +10,7 @@ from scipy.fft import dct
 
 from pipeline.core.camera_paths import around, hand_held, parallel, still
 from pipeline.core.pinhole import Pinhole, look_at, project_by_matrix
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 TARGET = np.array([100.0, -200.0, 900.0])
@@ -148,19 +148,19 @@ def test_projection_by_rows_is_that_of_the_pinhole(seed: int) -> None:
 )
 def test_paths_that_lead_nowhere_are_refused(options: dict, sentence: str) -> None:
     asked = {"frames": 4, "target": TARGET, **options}
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         still(asked.pop("frames"), **asked)
 
 
 def test_a_hand_without_a_path_is_refused() -> None:
     one = look_at(np.zeros(3), TARGET, focal_px=1.0)
-    with pytest.raises(Refusal, match="one K and a centre for each frame"):
+    with pytest.raises(InvalidInput, match="one K and a centre for each frame"):
         hand_held(np.random.default_rng(0), one, target=TARGET)
     path = still(3, target=TARGET)
-    with pytest.raises(Refusal, match="the tremor of a hand is negative"):
+    with pytest.raises(InvalidInput, match="the tremor of a hand is negative"):
         hand_held(np.random.default_rng(0), path, target=TARGET, tremor_mm=-1.0)
     zooming = Pinhole(np.stack([path.intrinsics] * 3), path.rotation, path.centre)
-    with pytest.raises(Refusal, match="one K"):
+    with pytest.raises(InvalidInput, match="one K"):
         hand_held(np.random.default_rng(0), zooming, target=TARGET)
-    with pytest.raises(Refusal, match="do not fit"):
+    with pytest.raises(InvalidInput, match="do not fit"):
         project_by_matrix(path.matrix, np.zeros((4, 3)))

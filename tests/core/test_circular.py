@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import circular
+from pipeline.core.statistics import circular
 from tests.strategies import seeds
 
 degrees = st.floats(min_value=-720, max_value=720)

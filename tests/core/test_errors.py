@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import camera, errors, fourier
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import angles, seeds, walker
 
 
@@ -125,5 +125,7 @@ def test_a_relative_error_divides_by_the_variance_of_the_missing_dimension() -> 
 
 
 def test_an_unknown_kind_of_variance_is_refused() -> None:
-    with pytest.raises(Refusal, match=r"kind of variance is unknown \(expected temporal or overall, rec"):
+    with pytest.raises(
+        InvalidInput, match=r"kind of variance is unknown \(expected temporal or overall, rec"
+    ):
         errors.missing_variance(np.zeros((15, 3, 3)), np.zeros((15, 3)), np.zeros(1), kind="spatial")

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import fourier, frequency
-from pipeline.refusal import Refusal
+from pipeline.core import fourier
+from pipeline.core.fourier import frequency
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 from tests.core.walks import clip
 from tests.strategies import seeds, walker
 
@@ -208,5 +209,5 @@ HOLED[7, 3, 1] = np.nan
 def test_what_cannot_be_represented_is_refused(
     positions: np.ndarray, rate_hz: float, options: dict, sentence: str
 ) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         fourier.represent(positions, rate_hz, **options)

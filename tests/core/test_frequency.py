@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core import frequency
+from pipeline.core.fourier import frequency
 from tests.core.walks import clip
 from tests.strategies import walker
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pipeline.core.hinges import HINGES, flexion, wrong_share
+from pipeline.core.articulated_trajectory.hinges import HINGES, flexion, wrong_share
 from pipeline.core.limb_chain import WALKER14, Chain
-from pipeline.core.synthetic import walking_population
-from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
+from pipeline.synthetic.walkers import walking_population
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 DOWN, BACK, AHEAD, RIGHT = (
@@ -132,5 +132,5 @@ def test_a_knee_that_is_the_root_is_no_limb_and_no_hinge() -> None:
 @pytest.mark.parametrize("shapes", [((3,), (3,), (3,)), ((2, 3), (2, 3), (3, 3)), ((4, 2), (4, 2), (4, 2))])
 def test_limbs_of_different_shapes_are_refused(shapes: tuple[tuple[int, ...], ...]) -> None:
     upper, lower, axis = (np.ones(shape) for shape in shapes)
-    with pytest.raises(Refusal, match="the limbs of a hinge differ in shape"):
+    with pytest.raises(InvalidInput, match="the limbs of a hinge differ in shape"):
         flexion(upper, lower, axis, KNEE)

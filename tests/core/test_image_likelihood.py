@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy import integrate, stats
 
 from pipeline.core import camera
-from pipeline.core.image_likelihood import Likelihood
 from pipeline.core.pinhole import look_at
-from pipeline.refusal import Refusal
+from pipeline.core.tracking.likelihood import Likelihood
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 VIEW = 0.4
@@ -159,5 +159,5 @@ def test_nothing_seen_says_nothing_and_behind_the_camera_is_impossible() -> None
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(change: dict, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         Likelihood(**{"image": np.zeros((4, 15, 2)), "camera": VIEW, "noise": 1.0, **change})

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.core import linear_model, posture
-from pipeline.core.bending import BendingPerformances, bending_performances
-from pipeline.core.curvature import curvature
-from pipeline.core.key_frames import KeyFrames, choose, resample
-from pipeline.core.time_warps import correspondence, draw_waves, warp
-from pipeline.refusal import Refusal
+from pipeline.core.synchronization.curvature import curvature
+from pipeline.core.synchronization.key_frames import KeyFrames, choose, resample
+from pipeline.synthetic.bending import BendingPerformances, bending_performances
+from pipeline.synthetic.bending.time_warps import correspondence, draw_waves, warp
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 CORNERS = (0.15, 0.4, 0.5, 0.7, 0.85)
@@ -119,14 +119,14 @@ def test_key_frames_increase_and_keep_their_distance(
 def test_agreement_makes_the_same_key_frames_of_noisy_performances(
     bends: BendingPerformances, in_aspace: list[np.ndarray]
 ) -> None:
-    def spread(frames: KeyFrames) -> float:
+    def map_threads(frames: KeyFrames) -> float:
         at = np.array([p[f] for p, f in zip(bends.phase, frames.frames, strict=True)])
         return float(at.std(axis=0).max())
 
     together, alone = choose(in_aspace), choose(in_aspace, consistency=0.0)
     assert together.converged
-    assert spread(together) < 0.06
-    assert spread(alone) > 2.0 * spread(together)
+    assert map_threads(together) < 0.06
+    assert map_threads(alone) > 2.0 * map_threads(together)
 
 
 # --- resampling -------------------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ def test_key_frames_explain_most_of_the_timing(
 
 
 def refused(sentence: str) -> pytest.RaisesExc:
-    return pytest.raises(Refusal, match=f"^{re.escape(sentence)}$")
+    return pytest.raises(InvalidInput, match=f"^{re.escape(sentence)}$")
 
 
 def test_bad_performances_are_refused_in_one_sentence() -> None:

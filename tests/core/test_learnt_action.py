@@ -9,15 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import action_model, aspace, key_frames, synchronization
-from pipeline.core.learnt_action import (
+from pipeline.core import action_model, aspace, synchronization
+from pipeline.core.action_model.learning import (
     LearntAction,
     by_key_frames,
     learn,
     mean_squared_deviation,
     variance_left,
 )
-from pipeline.refusal import Refusal
+from pipeline.core.synchronization import key_frames
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -152,7 +153,7 @@ def test_what_is_learnt_is_a_value() -> None:
 @pytest.mark.parametrize("count", [0, 1])
 def test_a_performance_alone_is_refused(count: int) -> None:
     message = rf"one performance alone cannot be synchronized \(expected 2 or more, received {count}\)"
-    with pytest.raises(Refusal, match=message):
+    with pytest.raises(InvalidInput, match=message):
         learn(action(1)[:count])
 
 
@@ -170,13 +171,13 @@ def test_a_performance_alone_is_refused(count: int) -> None:
     ],
 )
 def test_what_a_piece_refuses_is_refused(options: dict, message: str) -> None:
-    with pytest.raises(Refusal, match=message):
+    with pytest.raises(InvalidInput, match=message):
         learn(action(1), **{"samples": 15, "max_disparity": 6, **options})
 
 
 def test_performances_that_are_all_the_same_have_nothing_to_teach() -> None:
     one = action(1)[0]
-    with pytest.raises(Refusal, match="the performances are all identical"):
+    with pytest.raises(InvalidInput, match="the performances are all identical"):
         learn([one, one.copy()], samples=15, max_disparity=6)
 
 
@@ -225,9 +226,9 @@ def test_by_key_frames_is_choosing_and_resampling() -> None:
 
 
 def test_by_key_frames_refuses_as_its_pieces_do() -> None:
-    with pytest.raises(Refusal, match="there are no performances"):
+    with pytest.raises(InvalidInput, match="there are no performances"):
         by_key_frames([])
-    with pytest.raises(Refusal, match="there are no key-frames"):
+    with pytest.raises(InvalidInput, match="there are no key-frames"):
         by_key_frames(action(1), count=0)
-    with pytest.raises(Refusal, match="fewer samples than key-frames and ends"):
+    with pytest.raises(InvalidInput, match="fewer samples than key-frames and ends"):
         by_key_frames(action(1), samples=6, count=5)

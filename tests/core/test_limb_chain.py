@@ -7,16 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.core.limb_chain import (
-    WALKER14,
-    Chain,
-    forward,
-    relative_trajectories,
-    true_lengths,
-)
-from pipeline.core.synthetic_limbs import synthetic_body
-from pipeline.refusal import Refusal
+from pipeline.core.limb_chain import WALKER14, Chain, forward, relative_trajectories, true_lengths
 from pipeline.skeleton import WALKER15
+from pipeline.synthetic.limbs import synthetic_body
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -69,13 +63,13 @@ def test_every_limb_comes_after_the_one_that_holds_it(seed: int, joints: int) ->
     ],
 )
 def test_what_is_no_tree_is_refused(joints: tuple, parents: tuple, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         Chain(joints, parents)
 
 
 def test_a_limb_that_is_not_there_is_refused() -> None:
     for name in ("tail", "pelvis"):  # the root is no limb
-        with pytest.raises(Refusal, match=f"no limb '{name}'"):
+        with pytest.raises(InvalidInput, match=f"no limb '{name}'"):
             WALKER14.held_by(name)
 
 
@@ -117,10 +111,10 @@ def test_what_hangs_on_an_unknown_limb_is_unknown_and_nothing_else() -> None:
 
 
 def test_arrays_that_are_not_of_the_chain_are_refused() -> None:
-    with pytest.raises(Refusal, match=r"expected \(F, 15, 3\), received \(4, 14, 3\)"):
+    with pytest.raises(InvalidInput, match=r"expected \(F, 15, 3\), received \(4, 14, 3\)"):
         relative_trajectories(WALKER14, np.zeros((4, 14, 3)))
     with pytest.raises(
-        Refusal, match=r"expected \(F, 3\) and \(F, 14, 3\), received \(4, 3\) and \(5, 14, 3\)"
+        InvalidInput, match=r"expected \(F, 3\) and \(F, 14, 3\), received \(4, 3\) and \(5, 14, 3\)"
     ):
         forward(WALKER14, np.zeros((4, 3)), np.zeros((5, 14, 3)))
 
@@ -137,5 +131,5 @@ def test_true_lengths_are_means_over_the_frames_that_are_known() -> None:
     stretching = np.array([[[0.0, 0, 0], [3, 4, 0]], [[1, 0, 0], [1, 0, 7]]])
     assert true_lengths(pair, stretching).tolist() == [6.0]
     positions[:, 4] = np.nan
-    with pytest.raises(Refusal, match="the limb to 'left_wrist' is known in no frame"):
+    with pytest.raises(InvalidInput, match="the limb to 'left_wrist' is known in no frame"):
         true_lengths(WALKER14, positions)

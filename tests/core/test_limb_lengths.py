@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from pipeline.core.camera_paths import around, still
 from pipeline.core.limb_chain import WALKER14, Chain, true_lengths
-from pipeline.core.limb_lengths import (
+from pipeline.core.limb_chain.lengths import (
     LENGTH_RATIOS,
     anthropometric_lengths,
     demanded_length,
     length_from_rays,
 )
-from pipeline.core.synthetic import walking_population
-from pipeline.core.synthetic_limbs import angular_limb
-from pipeline.refusal import Refusal
+from pipeline.synthetic.limbs import angular_limb
+from pipeline.synthetic.walkers import walking_population
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -38,11 +38,11 @@ def test_one_known_limb_gives_the_others_in_proportion(limb: str, size: float) -
 
 
 def test_lengths_that_nobody_has_measured_are_refused() -> None:
-    with pytest.raises(Refusal, match=r"the stature is no length \(expected mm > 0, received -3\)"):
+    with pytest.raises(InvalidInput, match=r"the stature is no length \(expected mm > 0, received -3\)"):
         anthropometric_lengths(WALKER14, size_mm=-3.0)
-    with pytest.raises(Refusal, match="no limb 'tail'"):
+    with pytest.raises(InvalidInput, match="no limb 'tail'"):
         anthropometric_lengths(WALKER14, of="tail", size_mm=300.0)
-    with pytest.raises(Refusal, match="no published ratio for the limb to 'tail'"):
+    with pytest.raises(InvalidInput, match="no published ratio for the limb to 'tail'"):
         anthropometric_lengths(Chain(("pelvis", "tail"), (None, "pelvis")), size_mm=1700.0)
 
 
@@ -74,9 +74,9 @@ def test_a_limb_that_lies_across_a_ray_shows_its_length() -> None:
 
 def test_an_image_that_asks_for_nothing_is_refused() -> None:
     camera = around(3, target=np.zeros(3), sweep_rad=0.0)
-    with pytest.raises(Refusal, match="no ray asks for a length"):
+    with pytest.raises(InvalidInput, match="no ray asks for a length"):
         demanded_length(camera.matrix, np.full((3, 2), np.nan), np.zeros((3, 3)))
-    with pytest.raises(Refusal, match=r"no such quantile \(expected above 0, up to 1, received 95\)"):
+    with pytest.raises(InvalidInput, match=r"no such quantile \(expected above 0, up to 1, received 95\)"):
         demanded_length(camera.matrix, np.zeros((3, 2)), np.ones((3, 3)), quantile=95)
 
 
@@ -108,7 +108,7 @@ def test_the_other_side_is_not_asked_when_it_was_never_seen() -> None:
         "right_knee": np.full((40, 2), np.nan),
     }
     assert length_from_rays(camera.matrix, images, parents, "left_knee") > 0.0
-    with pytest.raises(Refusal, match="no ray asks for a length"):
+    with pytest.raises(InvalidInput, match="no ray asks for a length"):
         length_from_rays(
             camera.matrix, images, {**parents, "left_knee": np.full((40, 3), np.nan)}, "right_knee"
         )

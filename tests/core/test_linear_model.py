@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from pipeline.core import camera, fourier, linear_model
 from pipeline.core.linear_model import LinearModel
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import STYLES, Fold, angles, folds, seeds, walkers
 
 sizes = st.integers(min_value=3, max_value=30)
@@ -256,7 +256,7 @@ HOLED[3, 2] = np.inf
 def test_what_cannot_be_learnt_from_is_refused(
     samples: np.ndarray, components: int, options: dict, sentence: str
 ) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         linear_model.fit(samples, components, **options)
 
 
@@ -271,5 +271,5 @@ def test_what_cannot_be_learnt_from_is_refused(
     ],
 )
 def test_too_few_people_are_refused(samples: np.ndarray, options: dict, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         next(linear_model.leave_one_out(samples, 2, **options))

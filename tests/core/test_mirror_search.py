@@ -8,13 +8,15 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from pipeline.core import articulated, camera_paths, mirror_search, refinement
+from pipeline.core import articulated_trajectory as articulated
+from pipeline.core import camera_paths, refinement
+from pipeline.core.articulated_trajectory import mirrors as mirror_search
+from pipeline.core.articulated_trajectory.limb_choice import LimbChoice, Smoothness, choose_limb
 from pipeline.core.limb_chain import Chain, forward
-from pipeline.core.limb_choice import LimbChoice, Smoothness, choose_limb
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
-from pipeline.core.synthetic_limbs import angular_limb, smooth_series
-from pipeline.refusal import Refusal
+from pipeline.synthetic.limbs import angular_limb, smooth_series
+from pipeline.validation import InvalidInput
 
 ARM = Chain(("shoulder", "elbow", "wrist", "hand"), (None, "shoulder", "elbow", "wrist"))
 FRAMES, LENGTHS = 60, np.array([320.0, 260.0, 120.0])
@@ -135,12 +137,12 @@ def test_a_mirror_behind_the_camera_is_no_candidate() -> None:
 
     def refine(limbs: dict[str, LimbChoice]) -> Refinement:
         if mirrored_in(limbs):
-            raise Refusal("a joint that was seen starts behind its camera")
+            raise InvalidInput("a joint that was seen starts behind its camera")
         return allowed
 
     found = mirror_search.better_mirrors(ARM, seen.root, start, seen.choose, refine)
     assert not mirrored_in(found)
-    with pytest.raises(Refusal, match="behind"):
+    with pytest.raises(InvalidInput, match="behind"):
         mirror_search.better_mirrors(ARM, seen.root, seen.combination({"wrist"}), seen.choose, refine)
 
 
@@ -169,7 +171,7 @@ def test_a_limb_that_cannot_hang_on_a_mirror_is_no_candidate() -> None:
     def choose(limb: str, parents: np.ndarray) -> LimbChoice:
         made = seen.choose(limb, parents)
         if not np.allclose(made.hits.middle, start[limb].hits.middle):
-            raise Refusal("no candidate is in front of the camera")
+            raise InvalidInput("no candidate is in front of the camera")
         return made
 
     found = mirror_search.better_mirrors(ARM, seen.root, start, choose, seen.refine)

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import camera, errors, fourier, noise_path, reconstruction
+from pipeline.core import camera, errors, fourier, reconstruction
 from pipeline.core.linear_model import fit, flatten, unflatten
+from pipeline.core.reconstruction import noise_path
 from tests.core.printed import printed
 from tests.strategies import Fold, angles, folds, walkers
 

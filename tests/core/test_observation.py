@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import camera, fourier, frequency, observation
-from pipeline.refusal import Refusal
+from pipeline.core import camera, fourier, observation
+from pipeline.core.fourier import frequency
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 from tests.core.watched import RATE_HZ, VIEWS, played
 from tests.strategies import seeds, walkers
 
@@ -122,7 +123,7 @@ def test_clips_that_cannot_be_observed_are_refused(words: str, arguments: dict[s
     motion = played(walkers(np.random.default_rng(0), 1)[0], 0.9, 0.0, 3.0)
     if "spoilt" in arguments:
         motion = changed(motion, 7, arguments["spoilt"])
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         observation.observe(
             motion[arguments.get("cut", slice(None))],
             arguments.get("rate", RATE_HZ),

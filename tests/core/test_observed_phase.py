@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import errors, fourier, observation, observed_phase, reconstruction, synthetic, walking
+from pipeline.core import errors, fourier, observation, reconstruction, walking
 from pipeline.core.linear_model import LinearModel, fit, flatten, leave_one_out, unflatten
-from pipeline.refusal import Refusal
+from pipeline.core.reconstruction import unknown_phase as observed_phase
+from pipeline.synthetic import walkers as synthetic
+from pipeline.validation import InvalidInput
 from tests.core.printed import printed_cost
 from tests.core.watched import RATE_HZ, VIEWS, inside, noises, played, watched, wrapped
 from tests.strategies import Fold, folds, seeds, walkers
@@ -232,7 +234,7 @@ def test_observations_that_do_not_fit_the_model_are_refused(words: str, argument
         "frequency_hz": np.ones(2),
     } | arguments
     image = given_.pop("image")
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         observed_phase.from_known_views(model, image, np.zeros(2), **given_)
 
 
@@ -240,5 +242,5 @@ def test_a_bad_path_is_refused() -> None:
     people = walkers(np.random.default_rng(0), 6)
     model = fit(people.reshape(6, -1), 3)
     clip = observation.observe(played(people[0], 0.9, 0.0, 3.0), RATE_HZ, VIEWS)
-    with pytest.raises(Refusal, match="noise variance"):
+    with pytest.raises(InvalidInput, match="noise variance"):
         observed_phase.error_path(model, clip, np.array([70.0, -1.0]))

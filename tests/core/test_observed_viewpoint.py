@@ -9,17 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import (
-    fourier,
-    linear_model,
-    observation,
-    observed_phase,
-    observed_viewpoint,
-    reconstruction,
-    viewpoint,
-)
+from pipeline.core import fourier, linear_model, observation, reconstruction, viewpoint
 from pipeline.core.linear_model import fit, unflatten
-from pipeline.refusal import Refusal
+from pipeline.core.reconstruction import unknown_phase as observed_phase
+from pipeline.core.viewpoint import unknown_phase as observed_viewpoint
+from pipeline.validation import InvalidInput
 from tests.core.printed import printed_cost
 from tests.core.watched import RATE_HZ, VIEWS, inside, noises, played, watched, wrapped
 from tests.strategies import Fold, folds, walkers
@@ -160,7 +154,7 @@ def test_observations_that_do_not_fit_the_model_are_refused(words: str, argument
         "frequency_hz": np.ones(2),
     } | arguments
     image = given_.pop("image")
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         observed_viewpoint.estimate(model, image, **given_)
 
 
@@ -168,9 +162,9 @@ def test_an_empty_range_of_views_is_refused() -> None:
     people = walkers(np.random.default_rng(0), 6)
     model = fit(people.reshape(6, -1), 3)
     clip = observation.observe(played(people[0], 0.9, 0.0, 3.0), RATE_HZ, VIEWS)
-    with pytest.raises(Refusal, match="range of view angles is empty"):
+    with pytest.raises(InvalidInput, match="range of view angles is empty"):
         observed_viewpoint.estimate(model, clip.image, noise_variance=None, angle_range_rad=(1.0, 1.0))
-    with pytest.raises(Refusal, match="range of view angles is empty"):
+    with pytest.raises(InvalidInput, match="range of view angles is empty"):
         observed_viewpoint.estimate(model, clip.image, noise_variance=None, grid_step_rad=0.0)
 
 

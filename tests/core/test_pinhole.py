@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 K = np.array([[900.0, 2.0, 320.0], [0.0, 1100.0, 240.0], [0.0, 0.0, 1.0]])
@@ -151,16 +151,16 @@ def test_a_camera_does_not_change_with_what_it_was_made_of() -> None:
 def test_what_is_no_camera_is_refused(
     intrinsics: np.ndarray, rotation: np.ndarray, centre: np.ndarray, sentence: str
 ) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         Pinhole(intrinsics, rotation, centre)
 
 
 def test_points_that_do_not_fit_the_cameras_are_refused() -> None:
-    with pytest.raises(Refusal, match=r"wrong shape \(expected \(…, 3\), received \(4, 2\)\)"):
+    with pytest.raises(InvalidInput, match=r"wrong shape \(expected \(…, 3\), received \(4, 2\)\)"):
         cameras(0, None).project(np.zeros((4, 2)))
-    with pytest.raises(Refusal, match=r"expected \(3, …, 3\), received \(3,\)"):
+    with pytest.raises(InvalidInput, match=r"expected \(3, …, 3\), received \(3,\)"):
         cameras(0, 3).project(np.zeros(3))
-    with pytest.raises(Refusal, match=r"disagree in their frames \(expected 3, received 4\)"):
+    with pytest.raises(InvalidInput, match=r"disagree in their frames \(expected 3, received 4\)"):
         cameras(0, 3).in_camera(np.zeros((4, 3)))
-    with pytest.raises(Refusal, match="along the vertical"):
+    with pytest.raises(InvalidInput, match="along the vertical"):
         look_at(np.zeros(3), np.array([0.0, 0.0, 5.0]), focal_px=1.0)

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pipeline.core import linear_model
-from pipeline.core.limb_frames import ARMS, FOREARMS, HIP, LEGS, NECK, REST, SHOULDER, THIGHS, TORSO
 from pipeline.core.posture import FRAMES, HEADINGS, PARAMETERS, LimbLengths, joints, limb_lengths, postures
-from pipeline.formats import asf_amc
-from pipeline.refusal import Refusal
+from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, REST, SHOULDER, THIGHS, TORSO
+from pipeline.formats.acclaim import amc as asf_amc
 from pipeline.skeleton import POSTURE12, WALKER15, SourceMapping, map_joints
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 UP, AHEAD, RIGHT = np.eye(3)[[2, 1, 0]]
@@ -301,13 +301,13 @@ def test_a_missing_joint_is_refused_by_frame_and_name() -> None:
     clip[4, WALKER15.index("left_knee"), 1] = np.nan
     clip[6, WALKER15.index("head")] = np.inf
     for use in (postures, limb_lengths):
-        with pytest.raises(Refusal, match=r"^frame 4: the joint left_knee is missing$"):
+        with pytest.raises(InvalidInput, match=r"^frame 4: the joint left_knee is missing$"):
             use(clip)
 
 
 @pytest.mark.parametrize("shape", [(0, 15, 3), (15, 3), (4, 14, 3), (4, 15, 2)])
 def test_what_is_no_clip_is_refused(shape: tuple[int, ...]) -> None:
-    with pytest.raises(Refusal, match=re.escape(f"(expected (T, 15, 3), T >= 1, received {shape})")):
+    with pytest.raises(InvalidInput, match=re.escape(f"(expected (T, 15, 3), T >= 1, received {shape})")):
         postures(np.zeros(shape))
 
 
@@ -322,7 +322,7 @@ def test_what_makes_no_frame_is_refused_by_frame() -> None:
             "frame 1: the limb right_thigh points against its rest direction, so its frame is not defined",
         ),
     ):
-        with pytest.raises(Refusal, match=f"^{sentence}$"):
+        with pytest.raises(InvalidInput, match=f"^{sentence}$"):
             postures(np.concatenate([good, standing(**limbs)]))
 
 
@@ -337,33 +337,35 @@ def test_near_the_singular_directions_the_way_back_is_still_exact() -> None:
 def test_a_limb_without_length_is_refused() -> None:
     clip = moving(np.random.default_rng(2), 3)
     clip[2, WALKER15.index("right_wrist")] = clip[2, WALKER15.index("right_elbow")]
-    with pytest.raises(Refusal, match=r"^frame 2, right_forearm: a limb has no length$"):
+    with pytest.raises(InvalidInput, match=r"^frame 2, right_forearm: a limb has no length$"):
         postures(clip)
 
 
 def test_unknown_choices_and_floors_are_refused() -> None:
     clip = standing()
-    with pytest.raises(Refusal, match=r"^the frame is unknown \(expected parent or hip, received 'world'\)$"):
+    with pytest.raises(
+        InvalidInput, match=r"^the frame is unknown \(expected parent or hip, received 'world'\)$"
+    ):
         postures(clip, frame="world")
-    with pytest.raises(Refusal, match="the frame is unknown"):
+    with pytest.raises(InvalidInput, match="the frame is unknown"):
         joints(np.ones(37), BODY, frame="world")
-    with pytest.raises(Refusal, match=r"expected first or every or none, received 'last'"):
+    with pytest.raises(InvalidInput, match=r"expected first or every or none, received 'last'"):
         postures(clip, heading="last")
-    with pytest.raises(Refusal, match="the floor has no height"):
+    with pytest.raises(InvalidInput, match="the floor has no height"):
         postures(clip, floor_mm=np.nan)
 
 
 def test_what_is_no_posture_is_refused() -> None:
     posture = postures(moving(np.random.default_rng(2), 3))
-    with pytest.raises(Refusal, match=r"expected \(…, 37\) numbers, received \(3, 36\)"):
+    with pytest.raises(InvalidInput, match=r"expected \(…, 37\) numbers, received \(3, 36\)"):
         joints(posture[:, 1:], BODY)
     missing = posture.copy()
     missing[1, 20] = np.nan
-    with pytest.raises(Refusal, match=r"^frame 1: a posture has a number that is not finite$"):
+    with pytest.raises(InvalidInput, match=r"^frame 1: a posture has a number that is not finite$"):
         joints(missing, BODY)
     missing[1, 1 + 3 * NECK : 4 + 3 * NECK] = 0.0
     missing[1, 20] = 0.5
-    with pytest.raises(Refusal, match=r"^frame 1, neck: the cosines of a limb are all zero$"):
+    with pytest.raises(InvalidInput, match=r"^frame 1, neck: the cosines of a limb are all zero$"):
         joints(missing, BODY)
 
 

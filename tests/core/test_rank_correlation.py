@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.core.rank_correlation import rank_correlation
-from pipeline.refusal import Refusal
+from pipeline.core.statistics.rank_correlation import rank_correlation
+from pipeline.validation import InvalidInput
 
 pairs = st.lists(st.tuples(st.integers(-4, 4), st.integers(-4, 4)), min_size=3, max_size=30)
 
@@ -35,5 +35,5 @@ def test_only_the_order_counts(pairs: list[tuple[int, int]]) -> None:
 
 @pytest.mark.parametrize(("a", "b"), [([1.0, 2.0], [1.0]), ([], []), ([1.0, np.nan], [1.0, 2.0])])
 def test_what_cannot_be_ranked_is_refused(a: list[float], b: list[float]) -> None:
-    with pytest.raises(Refusal, match="rank"):
+    with pytest.raises(InvalidInput, match="rank"):
         rank_correlation(a, b)

@@ -24,8 +24,8 @@ from pipeline.core.reconstructibility import (
     reconstructibility,
     viewing_angles,
 )
-from pipeline.core.synthetic_limbs import angular_limb, cartesian_limb
-from pipeline.refusal import Refusal
+from pipeline.synthetic.limbs import angular_limb, cartesian_limb
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -236,7 +236,7 @@ def test_a_clip_is_its_limbs_together() -> None:
     assert clip.ratio == pytest.approx(np.sqrt(40.0) / 5.0)
     assert of_clip([Reconstructibility(np.inf, 0.0, 1.0)]).ratio == np.inf
     assert of_clip(limbs[:1]) == limbs[0]
-    with pytest.raises(Refusal, match="a clip of no limbs"):
+    with pytest.raises(InvalidInput, match="a clip of no limbs"):
         of_clip([])
 
 
@@ -285,15 +285,15 @@ BASIS, ONES, SIGNS = cosines(5, 2), np.ones((5, 3)), np.ones(5)
     ],
 )
 def test_what_has_no_reconstructibility_is_refused(arguments: tuple, options: dict, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         reconstructibility(*arguments, **options)
 
 
 def test_choices_and_lights_that_are_none_are_refused() -> None:
     for b in (np.full(5, 2), np.zeros(4)):
-        with pytest.raises(Refusal, match="truth, impostor and choices do not fit"):
+        with pytest.raises(InvalidInput, match="truth, impostor and choices do not fit"):
             estimated(ONES, ONES, b)
-    with pytest.raises(Refusal, match=r"not orthonormal \(expected Theta\^T Theta = I\)"):
+    with pytest.raises(InvalidInput, match=r"not orthonormal \(expected Theta\^T Theta = I\)"):
         choice_residual(0.5 * BASIS, ONES, ONES, np.zeros(5))
-    with pytest.raises(Refusal, match="no number to make a light of"):
+    with pytest.raises(InvalidInput, match="no number to make a light of"):
         light_of_mirror_margin(np.nan)

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import camera, errors, noise_path, reconstruction
+from pipeline.core import camera, errors, reconstruction
 from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
-from pipeline.refusal import Refusal
+from pipeline.core.reconstruction import noise_path
+from pipeline.validation import InvalidInput
 from tests.core.printed import printed
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
@@ -295,11 +296,11 @@ HOLED[8] = np.nan
 def test_a_noise_variance_that_is_not_positive_is_refused(noise_variance: float) -> None:
     sentence = r"noise variance \(sigma²\) is not positive \(expected mm² > 0"
     view = np.zeros(1)
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         reconstruction.maximum_a_posteriori(np.eye(2), np.ones(2), np.ones(2), noise_variance=noise_variance)
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         reconstruction.from_known_views(MODEL, MODEL.mean, view, noise_variance=noise_variance)
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         noise_path.error_path(MODEL, MODEL.mean, view, np.array([70.0, noise_variance]))
 
 
@@ -312,9 +313,9 @@ def test_a_noise_variance_that_is_not_positive_is_refused(noise_variance: float)
     ],
 )
 def test_a_walker_who_does_not_fit_the_model_is_refused(sample: np.ndarray, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         reconstruction.from_known_views(MODEL, sample, np.zeros(1), noise_variance=None)
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         noise_path.error_path(MODEL, sample, np.zeros(1), np.array([70.0]))
 
 
@@ -337,8 +338,8 @@ def test_a_walker_who_does_not_fit_the_model_is_refused(sample: np.ndarray, sent
 def test_equations_that_do_not_fit_together_are_refused(
     E: np.ndarray, d: np.ndarray, eigenvalues: np.ndarray, sentence: str
 ) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         reconstruction.maximum_a_posteriori(E, d, eigenvalues, noise_variance=1.0)
     if "eigenvalue" not in sentence:
-        with pytest.raises(Refusal, match=sentence):
+        with pytest.raises(InvalidInput, match=sentence):
             reconstruction.least_squares(E, d)

@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from pipeline.core import reprojection
-from pipeline.core.limb_equations import LimbEquations, damped_step, minimise, normal_equations
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.refinement import Refinement, refine
-from pipeline.core.reprojection import LOSSES, Observations
-from pipeline.core.spherical import SphericalTrajectory, cosines_at
-from pipeline.refusal import Refusal
+from pipeline.core.refinement import Refinement, refine, reprojection
+from pipeline.core.refinement.equations import LimbEquations, damped_step, minimise, normal_equations
+from pipeline.core.refinement.reprojection import LOSSES, Observations
+from pipeline.core.refinement.spherical import SphericalTrajectory, cosines_at
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 TREE = (-1, 0, 1, 2, 1, 0)
@@ -508,7 +507,7 @@ def test_a_start_behind_the_camera_is_refused_by_joint_and_frame() -> None:
     centre = one.camera.centre.copy()
     centre[7] = one.positions[7, 4] + [0.0, 1e4, 0.0]
     camera = Pinhole(one.camera.intrinsics, one.camera.rotation, centre)
-    with pytest.raises(Refusal, match="joint hand: the start stands behind the camera in frame 7"):
+    with pytest.raises(InvalidInput, match="joint hand: the start stands behind the camera in frame 7"):
         one.refined(one.start(1, 0.0), camera=camera, names=["root", "hand", "b", "c", "d", "e"])
 
 
@@ -555,7 +554,7 @@ def test_what_it_was_given_stays_as_it_was() -> None:
 )
 def test_what_cannot_be_used_is_refused_in_a_sentence(options: dict[str, Any], sentence: str) -> None:
     one = body(1)
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         one.refined(one.start(1, 0.0), **options)
 
 
@@ -563,12 +562,12 @@ def test_a_limb_without_any_direction_is_refused_by_name() -> None:
     one = body(1)
     start = one.start(1, 0.0)
     start[:, 2] = np.nan
-    with pytest.raises(Refusal, match="the start of joint 3: no direction is known"):
+    with pytest.raises(InvalidInput, match="the start of joint 3: no direction is known"):
         one.refined(start)
 
 
 def test_cameras_of_other_frames_are_refused() -> None:
     one = body(1)
     other = Pinhole(one.camera.intrinsics, one.camera.rotation[1:], one.camera.centre[1:])
-    with pytest.raises(Refusal, match="images and cameras disagree in their frames"):
+    with pytest.raises(InvalidInput, match="images and cameras disagree in their frames"):
         one.refined(one.start(1, 0.0), camera=other)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.core.resampling import interpolate
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 shapes = st.sampled_from([(), (1,), (3,), (15, 3)])
@@ -90,7 +90,7 @@ def test_sums_of_steps_may_end_a_rounding_beyond() -> None:
     ],
 )
 def test_positions_beyond_the_samples_are_refused(values: np.ndarray, at: list[float], sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         interpolate(values, np.array(at))
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.fft import dct
 from scipy.spatial.transform import Rotation
 
-from pipeline.core.spherical import (
+from pipeline.core.refinement.spherical import (
     SphericalAngles,
     SphericalTrajectory,
     continuous_angles,
@@ -22,7 +22,7 @@ from pipeline.core.spherical import (
     to_directions,
     unit_vectors,
 )
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 STYLES = ("generic", "planar", "nearly_planar", "still", "nearly_still", "everywhere", "two")
@@ -253,21 +253,21 @@ def test_what_it_was_given_stays_as_it_was() -> None:
 )
 def test_directions_that_are_none_are_refused(directions: np.ndarray, sentence: str) -> None:
     for function in (continuous_angles, farthest_chart):
-        with pytest.raises(Refusal, match=sentence):
+        with pytest.raises(InvalidInput, match=sentence):
             function(directions)
 
 
 def test_a_fit_of_nothing_is_refused() -> None:
     angles, basis = continuous_angles(path(1)), cosines_at(np.arange(60), 60, 4)
-    with pytest.raises(Refusal, match=r"the basis has the wrong shape \(expected \(60, K\)"):
+    with pytest.raises(InvalidInput, match=r"the basis has the wrong shape \(expected \(60, K\)"):
         fit(angles, basis[1:])
-    with pytest.raises(Refusal, match=r"the weights have the wrong shape \(expected \(60,\)"):
+    with pytest.raises(InvalidInput, match=r"the weights have the wrong shape \(expected \(60,\)"):
         fit(angles, basis, weights=np.ones(3))
-    with pytest.raises(Refusal, match="the penalties cannot be so"):
+    with pytest.raises(InvalidInput, match="the penalties cannot be so"):
         fit(angles, basis, penalty=-np.ones(4))
-    with pytest.raises(Refusal, match="no frame is left"):
+    with pytest.raises(InvalidInput, match="no frame is left"):
         fit(angles, basis, weights=np.zeros(60))
-    with pytest.raises(Refusal, match="the weights cannot be so"):
+    with pytest.raises(InvalidInput, match="the weights cannot be so"):
         fit(angles, basis, weights=np.full(60, np.nan))
 
 

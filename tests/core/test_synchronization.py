@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import all_pairs, trellis
 from pipeline.core.synchronization import (
+    all_pairs,
     disparity_space_image,
     distances,
     median_sequence,
@@ -21,9 +21,10 @@ from pipeline.core.synchronization import (
     synchronization_distance,
     synchronize,
     synchronize_all,
+    trellis,
     warp,
 )
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 penalties = st.sampled_from(["change", "as_printed"])
@@ -549,11 +550,11 @@ def with_gap(value: float) -> np.ndarray:
     ],
 )
 def test_a_sequence_that_cannot_be_used_is_named_with_its_frame(x_m: np.ndarray, sentence: str) -> None:
-    with pytest.raises(Refusal) as told:
+    with pytest.raises(InvalidInput) as told:
         synchronize(GOOD, x_m, max_disparity=2, smoothness=1.0)
     assert str(told.value) == f"x_m: {sentence}"
     for function in (distances, synchronize_all):
-        with pytest.raises(Refusal) as told:
+        with pytest.raises(InvalidInput) as told:
             function([GOOD, GOOD, x_m], max_disparity=2, smoothness=1.0)
         assert str(told.value) == f"sequence 2: {sentence.replace('x_n', 'sequence 0')}"
 
@@ -606,7 +607,7 @@ def test_a_switch_that_is_none_is_refused_in_a_sentence(name: str, value: Any, s
         lambda: distances([GOOD, GOOD], **told),
         lambda: synchronize_all([GOOD, GOOD], **told),
     ):
-        with pytest.raises(Refusal) as raised:
+        with pytest.raises(InvalidInput) as raised:
             call()
         assert str(raised.value) == sentence
 
@@ -614,7 +615,7 @@ def test_a_switch_that_is_none_is_refused_in_a_sentence(name: str, value: Any, s
 @pytest.mark.parametrize("count", [0, 1])
 def test_one_alone_has_nothing_to_be_synchronized_with(count: int) -> None:
     for function in (distances, synchronize_all):
-        with pytest.raises(Refusal, match=r"there is nothing to synchronize with .* two or more"):
+        with pytest.raises(InvalidInput, match=r"there is nothing to synchronize with .* two or more"):
             function(np.zeros((count, 5, 2)), max_disparity=2, smoothness=1.0)
 
 
@@ -628,27 +629,29 @@ def test_one_alone_has_nothing_to_be_synchronized_with(count: int) -> None:
     ],
 )
 def test_distances_that_are_none_have_no_median(costs: np.ndarray, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         median_sequence(costs)
 
 
 def test_a_warp_that_leaves_the_sequence_or_does_not_fit_is_refused() -> None:
-    with pytest.raises(Refusal, match=r"disparity of sample 5 leads outside .* samples 0 to 5, received 6"):
+    with pytest.raises(
+        InvalidInput, match=r"disparity of sample 5 leads outside .* samples 0 to 5, received 6"
+    ):
         warp(GOOD, np.array([0, 0, 0, 0, 0, 1]))
-    with pytest.raises(Refusal, match=r"leads outside .* received -1"):
+    with pytest.raises(InvalidInput, match=r"leads outside .* received -1"):
         warp(GOOD, np.array([-1, 0, 0, 0, 0, 0]))
     for wrong in (np.zeros(5, dtype=int), np.zeros(6)):
-        with pytest.raises(Refusal, match="sequence and disparity disagree"):
+        with pytest.raises(InvalidInput, match="sequence and disparity disagree"):
             warp(GOOD, wrong)
 
 
 def test_time_that_cannot_be_normalised_is_refused() -> None:
-    with pytest.raises(Refusal, match="one frame cannot hold both ends"):
+    with pytest.raises(InvalidInput, match="one frame cannot hold both ends"):
         normalise(GOOD, 1)
-    with pytest.raises(Refusal, match="the sequence: coordinate 1 of frame 4 is not finite"):
+    with pytest.raises(InvalidInput, match="the sequence: coordinate 1 of frame 4 is not finite"):
         normalise(with_gap(np.nan), 5)
     for wrong in (0, 2.0):
-        with pytest.raises(Refusal, match="the number of frames cannot be so"):
+        with pytest.raises(InvalidInput, match="the number of frames cannot be so"):
             normalise(GOOD, wrong)  # type: ignore[arg-type]
 
 

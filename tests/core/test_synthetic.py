@@ -10,12 +10,12 @@ import pytest
 from scipy.ndimage import minimum_filter1d
 from scipy.optimize import minimize_scalar
 
-from pipeline.core import anthropometry, normative_gait
-from pipeline.core.normative_gait import CURVES
-from pipeline.core.person import draw_person
-from pipeline.core.synthetic import WalkingPopulation, walking_population
-from pipeline.refusal import Refusal
+from pipeline.core import anthropometry
 from pipeline.skeleton import WALKER15
+from pipeline.synthetic.walkers import WalkingPopulation, normative_gait, walking_population
+from pipeline.synthetic.walkers.normative_gait import CURVES
+from pipeline.synthetic.walkers.person import draw_person
+from pipeline.validation import InvalidInput
 
 NOISE_MM = 0.5
 
@@ -302,7 +302,7 @@ def test_the_walk_does_not_depend_on_the_camera(frame_rate_hz: float) -> None:
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(arguments: dict, words: str) -> None:
-    with pytest.raises(Refusal, match=words) as refusal:
+    with pytest.raises(InvalidInput, match=words) as refusal:
         walking_population(np.random.default_rng(0), **arguments)
     assert "\n" not in str(refusal.value)
     assert refusal.value.expected

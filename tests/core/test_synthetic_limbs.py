@@ -14,8 +14,8 @@ from pipeline.core.articulation import ray_sphere
 from pipeline.core.camera_paths import around, hand_held
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.reconstructibility import outside
-from pipeline.core.synthetic_limbs import angular_limb, cartesian_limb, smooth_series, synthetic_body
-from pipeline.refusal import Refusal
+from pipeline.synthetic.limbs import angular_limb, cartesian_limb, smooth_series, synthetic_body
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -172,18 +172,18 @@ def test_coordinates_inside_the_basis_are_recovered_without_any_residual() -> No
     ],
 )
 def test_limbs_that_cannot_be_are_refused(options: dict, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         angular_limb(np.random.default_rng(0), 20, **options)
 
 
 def test_bodies_and_series_that_cannot_be_are_refused() -> None:
     generator = np.random.default_rng(0)
-    with pytest.raises(Refusal, match="the wandering is out of range"):
+    with pytest.raises(InvalidInput, match="the wandering is out of range"):
         synthetic_body(generator, 20, wander_mm=np.inf)
-    with pytest.raises(Refusal, match="the stature is no length"):
+    with pytest.raises(InvalidInput, match="the stature is no length"):
         synthetic_body(generator, 20, stature_mm=0.0)
-    with pytest.raises(Refusal, match="the swing is out of range"):
+    with pytest.raises(InvalidInput, match="the swing is out of range"):
         cartesian_limb(generator, 20, swing=np.nan)
     assert np.abs(smooth_series(generator, 2, 1, bandwidth=2)).max() == 1.0
-    with pytest.raises(Refusal, match="received 2 cosines, 1 frames"):
+    with pytest.raises(InvalidInput, match="received 2 cosines, 1 frames"):
         smooth_series(generator, 1, 1, bandwidth=2)

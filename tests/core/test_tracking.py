@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from pipeline.core import camera, particles
-from pipeline.core.image_likelihood import Likelihood
+from pipeline.core import camera
 from pipeline.core.pinhole import look_at
-from pipeline.core.prediction import Dynamics, Walk, learnt_diffusion
 from pipeline.core.resampling import interpolate
-from pipeline.core.tracking import Track, track
-from pipeline.core.tracking_error import best_phase, joint_error, linear_phase
-from pipeline.refusal import Refusal
+from pipeline.core.tracking import Track, particles, track
+from pipeline.core.tracking.errors import best_phase, joint_error, linear_phase
+from pipeline.core.tracking.likelihood import Likelihood
+from pipeline.core.tracking.prediction import Dynamics, Walk, learnt_diffusion
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 VIEW = 0.7  # rad
@@ -108,9 +108,9 @@ def test_log_weights_keep_what_weights_would_lose() -> None:
     log_weights, total = particles.normalise(np.array([-9000.0, -9000.0, -9100.0]))
     assert total == pytest.approx(-9000.0 + np.log(2))
     assert particles.effective_sample_size(log_weights) == pytest.approx(2.0)
-    with pytest.raises(Refusal, match="weights cannot be normalised"):
+    with pytest.raises(InvalidInput, match="weights cannot be normalised"):
         particles.normalise(np.array([-np.inf, -np.inf]))
-    with pytest.raises(Refusal, match=r"offset .* \(expected \[0, 1\), received 1\)"):
+    with pytest.raises(InvalidInput, match=r"offset .* \(expected \[0, 1\), received 1\)"):
         particles.resample_systematically(np.zeros(1), 1.0)
 
 
@@ -173,9 +173,9 @@ def test_the_diffusion_of_an_autoregression_is_learnt_back() -> None:
     mean, sd = np.arange(200.0).reshape(50, 4), np.full((50, 4), 7.0)
     sd[:, 3] = 0.0  # a coordinate that does not vary has no say
     assert learnt_diffusion(mean + sd * z, mean, sd) == pytest.approx(0.3, abs=0.01)
-    with pytest.raises(Refusal, match="do not deviate"):
+    with pytest.raises(InvalidInput, match="do not deviate"):
         learnt_diffusion(mean[None], mean, sd)
-    with pytest.raises(Refusal, match=r"performances and action model disagree .*\(M, 50, 4\)"):
+    with pytest.raises(InvalidInput, match=r"performances and action model disagree .*\(M, 50, 4\)"):
         learnt_diffusion(z[:, 1:], mean, sd)
 
 
@@ -494,9 +494,9 @@ def test_errors_are_of_the_joints_and_not_of_the_place() -> None:
     np.testing.assert_allclose(
         interpolate(true, np.array([0.0, 1.5, 3.0])), [true[0], true[1:3].mean(0), true[3]]
     )
-    with pytest.raises(Refusal, match="frame 1: no joint is known"):
+    with pytest.raises(InvalidInput, match="frame 1: no joint is known"):
         best_phase(np.array([[[0.0]], [[np.nan]]]), np.zeros((2, 1, 1)))
-    with pytest.raises(Refusal, match="have different joints"):
+    with pytest.raises(InvalidInput, match="have different joints"):
         best_phase(np.zeros((2, 3, 3)), np.zeros((2, 4, 3)))
 
 
@@ -533,7 +533,7 @@ def test_bad_input_is_refused_in_a_sentence(change: dict, sentence: str) -> None
     given = {"mean": np.zeros((9, 5)), "sd": np.ones((9, 5)), "frames": 4, "to_joints": limbs, **change}
     settings = {name: given.pop(name) for name in list(given) if hasattr(Dynamics(), name)}
     frames = given.pop("frames")
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         track(
             given.pop("mean"),
             given.pop("sd"),

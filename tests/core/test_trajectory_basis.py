@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.fft import dct, idct
 
 from pipeline.core import trajectory_basis as basis
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 
@@ -182,5 +182,5 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_done_is_refused_in_one_sentence(case: str) -> None:
     attempt, sentence = REFUSED[case]
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         attempt()

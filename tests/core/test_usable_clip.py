@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core import usable_clip
-from pipeline.refusal import Refusal
+from pipeline.core.walking import usable_clip
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 from tests.core.walks import RATE_HZ, overground
 
 # Gaps
@@ -91,13 +91,13 @@ def test_sizes_worked_out_in_the_head() -> None:
 def test_other_units_are_refused_by_name(mm_to_unit: float, looks: str) -> None:
     positions = overground(0).positions
     usable_clip.check_units(positions)
-    with pytest.raises(Refusal, match=looks):
+    with pytest.raises(InvalidInput, match=looks):
         usable_clip.check_units(positions * mm_to_unit)
 
 
 def test_legs_of_36_are_inches_rather_than_the_centimetres_of_a_small_child() -> None:
     positions = overground(0).positions
-    with pytest.raises(Refusal, match=r"looks like inches .*received 36 mm"):
+    with pytest.raises(InvalidInput, match=r"looks like inches .*received 36 mm"):
         usable_clip.check_units(positions * 36.0 / usable_clip.leg_length(positions))
 
 
@@ -105,10 +105,10 @@ def test_legs_of_36_are_inches_rather_than_the_centimetres_of_a_small_child() ->
 def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
     positions = overground(0).positions.copy()
     positions[:, WALKER15.index(hidden)] = np.nan
-    with pytest.raises(Refusal, match="never seen whole"):
+    with pytest.raises(InvalidInput, match="never seen whole"):
         usable_clip.check_units(positions)
 
 
 def test_no_size_at_all_is_refused() -> None:
-    with pytest.raises(Refusal, match="unit of length is wrong"):
+    with pytest.raises(InvalidInput, match="unit of length is wrong"):
         usable_clip.check_units(np.zeros((9, 15, 3)))

@@ -9,9 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import camera, circular, reconstruction, view_search, viewpoint
+from pipeline.core import camera, reconstruction, viewpoint
 from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten, whiten
-from pipeline.refusal import Refusal
+from pipeline.core.statistics import circular
+from pipeline.core.viewpoint import known_phase
+from pipeline.core.viewpoint import search as view_search
+from pipeline.validation import InvalidInput
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
 methods = st.sampled_from([("least_squares", None), ("map", 1.0), ("map", 70.0), ("map", 1e4)])
@@ -103,7 +106,7 @@ def test_no_candidate_of_a_fine_grid_is_better(
     observed = np.stack([seen(w, generator.uniform(-3, 3)) for w in strangers])
     found = viewpoint.estimate(model, observed, method=name, noise_variance=noise_variance)
     white = whiten(model, prior=noise_variance is not None)
-    across, up, _ = viewpoint._observations(model, white, observed)
+    across, up, _ = known_phase._observations(model, white, observed)
     fine = np.radians(np.arange(-180, 180, 0.25))
     cost = view_search.cost_on_grid(white, across, up, fine, noise_variance or 0.0)
     assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
@@ -154,7 +157,7 @@ def test_the_cost_on_the_grid_and_the_reduced_cost_are_the_printed_one(
     observed = np.stack(
         [seen(fold.sample, true), seen(fold.sample, true + 1.0), 0.0 * seen(fold.sample, 0.0)]
     )
-    across, up, _ = viewpoint._observations(model, white, observed)
+    across, up, _ = known_phase._observations(model, white, observed)
     ridge = noise_variance or 0.0
     grid = view_search.cost_on_grid(white, across, up, np.array([angle, angle + 0.5]), ridge)
     reduced, z, _, _ = view_search.reduced_cost(white, across, up, np.full(3, angle), ridge, bend=False)
@@ -178,7 +181,7 @@ def test_slope_and_bend_are_the_limits_of_differences(seed: int, ridge: float) -
     white = whiten(model, prior=ridge > 0)
     here = generator.uniform(-3, 3, 5)
     observed = np.stack([seen(people[0], angle) for angle in here + 0.3])
-    across, up, _ = viewpoint._observations(model, white, observed)
+    across, up, _ = known_phase._observations(model, white, observed)
 
     def reduced(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         cost, _, slope, bend = view_search.reduced_cost(white, across, up, angle, ridge, bend=True)
@@ -322,7 +325,7 @@ def test_a_restricted_range_is_kept_and_its_best_candidate_taken(
     )
     assert np.mod(found.angle_rad - low + 1e-9, 2 * np.pi) <= high - low + 2e-9
     white = whiten(model)
-    across, up, _ = viewpoint._observations(model, white, observed)
+    across, up, _ = known_phase._observations(model, white, observed)
     fine = np.linspace(low, high, 4 * width_deg + 1)
     cost = view_search.cost_on_grid(white, across, up, fine, 70.0)
     assert found.cost <= cost.min() * (1 + 1e-8)
@@ -445,12 +448,12 @@ HOLED[3] = np.nan
     ],
 )
 def test_what_cannot_be_estimated_is_refused(observed: np.ndarray, options: dict, sentence: str) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         viewpoint.estimate(MODEL, observed, **({"method": "least_squares"} | options))
 
 
 def test_a_model_with_the_frequency_needs_it_observed() -> None:
-    with pytest.raises(Refusal, match=r"expected \(151,\) or \(A, 151\), received \(150,\)"):
+    with pytest.raises(InvalidInput, match=r"expected \(151,\) or \(A, 151\), received \(150,\)"):
         viewpoint.estimate(WITH_FREQUENCY, SEEN, method="least_squares")
-    with pytest.raises(Refusal, match="another size than the model"):
+    with pytest.raises(InvalidInput, match="another size than the model"):
         viewpoint.estimate(WITH_FREQUENCY, SEEN.reshape(5, 15, 2), method="least_squares")

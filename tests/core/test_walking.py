@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import fourier, walking
-from pipeline.refusal import Refusal
 from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
 from tests.core.walks import (
     HIP_MM,
     LEFT_HIP,
@@ -163,7 +163,7 @@ def test_origins(origin: str) -> None:
 
 
 def refused(clip: Clip, sentence: str, **options: Any) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         walking.steady_stretch(clip.positions, whole(clip.positions), RATE_HZ, **options)
 
 
@@ -192,10 +192,10 @@ def test_too_short_a_walk_is_refused() -> None:
     seen = np.zeros(len(clip.positions), dtype=bool)
     seen[100:140] = True
     with pytest.raises(
-        Refusal, match=r"too few frames in which every joint is seen .*received 40 frames of 11"
+        InvalidInput, match=r"too few frames in which every joint is seen .*received 40 frames of 11"
     ):
         walking.steady_stretch(clip.positions, seen, RATE_HZ)
-    with pytest.raises(Refusal, match="received 0 frames"):
+    with pytest.raises(InvalidInput, match="received 0 frames"):
         walking.steady_stretch(clip.positions, np.zeros(len(seen), dtype=bool), RATE_HZ)
 
 
@@ -207,7 +207,7 @@ def test_a_circle_is_refused_when_turns_must_be_slow() -> None:
 def test_unknown_choices_are_refused() -> None:
     clip = overground(0)
     refused(clip, r"unknown locomotion \(expected auto, overground or treadmill, rec", locomotion="indoors")
-    with pytest.raises(Refusal, match="path is unknown"):
+    with pytest.raises(InvalidInput, match="path is unknown"):
         walking.treadmill_equivalent(clip.positions, RATE_HZ, locomotion="overground", path="straight")
-    with pytest.raises(Refusal, match="origin is unknown"):
+    with pytest.raises(InvalidInput, match="origin is unknown"):
         walking.set_origin(clip.positions, origin="head")

@@ -16,9 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
-from pipeline.formats import asf, asf_amc
-from pipeline.refusal import Refusal
+from pipeline.formats.acclaim import amc as asf_amc
+from pipeline.formats.acclaim import asf
 from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, map_joints
+from pipeline.validation import InvalidInput
 from tests.formats.contract import check_contract, replace
 
 ROOT = Path(__file__).parents[2]
@@ -170,7 +171,7 @@ def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(
     pair: tuple[Path, Path], old: str, new: str, words: list[str]
 ) -> None:
     replace(pair[0], old, new)
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(InvalidInput) as refusal:
         asf_amc.read(pair[0])
     for word in words:
         assert word in str(refusal.value)
@@ -205,7 +206,7 @@ def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(
     pair: tuple[Path, Path], old: str, new: str, words: list[str]
 ) -> None:
     replace(pair[1], old, new)
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(InvalidInput) as refusal:
         asf.read_skeleton(pair[1])
     for word in words:
         assert word in str(refusal.value)
@@ -224,16 +225,16 @@ def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair: tuple[Path, 
     (motion.parent / "b.asf").write_bytes(b"of somebody else")
     assert asf_amc.read(motion).positions_mm.shape == (3, 5, 3)
     (motion.parent / "A_0.ASF").write_bytes(asf.replace(b" shin", b" calf"))
-    with pytest.raises(Refusal, match=r"no such bone.*shin"):
+    with pytest.raises(InvalidInput, match=r"no such bone.*shin"):
         asf_amc.read(motion)  # the longest beginning wins, and it is the wrong skeleton
     assert asf_amc.read(motion, skeleton_path=skeleton).positions_mm.shape == (3, 5, 3)
     skeleton.unlink()
     (motion.parent / "A_0.ASF").rename(motion.parent / "c.asf")
-    with pytest.raises(Refusal, match=r"not clear.*b\.asf, c\.asf"):
+    with pytest.raises(InvalidInput, match=r"not clear.*b\.asf, c\.asf"):
         asf_amc.read(motion)
     (motion.parent / "b.asf").unlink()
     (motion.parent / "c.asf").unlink()
-    with pytest.raises(Refusal, match=r"not clear.*none"):
+    with pytest.raises(InvalidInput, match=r"not clear.*none"):
         asf_amc.read(motion)
 
 
@@ -256,7 +257,7 @@ def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair
         cut = data[:size]
         pair[0].write_bytes(cut)
         if not re.search(rb"\nshin -?\d+\n?$", cut):
-            with pytest.raises(Refusal):
+            with pytest.raises(InvalidInput):
                 asf_amc.read(pair[0])
             continue
         motion = asf_amc.read(pair[0])
@@ -272,22 +273,22 @@ def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair
 @pytest.mark.parametrize("content", [b"", b" \r\n", b"1\n", b"\x00\xff" * 500, b"HIERARCHY\nROOT Hips\n{\n"])
 def test_empty_and_foreign_files_are_refused(pair: tuple[Path, Path], content: bytes) -> None:
     pair[0].write_bytes(content)
-    with pytest.raises(Refusal):
+    with pytest.raises(InvalidInput):
         asf_amc.read(pair[0])
-    with pytest.raises(Refusal):
+    with pytest.raises(InvalidInput):
         asf.read_skeleton(pair[0])
 
 
 def test_missing_files_and_useless_rates_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match="cannot be read"):
+    with pytest.raises(InvalidInput, match="cannot be read"):
         asf_amc.read(tmp_path / "none.amc", skeleton_path=ASF)
-    with pytest.raises(Refusal, match="cannot be read"):
+    with pytest.raises(InvalidInput, match="cannot be read"):
         asf_amc.read(AMC, skeleton_path=tmp_path / "none.asf")
     for rate in (0, -1, math.nan, math.inf):
-        with pytest.raises(Refusal, match="rate"):
+        with pytest.raises(InvalidInput, match="rate"):
             asf_amc.read(AMC, frame_rate_hz=rate)
     for units in ("parsec", "in/0", "in/x", "in/", "", "m/1e300"):
-        with pytest.raises(Refusal, match="unit of length"):
+        with pytest.raises(InvalidInput, match="unit of length"):
             asf_amc.read(AMC, units=units)
 
 
@@ -320,7 +321,7 @@ def test_600_damaged_copies_end_in_a_motion_or_a_refusal(pair: tuple[Path, Path]
         try:
             check_contract(asf_amc.read(pair[0], skeleton_path=pair[1]))
             outcomes["motion"] += 1
-        except Refusal:
+        except InvalidInput:
             outcomes["refusal"] += 1
     assert min(outcomes.values()) > 20
 

@@ -15,9 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from omegaconf import OmegaConf
 
-from pipeline.formats import asf_amc, bvh
-from pipeline.refusal import Refusal
+from pipeline.formats import bvh
+from pipeline.formats.acclaim import amc as asf_amc
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
+from pipeline.validation import InvalidInput
 from tests.formats.contract import check_contract, replace
 
 ROOT = Path(__file__).parents[2]
@@ -66,7 +67,7 @@ def test_the_caller_says_the_unit_and_the_notes_repeat_it(units: str, factor: fl
 
 @pytest.mark.parametrize("units", ["parsec", "", "in/0", "in/x", "in/", "in/-1", "m/1e300", "m/nan"])
 def test_an_unknown_unit_is_refused(units: str) -> None:
-    with pytest.raises(Refusal, match="unit of length"):
+    with pytest.raises(InvalidInput, match="unit of length"):
         bvh.read(BVH, units=units)
 
 
@@ -111,7 +112,7 @@ def test_decimal_commas_are_read_if_nothing_has_a_point(copy: Path) -> None:
     assert motion.frame_rate_hz == 50
     assert any("Decimal commas" in note for note in motion.notes)
     replace(copy, "OFFSET 30,0", "OFFSET 30.0")
-    with pytest.raises(Refusal, match="decimal comma"):
+    with pytest.raises(InvalidInput, match="decimal comma"):
         bvh.read(copy)
 
 
@@ -120,7 +121,7 @@ def test_commas_between_values_are_not_taken_for_decimals(copy: Path) -> None:
         copy.read_bytes().decode().replace(".0", "").replace("0.02", "1").replace("0 90 0 0", "0, 90, 0, 0")
     )
     copy.write_bytes(text.encode())
-    with pytest.raises(Refusal, match="decimal comma"):
+    with pytest.raises(InvalidInput, match="decimal comma"):
         bvh.read(copy)
 
 
@@ -207,7 +208,7 @@ def test_a_file_that_contradicts_itself_is_refused_by_line(
     copy: Path, old: str, new: str, words: list[str]
 ) -> None:
     replace(copy, old, new)
-    with pytest.raises(Refusal) as refusal:
+    with pytest.raises(InvalidInput) as refusal:
         bvh.read(copy)
     for word in words:
         assert word in str(refusal.value)
@@ -222,7 +223,7 @@ def test_a_cut_within_a_frame_is_refused_and_between_frames_is_noted(copy: Path)
         rows = data[start:size].split(b"\r\n") if size > start else []
         widths = [len(row.split()) for row in rows if row.split()]
         if not widths or widths[-1] != 10 or data[:size].endswith(b"-"):
-            with pytest.raises(Refusal):
+            with pytest.raises(InvalidInput):
                 bvh.read(copy)
             continue
         motion = bvh.read(copy)
@@ -233,19 +234,19 @@ def test_a_cut_within_a_frame_is_refused_and_between_frames_is_noted(copy: Path)
 @pytest.mark.parametrize("content", [b"", b" \r\n", b"\x00\xff" * 500, b"HIERARCHY\nMOTION\n"])
 def test_empty_and_foreign_files_are_refused(copy: Path, content: bytes) -> None:
     copy.write_bytes(content)
-    with pytest.raises(Refusal):
+    with pytest.raises(InvalidInput):
         bvh.read(copy)
-    with pytest.raises(Refusal, match="cannot be read"):
+    with pytest.raises(InvalidInput, match="cannot be read"):
         bvh.read(copy.parent / "none.bvh")
 
 
 def test_a_file_without_frames_or_channels_is_refused(copy: Path) -> None:
     text = copy.read_bytes().decode()
     copy.write_bytes(text[: text.index("0 90 0")].encode())
-    with pytest.raises(Refusal, match="no frames"):
+    with pytest.raises(InvalidInput, match="no frames"):
         bvh.read(copy)
     copy.write_bytes(re.sub(r"\t+CHANNELS.*", "", text).encode())
-    with pytest.raises(Refusal, match="no joint has channels"):
+    with pytest.raises(InvalidInput, match="no joint has channels"):
         bvh.read(copy)
 
 
@@ -277,7 +278,7 @@ def test_800_damaged_copies_end_in_a_motion_or_a_refusal(copy: Path) -> None:
         try:
             check_contract(bvh.read(copy))
             outcomes["motion"] += 1
-        except Refusal:
+        except InvalidInput:
             outcomes["refusal"] += 1
     assert min(outcomes.values()) > 20
 

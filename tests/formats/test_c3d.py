@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from pipeline.formats import c3d, c3d_header
-from pipeline.refusal import Refusal
+from pipeline.formats import c3d
+from pipeline.formats.c3d import header as c3d_header
 from pipeline.skeleton import MILLIMETRES
+from pipeline.validation import InvalidInput
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 INTEL, DEC, MIPS = 84, 85, 86
@@ -170,10 +171,10 @@ def test_every_unit_becomes_millimetres(tmp_path: Path, unit: str) -> None:
 @pytest.mark.parametrize("point", [{"UNITS": "furlong"}, {"UNITS": None}], ids=["unknown", "absent"])
 def test_a_unit_that_is_not_known_is_asked_for(tmp_path: Path, point: dict[str, object]) -> None:
     data = make(steps(), LABELS, point=point)
-    with pytest.raises(Refusal, match=r"POINT:UNITS: .*unit of length.*option units"):
+    with pytest.raises(InvalidInput, match=r"POINT:UNITS: .*unit of length.*option units"):
         read(tmp_path, data)
     np.testing.assert_array_equal(read(tmp_path, data, units="m").positions_mm, steps() * 1000)
-    with pytest.raises(Refusal, match="option units"):
+    with pytest.raises(InvalidInput, match="option units"):
         read(tmp_path, data, units="ell")
 
 
@@ -206,12 +207,12 @@ def test_more_frames_than_the_header_counts(
     expected = np.arange(70000.0)[:, None, None] % 1000 * np.ones((1, 1, 3)) + 1
     data = make(expected, ["one"], scale=1.0, point=point, trial=trial)
     np.testing.assert_array_equal(read(tmp_path, data).positions_mm, expected)
-    with pytest.raises(Refusal, match=r"expected .*bytes, received"):
+    with pytest.raises(InvalidInput, match=r"expected .*bytes, received"):
         read(tmp_path, data[: 68000 * 8])
 
 
 def test_a_full_frame_counter_alone_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(Refusal, match="byte 8: the frame counter of the header is full"):
+    with pytest.raises(InvalidInput, match="byte 8: the frame counter of the header is full"):
         read(tmp_path, make(np.ones((70000, 1, 3)), ["one"], scale=1.0))
 
 
@@ -267,7 +268,7 @@ def test_the_size_settles_a_contradiction(tmp_path: Path, header: dict[int, byte
 
 def test_a_contradiction_that_the_size_does_not_settle_is_refused(tmp_path: Path) -> None:
     # 12 and 13 frames of 64 bytes both end in the second block.
-    with pytest.raises(Refusal, match=r"12 or 13 frames \(expected \d+ or \d+ bytes, received \d+\)"):
+    with pytest.raises(InvalidInput, match=r"12 or 13 frames \(expected \d+ or \d+ bytes, received \d+\)"):
         read(tmp_path, make(steps(), LABELS, point={"FRAMES": 13}))
 
 
@@ -290,15 +291,15 @@ def test_rates_that_disagree(tmp_path: Path) -> None:
     assert "frame rate" in slightly.notes[0]
     assert read(tmp_path, make(steps(), LABELS, point={"RATE": None})).frame_rate_hz == 100.0
     assert read(tmp_path, make(steps(), LABELS, header={20: bytes(4)})).frame_rate_hz == 100.0
-    with pytest.raises(Refusal, match=r"POINT:RATE and byte 20: the frame rate .*received 120 and 100"):
+    with pytest.raises(InvalidInput, match=r"POINT:RATE and byte 20: the frame rate .*received 120 and 100"):
         read(tmp_path, make(steps(), LABELS, point={"RATE": 120.0}))
-    with pytest.raises(Refusal, match="the frame rate is unusable"):
+    with pytest.raises(InvalidInput, match="the frame rate is unusable"):
         read(tmp_path, make(steps(), LABELS, rate=0.0))
 
 
 @pytest.mark.parametrize("scale", [0.0, 1.0, float("nan")])
 def test_a_scale_that_contradicts_the_header_is_refused(tmp_path: Path, scale: float) -> None:
-    with pytest.raises(Refusal, match="byte 12 and POINT:SCALE"):
+    with pytest.raises(InvalidInput, match="byte 12 and POINT:SCALE"):
         read(tmp_path, make(steps(), LABELS, header={12: struct.pack("<f", scale)}))
 
 
@@ -310,11 +311,11 @@ def test_a_file_cut_anywhere_is_refused_with_the_bytes(tmp_path: Path) -> None:
     needed = len(data) - 1536 + 12 * 4 * (16 + 6)  # the frames fill 1056 of the last three blocks
     for size in range(0, len(data), 7):
         if size < needed:
-            with pytest.raises(Refusal, match=r"received"):
+            with pytest.raises(InvalidInput, match=r"received"):
                 read(tmp_path, data[:size])
         else:  # only padding is gone
             np.testing.assert_array_equal(read(tmp_path, data[:size]).positions_mm, steps())
-    with pytest.raises(Refusal, match=rf"truncated.*expected {needed} bytes, received {needed - 1}\)"):
+    with pytest.raises(InvalidInput, match=rf"truncated.*expected {needed} bytes, received {needed - 1}\)"):
         read(tmp_path, data[: needed - 1])
 
 
@@ -338,7 +339,7 @@ def test_damage_is_named_by_its_place(tmp_path: Path, patch: dict[int, bytes], m
     data = bytearray(make(steps(), LABELS, point={"USED": None, "FRAMES": None}))
     for at, content in patch.items():
         data[at : at + len(content)] = content
-    with pytest.raises(Refusal, match=message):
+    with pytest.raises(InvalidInput, match=message):
         read(tmp_path, bytes(data))
 
 
@@ -346,19 +347,19 @@ def test_a_parameter_that_runs_past_its_section_is_refused(tmp_path: Path) -> No
     data = bytearray(make(steps(), LABELS))
     at = data.index(b"LABELS") + len("LABELS") + 4  # after the step, the type and the number of dimensions
     data[at : at + 2] = b"\xff\xff"
-    with pytest.raises(Refusal, match=r"the parameter POINT:LABELS runs past .*expected 65025 bytes"):
+    with pytest.raises(InvalidInput, match=r"the parameter POINT:LABELS runs past .*expected 65025 bytes"):
         read(tmp_path, bytes(data))
 
 
 @pytest.mark.parametrize("content", [b"", b"\2", b"time,x\n0,1\n", bytes(4096)])
 def test_what_is_not_c3d_is_refused(tmp_path: Path, content: bytes) -> None:
-    with pytest.raises(Refusal, match=r"made\.c3d"):
+    with pytest.raises(InvalidInput, match=r"made\.c3d"):
         read(tmp_path, content)
 
 
 def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "absent.c3d"):
-        with pytest.raises(Refusal, match="no such file"):
+        with pytest.raises(InvalidInput, match="no such file"):
             c3d.read(path)
 
 

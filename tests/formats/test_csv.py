@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pipeline.formats import csv
-from pipeline.refusal import Refusal
+from pipeline.formats.points import csv
 from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.validation import InvalidInput
 
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 
@@ -110,9 +110,9 @@ def test_units_by_option_by_column_name_and_by_column(tmp_path: Path, unit: str)
 def test_frames_alone_need_the_rate(tmp_path: Path) -> None:
     text = WIDE.replace("time", "frame").replace("0.00", "3").replace("0.01", "4").replace("0.02", "5")
     assert_is_the_example(read(tmp_path, text, frame_rate_hz=100.0))
-    with pytest.raises(Refusal, match="the frame rate is unknown"):
+    with pytest.raises(InvalidInput, match="the frame rate is unknown"):
         read(tmp_path, text)
-    with pytest.raises(Refusal, match="the frame rate is not positive"):
+    with pytest.raises(InvalidInput, match="the frame rate is not positive"):
         read(tmp_path, text, frame_rate_hz=0.0)
 
 
@@ -125,7 +125,7 @@ def test_times_alone_order_the_frames_of_a_long_table(tmp_path: Path) -> None:
 
 def test_a_rate_that_is_given_must_agree_with_the_times(tmp_path: Path) -> None:
     assert read(tmp_path, WIDE, frame_rate_hz=99.5).frame_rate_hz == 99.5
-    with pytest.raises(Refusal, match=r"contradict the frame rate .*expected 120 Hz, received 100 Hz"):
+    with pytest.raises(InvalidInput, match=r"contradict the frame rate .*expected 120 Hz, received 100 Hz"):
         read(tmp_path, WIDE, frame_rate_hz=120.0)
 
 
@@ -137,9 +137,9 @@ def test_rounded_times_give_the_rate_that_they_can_bear(tmp_path: Path) -> None:
     assert read(tmp_path, times(2000, 119.88)).frame_rate_hz == pytest.approx(119.88, rel=1e-4)
     assert read(tmp_path, times(3, 100)).frame_rate_hz == 100.0
     assert read(tmp_path, times(5, 120), frame_rate_hz=120.0).frame_rate_hz == 120.0
-    with pytest.raises(Refusal, match=r"too coarsely .*frame_rate_hz.*give or take 3"):
+    with pytest.raises(InvalidInput, match=r"too coarsely .*frame_rate_hz.*give or take 3"):
         read(tmp_path, times(5, 120))
-    with pytest.raises(Refusal, match="line 22: the times are not uniform"):
+    with pytest.raises(InvalidInput, match="line 22: the times are not uniform"):
         read(tmp_path, times(40, 120).replace("0.167", "0.171"))
 
 
@@ -215,22 +215,22 @@ def test_columns_that_are_not_read_and_line_ends_are_noted(tmp_path: Path) -> No
     ],
 )
 def test_damage_is_named_by_its_place(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(Refusal, match=message):
+    with pytest.raises(InvalidInput, match=message):
         read(tmp_path, text)
 
 
 def test_memory_stays_in_proportion_to_the_table(tmp_path: Path) -> None:
     far = "frame,joint,x,y,z\n1,head,1,2,3\n900000000,head,1,2,3\n"
-    with pytest.raises(Refusal, match="the table is nearly empty"):
+    with pytest.raises(InvalidInput, match="the table is nearly empty"):
         read(tmp_path, far, frame_rate_hz=100.0)
     rows = "".join(f"{k},name{k},1,2,3\n" for k in range(500))
-    with pytest.raises(Refusal, match=r"500 samples for 500 frames of 500 points"):
+    with pytest.raises(InvalidInput, match=r"500 samples for 500 frames of 500 points"):
         read(tmp_path, "frame,joint,x,y,z\n" + rows, frame_rate_hz=100.0)
 
 
 @pytest.mark.parametrize("unit", ["ell", ""])
 def test_a_unit_that_is_not_known_is_refused(tmp_path: Path, unit: str) -> None:
-    with pytest.raises(Refusal, match="the unit of length is unknown"):
+    with pytest.raises(InvalidInput, match="the unit of length is unknown"):
         read(tmp_path, WIDE, units=unit)
 
 
@@ -240,7 +240,7 @@ def test_a_file_cut_anywhere_is_refused_or_says_so(tmp_path: Path, text: str) ->
     for size in range(len(data)):
         try:
             motion = read(tmp_path, data[:size])
-        except Refusal:
+        except InvalidInput:
             continue
         # A table does not state its length: cut between rows it is a shorter table; cut in a cell it says so.
         if not data[:size].endswith(b"\n"):
@@ -260,7 +260,7 @@ def test_damaged_copies_are_read_or_refused(tmp_path: Path, text: str) -> None:
         data[at] = rng.choice(np.frombuffer(b'\t \n\r,;."-e0_9Xn\xff', dtype=np.uint8), size=at.size)
         try:
             motion = read(tmp_path, data.tobytes())
-        except Refusal:
+        except InvalidInput:
             outcomes["refused"] += 1
         else:
             outcomes["read"] += 1
@@ -272,7 +272,7 @@ def test_damaged_copies_are_read_or_refused(tmp_path: Path, text: str) -> None:
 
 def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "absent.csv"):
-        with pytest.raises(Refusal, match="no such file"):
+        with pytest.raises(InvalidInput, match="no such file"):
             csv.read(path)
 
 
@@ -316,6 +316,6 @@ def test_what_is_written_is_read_back_to_the_bit(
 def test_what_the_table_cannot_hold_is_not_written(
     tmp_path: Path, names: list[str], positions: np.ndarray, rate: float
 ) -> None:
-    with pytest.raises(Refusal, match=r"out\.csv"):
+    with pytest.raises(InvalidInput, match=r"out\.csv"):
         csv.write(tmp_path / "out.csv", names, positions, rate)
     assert not (tmp_path / "out.csv").exists()

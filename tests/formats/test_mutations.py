@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pipeline.formats import c3d
-from pipeline.refusal import Refusal
+from pipeline.validation import InvalidInput
 
 FIXTURES = sorted((Path(__file__).parents[1] / "fixtures").glob("c3d_*.c3d"))
 COPIES = 500
@@ -57,7 +57,7 @@ def test_damaged_copies_are_read_or_refused(path: Path, tmp_path: Path) -> None:
         copy.write_bytes(data)
         try:
             motion = c3d.read(copy)
-        except Refusal as refusal:
+        except InvalidInput as refusal:
             outcomes["refused"] += 1
             nameless += str(copy) not in str(refusal)
             continue
@@ -85,7 +85,7 @@ def test_memory_stays_in_proportion_to_the_file(tmp_path: Path) -> None:
                 copy.write_bytes(data)
                 tracemalloc.reset_peak()
                 before, _ = tracemalloc.get_traced_memory()
-                with contextlib.suppress(Refusal):
+                with contextlib.suppress(InvalidInput):
                     c3d.read(copy)
                 _, peak = tracemalloc.get_traced_memory()
                 assert peak - before < 64 * len(data) + 2**18, (path, seed)

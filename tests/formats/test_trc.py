@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pipeline.formats import trc
-from pipeline.refusal import Refusal
+from pipeline.formats.points import trc
 from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.validation import InvalidInput
 
 FIXTURE = Path(__file__).parents[1] / "fixtures" / "trc_two_markers.trc"
 
@@ -150,7 +150,7 @@ def test_doubled_names_and_a_missing_line_end_are_noted(tmp_path: Path) -> None:
     ],
 )
 def test_damage_is_named_by_its_line(tmp_path: Path, text: str, message: str) -> None:
-    with pytest.raises(Refusal, match=message):
+    with pytest.raises(InvalidInput, match=message):
         read(tmp_path, text)
 
 
@@ -159,7 +159,7 @@ def test_a_file_cut_anywhere_is_refused_or_says_so(tmp_path: Path) -> None:
     for size in range(len(data)):
         try:
             motion = read(tmp_path, data[:size])
-        except Refusal:
+        except InvalidInput:
             continue
         # Only a cut within the last number cannot be told from a short number; then a note says so.
         assert size >= len(data) - 2
@@ -176,7 +176,7 @@ def test_damaged_copies_are_read_or_refused(tmp_path: Path) -> None:
         data[at] = rng.choice(np.frombuffer(b"\t \n\r,.-e0_9Xn\xff", dtype=np.uint8), size=at.size)
         try:
             motion = read(tmp_path, data.tobytes())
-        except Refusal:
+        except InvalidInput:
             outcomes["refused"] += 1
         else:
             outcomes["read"] += 1
@@ -187,7 +187,7 @@ def test_damaged_copies_are_read_or_refused(tmp_path: Path) -> None:
 
 def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "absent.trc"):
-        with pytest.raises(Refusal, match="no such file"):
+        with pytest.raises(InvalidInput, match="no such file"):
             trc.read(path)
 
 
@@ -231,6 +231,6 @@ def test_what_is_written_is_read_back_to_the_bit(
 def test_what_the_format_cannot_hold_is_not_written(
     tmp_path: Path, names: list[str], positions: np.ndarray, rate: float
 ) -> None:
-    with pytest.raises(Refusal, match=r"out\.trc"):
+    with pytest.raises(InvalidInput, match=r"out\.trc"):
         trc.write(tmp_path / "out.trc", names, positions, rate)
     assert not (tmp_path / "out.trc").exists()

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
-from pipeline.formats import asf_amc, c3d
+from pipeline.formats import c3d
+from pipeline.formats.acclaim import amc as asf_amc
 from pipeline.skeleton import WALKER15, SourceMapping, map_joints
 
 CONF = Path(__file__).parents[2] / "conf" / "skeleton"

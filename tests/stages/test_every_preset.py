@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline import recording_check, tables
 from pipeline.__main__ import compose, presets
 from pipeline.clips import performances, varied, walks
-from pipeline.sealed_folders import complaints_about
+from pipeline.recordings import check as recording_check
 from pipeline.skeleton import WALKER15
+from pipeline.storage import tables
+from pipeline.storage.sealed_folders import complaints_about
 from tests.stages.promised import ENTITIES, MAY_BE_EMPTY, PROMISED, WALKERS
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden"

@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import recording_check, tables
 from pipeline.__main__ import compose
-from pipeline.core import trellis
-from pipeline.figures import other_paths
-from pipeline.refusal import Refusal
-from pipeline.run import Outcome, make_figure, not_for
-from pipeline.store import Store
+from pipeline.cli.figures import Outcome, make_figure, not_for
+from pipeline.core.synchronization import trellis
+from pipeline.recordings import check as recording_check
+from pipeline.storage import tables
+from pipeline.storage.store import Store
+from pipeline.studies.actions.figures import other_paths
+from pipeline.validation import InvalidInput
 from tests.stages.promised import ENTITIES, PROMISED, STAGES
 
 FIGURES = tuple(f"mozerov2006_{name}" for name in ("fig1", "fig2", "fig3", "warp_error", "variance_left"))
@@ -183,7 +184,7 @@ def test_a_pair_can_be_chosen_but_not_the_median_with_itself(made: Path, store: 
     names = read(made, FIGURES[2], "table_performances")["performance"]
     assert tables.read(outcome.folder / "table_pair.csv")["performance"][0] == names[other]
     for wrong in (median, len(is_median), -2):
-        with pytest.raises(Refusal, match="no such performance"):
+        with pytest.raises(InvalidInput, match="no such performance"):
             make(store, FIGURES[1], f"report.performance={wrong}", *plain)
 
 
@@ -256,7 +257,7 @@ def test_a_posture_is_what_the_paper_says_and_the_times_are_times(made: Path) ->
 
 
 def test_figure_3_without_a_timing_is_refused(store: Store) -> None:
-    with pytest.raises(Refusal, match="has not been timed"):
+    with pytest.raises(InvalidInput, match="has not been timed"):
         make(store, FIGURES[2], "sweep=none")
 
 
@@ -334,7 +335,7 @@ def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store
         if name == "mozerov2006_warp_error":
             config = compose([f"experiment={name}", "data=hdm05"])
             assert "synthetic performances alone" in not_for(config)
-            with pytest.raises(Refusal, match="synthetic performances alone"):
+            with pytest.raises(InvalidInput, match="synthetic performances alone"):
                 make(store, name, *quick)
             continue
         make(store, name, *quick)
@@ -348,7 +349,7 @@ def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store
 
 
 def test_sequences_that_cannot_be_drawn_are_refused(tmp_path: Path) -> None:
-    from pipeline.pictures_sequences import Bundle, SequencePanel, sequence_panels
+    from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
 
     good = (np.arange(3.0), np.arange(3.0))
     panels: list[tuple[Bundle, str]] = [
@@ -359,9 +360,9 @@ def test_sequences_that_cannot_be_drawn_are_refused(tmp_path: Path) -> None:
         (Bundle(sequences=[good], style="wavy"), "unknown style or colour"),
     ]
     for bundle, words in panels:
-        with pytest.raises(Refusal, match=words):
+        with pytest.raises(InvalidInput, match=words):
             sequence_panels(tmp_path / "figure", [[SequencePanel(bundles=[bundle])]])
-    with pytest.raises(Refusal, match="nothing to draw"):
+    with pytest.raises(InvalidInput, match="nothing to draw"):
         sequence_panels(tmp_path / "figure", [])
     assert list(tmp_path.iterdir()) == []
 
@@ -388,7 +389,7 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
     """What the refusal of a figure with an override says."""
 
     def make_refused(name: str, override: str) -> str:
-        with pytest.raises(Refusal) as caught:
+        with pytest.raises(InvalidInput) as caught:
             make(store, name, override, "report.picture=false", "report.recording=false")
         return str(caught.value)
 
@@ -410,5 +411,5 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
     ],
 )
 def test_options_that_cannot_be_are_refused_in_a_sentence(store: Store, override: str, words: str) -> None:
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         make(store, "mozerov2006_fig3", "report.picture=false", "report.recording=false", override)

@@ -12,13 +12,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline import recording_check, tables
 from pipeline.__main__ import compose
-from pipeline.config import ActionSpaceModel, PostureSamplesSweep, TrackingSweep
-from pipeline.core import action_model, limb_frames, posture
-from pipeline.core.tracking_error import joint_error
-from pipeline.experiments import posture_samples, tracking
-from pipeline.experiments.held_out import (
+from pipeline.cli.figures import Outcome
+from pipeline.core import action_model, posture
+from pipeline.core.posture import frames as limb_frames
+from pipeline.core.tracking.errors import joint_error
+from pipeline.recordings import check as recording_check
+from pipeline.stages import dataset, ingest, model
+from pipeline.storage import tables
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.actions import posture_samples, tracking
+from pipeline.studies.actions.held_out import (
     HeldOut,
     frame_of,
     learn_without,
@@ -26,12 +30,10 @@ from pipeline.experiments.held_out import (
     performances_of,
     standing,
 )
-from pipeline.experiments.observed_joints import camera_of, observe, occlusion
-from pipeline.experiments.tracking_conditions import Condition, conditions, demonstrated, tracked, ways
-from pipeline.refusal import Refusal
-from pipeline.run import Outcome
-from pipeline.stages import dataset, ingest, model
-from pipeline.store import Artefact, Store
+from pipeline.studies.actions.observed_joints import camera_of, observe, occlusion
+from pipeline.studies.actions.tracking_conditions import Condition, conditions, demonstrated, tracked, ways
+from pipeline.studies.options import ActionSpaceModel, PostureSamplesSweep, TrackingSweep
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 QUICK = TrackingSweep(particles=[60], tracked=2, noise_mm=[10.0], occluded=[0.0, 0.5])
@@ -122,7 +124,7 @@ def test_a_person_who_performs_twice_leaves_whole(stages: tuple[Artefact, Artefa
     people = np.array(["a", "a", "b", "c"])
     np.testing.assert_array_equal(left_out(people, 1, "person"), [True, True, False, False])
     np.testing.assert_array_equal(left_out(people, 1, "performance"), [False, True, False, False])
-    with pytest.raises(Refusal, match=r"leave one person out, performance 0: too few .* received 1\)"):
+    with pytest.raises(InvalidInput, match=r"leave one person out, performance 0: too few .* received 1\)"):
         left_out(np.array(["a", "a", "b"]), 0, "person")
 
 
@@ -208,7 +210,7 @@ def test_one_person_alone_is_not_left_out(stages: tuple[Artefact, Artefact]) -> 
     arrays, notes = tracking.measure(small, alone, action, 1, 1)
     assert list(arrays["leave_out"]) == ["performance"]
     assert notes["remarks"] == ["tracking: one person alone, so no person is left out"]
-    with pytest.raises(Refusal, match="one person cannot be left out"):
+    with pytest.raises(InvalidInput, match="one person cannot be left out"):
         ways(["person"], alone.arrays["person"])
 
 
@@ -464,7 +466,7 @@ def test_options_that_cannot_be_are_refused(
 ) -> None:
     assert set(change) <= {f.name for f in fields(TrackingSweep)}
     small = replace(QUICK, particles=[5], tracked=1, leave_out=["performance"], occluded=[0.25])
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         tracking.measure(replace(small, **change), *stages, 1, 1)
 
 
@@ -485,5 +487,5 @@ def test_options_that_cannot_be_are_refused(
 def test_frames_that_are_none_are_refused(
     stages: tuple[Artefact, Artefact], change: dict[str, Any], sentence: str
 ) -> None:
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         posture_samples.measure(replace(PostureSamplesSweep(), **change), *stages, 1, 1)

@@ -12,9 +12,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline import recording_check, tables
 from pipeline.__main__ import compose
-from pipeline.config import (
+from pipeline.cli.figures import Outcome
+from pipeline.core.articulated_trajectory import Smoothness
+from pipeline.core.limb_chain import WALKER14
+from pipeline.core.statistics.rank_correlation import rank_correlation
+from pipeline.recordings import check as recording_check
+from pipeline.stages import dataset, ingest
+from pipeline.storage import tables
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.limbs import limb_errors, missing_data, proofs, reconstructibility
+from pipeline.studies.limbs.figures.limb_paths import increasing
+from pipeline.studies.limbs.scores import limb_score, true_signs
+from pipeline.studies.limbs.trials import choose, fixed_smoothness, limb_trial, smoothness, wrong_trajectory
+from pipeline.studies.options import (
     LimbSweep,
     MissingDataSweep,
     ProofSweep,
@@ -23,17 +34,7 @@ from pipeline.config import (
     RootErrorSweep,
     TrajectoryBasisModel,
 )
-from pipeline.core.articulated import Smoothness
-from pipeline.core.limb_chain import WALKER14
-from pipeline.core.rank_correlation import rank_correlation
-from pipeline.experiments import limb_errors, missing_data, proofs, reconstructibility
-from pipeline.figures.limb_paths import increasing
-from pipeline.limb_scores import limb_score, true_signs
-from pipeline.limb_trials import choose, fixed_smoothness, limb_trial, smoothness, wrong_trajectory
-from pipeline.refusal import Refusal
-from pipeline.run import Outcome
-from pipeline.stages import dataset, ingest
-from pipeline.store import Artefact, Store
+from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
 ANY = RootErrorSweep(trials=2, ratios=[0.0, 0.2], cameras=["shaky"])
@@ -296,7 +297,7 @@ def test_options_that_cannot_be_are_refused(limbs: Artefact, options: Any, sente
         MissingDataSweep: missing_data.measure,
         ProofSweep: proofs.measure,
     }
-    with pytest.raises(Refusal, match=sentence):
+    with pytest.raises(InvalidInput, match=sentence):
         measures[type(options)](options, limbs, BASIS, 1, 1)
 
 
@@ -309,7 +310,7 @@ def test_options_that_cannot_be_are_refused(limbs: Artefact, options: Any, sente
 )
 def test_errors_in_the_basis_ask_for_its_size(measure: Callable, options: LimbSweep, limbs: Artefact) -> None:
     with pytest.raises(
-        Refusal, match=r"model.components: .* needs a given K \(expected 1 or more, received 0\)"
+        InvalidInput, match=r"model.components: .* needs a given K \(expected 1 or more, received 0\)"
     ):
         measure(options, limbs, TrajectoryBasisModel(components=0), 1, 7)
 
@@ -324,5 +325,5 @@ def test_limbs_choose_their_components_where_the_basis_has_none(limbs: Artefact)
     trials = [limb_trial(options, limbs, number, "shaky", 7) for number in range(4)]
     chosen = {choose(trial, smooth, options, noise_px=1.0).smoothness.components for trial in trials}
     assert len(chosen) > 1
-    with pytest.raises(Refusal, match="0: each limb chooses its own"):
+    with pytest.raises(InvalidInput, match="0: each limb chooses its own"):
         smoothness(TrajectoryBasisModel(components=-1))

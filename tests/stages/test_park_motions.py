@@ -11,22 +11,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import recording_check, tables
 from pipeline.__main__ import compose
-from pipeline.config import FaceOffSweep, MotionsSweep, TrajectoryBasisModel
+from pipeline.cli.figures import Outcome, make_figure
 from pipeline.core import camera as parallel
 from pipeline.core import fourier
 from pipeline.core.camera_paths import still
 from pipeline.core.linear_model import LinearModel
-from pipeline.experiments import face_off, motions
-from pipeline.experiments.face_off_methods import SeenWalk, mean_walker, series_of_seen
-from pipeline.pictures_motions import MotionBlock
-from pipeline.pictures_motions import motions as draw
-from pipeline.refusal import Refusal
-from pipeline.run import Outcome, make_figure
+from pipeline.pictures.motions import MotionBlock
+from pipeline.pictures.motions import motions as draw
+from pipeline.recordings import check as recording_check
 from pipeline.skeleton import WALKER15
 from pipeline.stages import dataset, ingest
-from pipeline.store import Artefact, Store
+from pipeline.storage import tables
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.face_off import comparison as face_off
+from pipeline.studies.face_off.methods import SeenWalk, mean_walker, series_of_seen
+from pipeline.studies.limbs import motions
+from pipeline.studies.options import FaceOffSweep, MotionsSweep, TrajectoryBasisModel
+from pipeline.validation import InvalidInput
 from tests.stages.promised import PROMISED
 
 COLUMNS = {name: PROMISED[name] for name in ("park2011_fig4", "park2011_face_off")}
@@ -218,7 +220,7 @@ def test_options_that_make_no_motions_are_refused(
     stretches: Artefact, changed: dict[str, object], words: str
 ) -> None:
     options = replace(MotionsSweep(), **changed)  # type: ignore[arg-type]
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         motions.measure(options, stretches, TrajectoryBasisModel(), 1, 7)
 
 
@@ -238,9 +240,9 @@ def test_blocks_that_cannot_be_drawn_are_refused(tmp_path: Path) -> None:
         (replace(block, lights=("blue",)), "no light"),
         (replace(block, truth=np.full((1, 1, 2, 2), np.nan)), "not finite"),
     ):
-        with pytest.raises(Refusal, match=words):
+        with pytest.raises(InvalidInput, match=words):
             draw(tmp_path / "figure", [[wrong]], [(0, 1)], views=["side"])
-    with pytest.raises(Refusal, match="nothing to draw"):
+    with pytest.raises(InvalidInput, match="nothing to draw"):
         draw(tmp_path / "figure", [[block], []], [(0, 1)], views=["side"])
     assert list(tmp_path.iterdir()) == []
 
@@ -337,7 +339,7 @@ def test_the_average_walker_walks_with_the_phase_that_it_is_given(seed: int, pha
 )
 def test_options_that_make_no_face_off_are_refused(changed: dict[str, object], words: str) -> None:
     nothing = Artefact("none", "0" * 16, {}, {}, False, 0.0, "")
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         face_off.measure(replace(FaceOffSweep(), **changed), nothing, nothing, nothing, 1, 7)  # type: ignore[arg-type]
 
 

@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from pipeline.__main__ import compose
-from pipeline.config import Config
-from pipeline.core import camera, circular, errors, fourier, reconstruction, viewpoint
+from pipeline.cli.figures import make_figure
+from pipeline.core import camera, errors, fourier, reconstruction, viewpoint
 from pipeline.core.linear_model import LinearModel, unflatten
-from pipeline.experiments import phase_sources
-from pipeline.refusal import Refusal
-from pipeline.run import make_figure
+from pipeline.core.statistics import circular
 from pipeline.stages import dataset, ingest, model, sweep
-from pipeline.store import Artefact, Store
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.options import Config
+from pipeline.studies.walks import phase_sources
+from pipeline.validation import InvalidInput
 
 
 @pytest.fixture(scope="module")
@@ -176,7 +177,7 @@ def test_the_papers_way_with_an_unknown_view_is_the_default(store: Store) -> Non
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(figure: str, overrides: list[str], words: str, store: Store) -> None:
-    with pytest.raises(Refusal, match=words):
+    with pytest.raises(InvalidInput, match=words):
         swept(configuration(figure, *overrides), store)
 
 

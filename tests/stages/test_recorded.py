@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import tables
 from pipeline.__main__ import compose
-from pipeline.config import RecordedData
-from pipeline.run import Outcome
+from pipeline.cli.figures import Outcome
 from pipeline.stages import dataset, ingest, model
-from pipeline.store import Store
+from pipeline.storage import tables
+from pipeline.storage.store import Store
+from pipeline.studies.options import RecordedData
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 
-from pipeline import recording_check, tables
 from pipeline.__main__ import presets
-from pipeline.run import Outcome
+from pipeline.cli.figures import Outcome
+from pipeline.recordings import check as recording_check
+from pipeline.storage import tables
 
 STAGES = ("ingest", "dataset", "model", "sweep")
 

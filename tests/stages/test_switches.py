@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from pipeline.__main__ import compose
-from pipeline.config import Config, FourierDataset, RecordedData
 from pipeline.core import errors, fourier, linear_model
-from pipeline.core.synthetic import walking_population
-from pipeline.formats import trc
+from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15, SourceMapping
 from pipeline.stages import dataset, ingest, model, sweep
-from pipeline.store import Artefact, Store
+from pipeline.storage.store import Artefact, Store
+from pipeline.studies.options import Config, FourierDataset, RecordedData
+from pipeline.synthetic.walkers import walking_population
 
 Stages = tuple[Artefact, Artefact, Artefact, Artefact]
 

@@ -1,0 +1,219 @@
+"""The commands beside making figures: fetch, claims, equations, view, archive, verify."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
+from rich.text import Text
+
+from pipeline import papers
+from pipeline.cli.figures import claims_table, open_console
+from pipeline.storage import archive, provenance
+from pipeline.studies.ledger import judge_folder, write_claims
+from pipeline.validation import InvalidInput
+
+Compose = Callable[[Sequence[str]], Any]
+
+
+def built_figures() -> list[str]:
+    """Presets of the papers that exist, in the papers' order."""
+    presets = {path.stem for path in (provenance.PROJECT / "conf" / "experiment").glob("*.yaml")}
+    return [
+        name
+        for paper in papers.PAPERS.values()
+        for name in (*paper.figures, *paper.beyond)
+        if name in presets
+    ]
+
+
+def figures_for(arguments: Sequence[str], compose: Compose) -> list[str]:
+    """Those of them that the data set has something for."""
+    from pipeline.cli.figures import not_for
+
+    return [name for name in built_figures() if not not_for(compose([f"experiment={name}", *arguments]))]
+
+
+def fetch(arguments: Sequence[str], compose: Compose) -> int:
+    """Fetch the public recordings; 1 if some could not be had."""
+    from pipeline.fetch import Progress as Progress_
+    from pipeline.fetch import fetch as fetch_files
+
+    options = [item for item in arguments if "=" in item]
+    only = [item for item in arguments if "=" not in item]
+    data = compose(
+        ["experiment=zhang2007_fig2", *([] if _names(options, "data") else ["data=optical"]), *options]
+    ).data
+    if not hasattr(data, "mirror"):
+        raise InvalidInput(
+            "this data set needs no fetching",
+            received=f"data={data.name}",
+            expected="data=optical, cmu or hdm05",
+        )
+    out = open_console()
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        DownloadColumn(),
+        TransferSpeedColumn(),
+        console=out,
+        disable=not out.is_terminal,
+        transient=True,
+    ) as progress:
+        task = progress.add_task("recordings", total=None)
+
+        def show(state: Progress_) -> None:
+            progress.update(
+                task,
+                description=f"{state.files_done}/{state.files_total} {state.path}",
+                completed=state.bytes_done,
+                total=state.bytes_total,
+            )
+
+        report = fetch_files(
+            Path(data.table),
+            Path(data.raw),
+            mirror=Path(data.mirror) if data.mirror else None,
+            only=only or None,
+            progress=show,
+        )
+    out.print(Text(str(report)), soft_wrap=True)
+    return 1 if report.failed else 0
+
+
+def _names(options: Sequence[str], name: str) -> bool:
+    return any(item.split("=", 1)[0] == name for item in options)
+
+
+def _results_folder(arguments: Sequence[str], compose: Compose) -> tuple[Any, Path]:
+    config = compose(["experiment=zhang2007_fig2", *arguments])
+    return config, Path(config.results) / config.data.name / config.scale.name
+
+
+def claims(arguments: Sequence[str], compose: Compose) -> int:
+    """Print the papers' claims beside our numbers, and write claims.csv beside the figures."""
+    config, folder = _results_folder(arguments, compose)
+    verdicts = judge_folder(folder, config.data.name, figures_for(arguments, compose))
+    if folder.is_dir():
+        write_claims(folder / "claims.csv", verdicts)
+    out = open_console()
+    out.print(claims_table(verdicts))
+    for verdict in verdicts:
+        if verdict.verdict in ("differs", "direction only"):
+            out.print(Text(f"{verdict.claim.name}: {verdict.why}"), soft_wrap=True)
+    counts = {v.verdict: sum(w.verdict == v.verdict for w in verdicts) for v in verdicts}
+    out.print(
+        f"{config.data.name}, {config.scale.name}: " + ", ".join(f"{n} {kind}" for kind, n in counts.items())
+    )
+    return 0
+
+
+def equations(arguments: Sequence[str], compose: Compose) -> int:
+    """Print every numbered equation with its words, file and line, and test."""
+    chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
+    out = open_console()
+    for paper in chosen:
+        out.print(
+            Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
+        )
+        for equation in paper.equations:
+            home = _where(equation.home) if equation.home else "not built yet"
+            out.print(Text(f"  ({equation.number}) {equation.words}"), soft_wrap=True)
+            out.print(Text(f"      {home}  {equation.test}", style="dim"), soft_wrap=True)
+            if equation.note:
+                out.print(Text(f"      note: {equation.note}", style="dim"), soft_wrap=True)
+    return 0
+
+
+def _where(home: str) -> str:
+    """File and line of a dotted name."""
+    module_name, _, attribute = home.rpartition(".")
+    try:
+        module = importlib.import_module(home)
+        return f"{home.replace('.', '/')}.py"
+    except ModuleNotFoundError:
+        module = importlib.import_module(module_name)
+    thing = getattr(module, attribute)
+    line = inspect.getsourcelines(thing)[1]
+    return f"{module_name.replace('.', '/')}.py:{line} {attribute}"
+
+
+def view(arguments: Sequence[str], compose: Compose) -> int:
+    """Open a figure's recording in the rerun viewer."""
+    if not arguments or "=" in arguments[0]:
+        raise InvalidInput(
+            "no figure is named", expected="view FIGURE", received=" ".join(arguments) or "nothing"
+        )
+    path = Path(arguments[0])
+    if path.suffix != ".rrd":
+        _, folder = _results_folder(arguments[1:], compose)
+        path = folder / arguments[0] / "recording.rrd"
+    if not path.is_file():
+        raise InvalidInput(
+            "there is no such recording yet", where=str(path), expected=f"`make {arguments[0]}` first"
+        )
+    if sys.platform.startswith("linux") and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    ):
+        raise InvalidInput(
+            "the viewer needs a screen",
+            where=str(path),
+            expected="a desktop session; or copy the file to one and open it with `rerun`, version 0.41",
+        )
+    # The library itself stays out of here: only `recording` and its check import it.
+    return subprocess.run(
+        [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)], check=False
+    ).returncode
+
+
+def keep(arguments: Sequence[str], compose: Compose) -> int:
+    """Keep full-scale results of this commit under results/archive."""
+    config, folder = _results_folder(arguments, compose)
+    made_with = provenance.provenance()
+    kept = archive.keep(
+        folder,
+        Path(config.results) / "archive",
+        date=date.today().isoformat(),
+        commit=made_with["commit"],
+        dirty=made_with["dirty"],
+        figures_expected=figures_for(arguments, compose),
+    )
+    open_console().print(f"kept in {kept}")
+    return 0
+
+
+def verify(arguments: Sequence[str], compose: Compose) -> int:
+    """Re-hash an archive and name every file that changed, is missing or was added."""
+    if not arguments:
+        raise InvalidInput(
+            "no archive is named", expected="verify results/archive/<date>-<commit>", received="nothing"
+        )
+    status = 0
+    for name in arguments:
+        complaints = archive.verify(Path(name))
+        for complaint in complaints:
+            print(f"{name}: {complaint}")
+        if complaints:
+            status = 1
+        else:
+            print(f"{name}: every file is as it was kept")
+    return status
+
+
+VERBS: dict[str, Callable[[Sequence[str], Compose], int]] = {
+    "fetch": fetch,
+    "claims": claims,
+    "equations": equations,
+    "view": view,
+    "archive": keep,
+    "verify": verify,
+}
+"""By the word on the command line."""

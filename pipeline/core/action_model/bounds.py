@@ -1,0 +1,246 @@
+"""The action model: a mean performance and the spread at each of its postures: mozerov2006 section 4.
+
+"Only those human postures which lie within the learnt variance boundaries from the mean performance are accepted."
+The model is learnt from synchronized performances, samples (M, P, b) of the aSpace.
+
+Symbols
+-------
+``M, P, b``  performances, samples (postures of a performance), dimensions of the aSpace
+``m, s``     mean performance and standard deviation at each sample, (P, b); divisor M - 1
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from pipeline.validation import InvalidInput
+
+BOUND = 3.0
+"""Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
+
+FLOOR_SHARE = 0.01
+"""Least standard deviation, as a part of the root mean square one: where all performances agree to rounding, no new
+posture would ever be accepted."""
+
+_FARTHEST = 38.0
+"""Standard deviations beyond which the probability of a normal number is zero in double precision."""
+
+
+@dataclass(frozen=True)
+class ActionModel:
+    """What performances of an action have in common, and how far they differ.
+
+    Attributes
+    ----------
+    mean : (P, b)
+        Mean performance.
+    standard_deviation : (P, b)
+        At each posture; at least the floor.
+    floored : (P, b) bool
+        Where the floor took the place of a smaller standard deviation.
+    n_performances : int
+    """
+
+    mean: np.ndarray
+    standard_deviation: np.ndarray
+    floored: np.ndarray
+    n_performances: int
+
+
+def learn(performances: np.ndarray, *, floor: float | None = None) -> ActionModel:
+    """Mean performance and the standard deviation at each posture, divisor M - 1.
+
+    Parameters
+    ----------
+    performances : (M, P, b)
+        Synchronized.
+    floor : float, optional
+        Least standard deviation, in units of the aSpace; by default a hundredth of the root mean square one.
+
+    Raises
+    ------
+    InvalidInput
+        One performance alone, all of them identical and no floor given, numbers that are not finite, or a floor
+        that is not positive.
+    """
+    performances = _checked(performances)
+    if len(performances) < 2:
+        raise InvalidInput("one performance has no spread", expected="two or more", received="1")
+    if floor is not None and not 0.0 < floor < np.inf:
+        raise InvalidInput("the floor is not positive", expected="aSpace units > 0", received=f"{floor:g}")
+    spread = performances.std(axis=0, ddof=1)
+    if floor is None:
+        floor = FLOOR_SHARE * float(np.sqrt((spread**2).mean()))
+        if not np.ptp(performances, axis=0).any():
+            raise InvalidInput(
+                "the performances are all identical, so there is no spread to learn",
+                expected="performances that differ, or a floor",
+            )
+    return ActionModel(
+        mean=performances.mean(axis=0),
+        standard_deviation=np.maximum(spread, floor),
+        floored=spread < floor,
+        n_performances=len(performances),
+    )
+
+
+def accepted(
+    model: ActionModel, postures: np.ndarray, *, at: int | None = None, bound: float = BOUND
+) -> np.ndarray:
+    """Whether postures lie within so many standard deviations of the mean in every coordinate; bounds included.
+
+    Parameters
+    ----------
+    model : ActionModel
+    postures : (…, P, b), or (…, b) with `at`
+        In the aSpace.
+    at : int, optional
+        The sample to which all postures belong; by default the last axis but one runs over the samples.
+    bound : float
+        Standard deviations.
+
+    Returns
+    -------
+    accepted : (…, P) bool, or (…,) with `at`
+
+    Raises
+    ------
+    InvalidInput
+        Postures of another shape, or a bound that is not positive.  A posture with NaN is not accepted.
+    """
+    mean, spread = _samples_at(model, at)
+    _check_bound(bound)
+    postures = np.asarray(postures, dtype=float)
+    if postures.shape[-mean.ndim :] != mean.shape:
+        expected = ", ".join(map(str, mean.shape))
+        raise InvalidInput(
+            "the postures do not match the action model",
+            expected=f"(…, {expected})",
+            received=str(postures.shape),
+        )
+    return np.asarray((np.abs(postures - mean) <= bound * spread).all(axis=-1))
+
+
+def sample(
+    model: ActionModel,
+    count: int,
+    generator: np.random.Generator,
+    *,
+    at: int | None = None,
+    bound: float = BOUND,
+) -> np.ndarray:
+    """Accepted postures drawn at random: normal in every coordinate by itself, truncated at the bound.
+
+    Parameters
+    ----------
+    model : ActionModel
+    count : int
+    generator : numpy.random.Generator
+    at : int, optional
+        The sample at which to draw; by default every draw is one posture for each sample, independently: postures
+        of figure 4, not performances, which would be smooth.
+    bound : float
+        Standard deviations; infinite for none.
+
+    Returns
+    -------
+    postures : (count, P, b), or (count, b) with `at`
+
+    Raises
+    ------
+    InvalidInput
+        A negative count, a sample that the model does not have, or a bound that is not positive.
+    """
+    mean, spread = _samples_at(model, at)
+    _check_bound(bound)
+    if count < 0:
+        raise InvalidInput("the number of postures is negative", expected="0 or more", received=str(count))
+    below = ndtr(-bound)
+    normal = ndtri(below + generator.random((count, *mean.shape)) * (1.0 - 2.0 * below))
+    # A draw of exactly 0, and rounding at the bound itself.
+    limit = min(bound * (1.0 - 1e-12), _FARTHEST)
+    return np.asarray(mean + spread * np.clip(normal, -limit, limit))
+
+
+def acceptance_left_out(
+    performances: np.ndarray,
+    *,
+    groups: np.ndarray | None = None,
+    bound: float = BOUND,
+    floor: float | None = None,
+) -> np.ndarray:
+    """Whether each posture of each performance is accepted by the model learnt without it, (M, P) bool.
+
+    Parameters
+    ----------
+    performances : (M, P, b)
+        Synchronized.  The pattern and the aSpace have seen all of them unless the caller saw to it; this leaves
+        out of mean and spread only.
+    groups : (M,), optional
+        Performances with the same value (one actor's) leave together.
+    bound, floor : float
+        As for `accepted` and `learn`.
+
+    Raises
+    ------
+    InvalidInput
+        Groups that do not match, or fewer than two performances left to learn from; else as `learn`.
+    """
+    performances = _checked(performances)
+    labels = np.arange(len(performances)) if groups is None else np.asarray(groups)
+    if labels.shape != performances.shape[:1]:
+        raise InvalidInput(
+            "the groups do not match the performances",
+            expected=str(performances.shape[:1]),
+            received=str(labels.shape),
+        )
+    result = np.empty(performances.shape[:2], dtype=bool)
+    for label in np.unique(labels):
+        out = labels == label
+        if (~out).sum() < 2:
+            raise InvalidInput(
+                "fewer than two performances are left to learn from",
+                where=f"without group {label}",
+                expected="two or more",
+                received=str((~out).sum()),
+            )
+        result[out] = accepted(learn(performances[~out], floor=floor), performances[out], bound=bound)
+    return result
+
+
+def _samples_at(model: ActionModel, at: int | None) -> tuple[np.ndarray, np.ndarray]:
+    if at is None:
+        return model.mean, model.standard_deviation
+    if not 0 <= at < len(model.mean):
+        raise InvalidInput(
+            "the action model has no such sample", expected=f"0 to {len(model.mean) - 1}", received=str(at)
+        )
+    return model.mean[at], model.standard_deviation[at]
+
+
+def _check_bound(bound: float) -> None:
+    if not bound > 0.0:
+        raise InvalidInput(
+            "the bound is not positive", expected="standard deviations > 0", received=f"{bound:g}"
+        )
+
+
+def _checked(performances: np.ndarray) -> np.ndarray:
+    try:
+        performances = np.asarray(performances, dtype=float)
+    except ValueError:
+        raise InvalidInput(
+            "the performances are not of one length and dimension", expected="synchronized ones, (M, P, b)"
+        ) from None
+    if performances.ndim != 3 or not performances.size:
+        raise InvalidInput("no performances", expected="(M, P, b)", received=str(performances.shape))
+    wrong = ~np.isfinite(performances).all(axis=-1)
+    if wrong.any():
+        performance, posture = np.argwhere(wrong)[0]
+        raise InvalidInput(
+            "a posture has a number that is not finite", where=f"performance {performance}, sample {posture}"
+        )
+    return performances

@@ -1,0 +1,209 @@
+"""Where a ray meets the sphere of a limb: park2011 sections 2 and 3.2.
+
+Symbols
+-------
+``r``    length of the limb, mm
+``chi``  relative direction vector: the joint less its parent, mm
+``m``    point of the ray nearest the parent, relative to it (`middle`); ``v`` the ray's unit direction
+``u``    half of the chord that the sphere cuts from the ray (`half_chord`): ``v sqrt(r^2 - |m|^2)``
+``s``    +1 for the far candidate, -1 for the near one
+
+The roots of [park2011 9], counted along a unit direction from the camera, are those of ``m`` plus and minus the half
+chord.  With ``m`` from `pipeline.core.rays` nothing cancels, however far the camera stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+
+from pipeline.core.articulation.rays import Rays, cast_rays
+from pipeline.validation import InvalidInput
+
+Adjustment = Literal["per_frame", "global", "robust"]
+
+ROBUST_QUANTILE = 0.95
+"""Part of the rays that a radius adjusted robustly reaches."""
+
+
+class RayStatus(IntEnum):
+    """What a frame's ray says of the limb.
+
+    TWO: two candidates in front of the camera.  TANGENT: one, as the ray touches the sphere, or misses it and the
+    radius was adjusted in this frame.  FORCED: the near candidate is behind the camera, so it is the far one.
+    BEHIND: both are, so the frame is dropped.  MISSING: image, camera or parent is not known.
+    """
+
+    TWO = 0
+    TANGENT = 1
+    FORCED = 2
+    BEHIND = 3
+    MISSING = 4
+
+
+@dataclass(frozen=True)
+class RayHits:
+    """The two candidates of every frame, ``middle + s half_chord``, relative to the parent.
+
+    Frames that are missing or dropped are NaN.
+
+    Attributes
+    ----------
+    middle, half_chord : (F, 3) float64
+        m and u, mm.
+    status : (F,) int8
+        A `RayStatus` for each frame.
+    radius : float
+        Of the sphere, after adjustment, mm; frames whose ray misses it have their own, |m|.
+    adjusted : (F,) bool
+        Where the ray misses the sphere of the radius that was given.
+    rays : Rays
+    """
+
+    middle: np.ndarray
+    half_chord: np.ndarray
+    status: np.ndarray
+    radius: float
+    adjusted: np.ndarray
+    rays: Rays
+
+    @property
+    def usable(self) -> np.ndarray:
+        """Frames (F,) bool with a candidate in front of the camera."""
+        return np.asarray(self.status <= RayStatus.FORCED)
+
+    @property
+    def free(self) -> np.ndarray:
+        """Frames (F,) bool where there is a choice."""
+        return np.asarray(self.status == RayStatus.TWO)
+
+    @property
+    def far(self) -> np.ndarray:
+        """The candidates (F, 3) with s = +1, mm."""
+        return self.middle + self.half_chord
+
+    @property
+    def near(self) -> np.ndarray:
+        """The candidates (F, 3) with s = -1, mm; behind the camera where the sign is forced."""
+        return self.middle - self.half_chord
+
+    def chosen(self, signs: np.ndarray) -> np.ndarray:
+        """Relative directions (F, 3) of a choice of signs (F,), mm [park2011 10, 11].
+
+        With b = (1 + s) / 2, the blocks of E are 2 u and those of F are m - u.
+
+        Raises
+        ------
+        InvalidInput
+            If there is not one sign, +1 or -1, to each frame.
+        """
+        signs = np.asarray(signs, dtype=float)
+        if signs.shape != self.status.shape or not (np.abs(signs) == 1.0).all():
+            raise InvalidInput(
+                "no sign for each frame",
+                expected=f"{len(self.status)} of +1 and -1",
+                received=str(signs.shape),
+            )
+        return self.middle + signs[:, None] * self.half_chord
+
+    def settled(self) -> RayHits:
+        """The same with forced frames decided: middle is their far candidate and their half chord zero.
+
+        Whatever signs are chosen, none of the candidates then lies behind its camera.
+        """
+        forced = (self.status == RayStatus.FORCED)[:, None]
+        return replace(
+            self,
+            middle=np.where(forced, self.far, self.middle),
+            half_chord=np.where(forced, 0.0, self.half_chord),
+        )
+
+
+def ray_sphere(
+    cameras: np.ndarray,
+    pixels: np.ndarray,
+    parents: np.ndarray,
+    radius: float,
+    *,
+    adjust: Adjustment = "per_frame",
+) -> RayHits:
+    """Both points of every ray at the limb's length from the parent [park2011 8, 9].
+
+    Parameters
+    ----------
+    cameras : (F, 3, 4) or (3, 4)
+        P of each frame, or of one camera that stands still; any scale, perspective or affine.
+    pixels : (F, 2)
+        NaN where the joint was not seen.
+    parents : (F, 3)
+        X_p, mm.
+    radius : float
+        r, mm; 0 is a joint that coincides with its parent.
+    adjust : {"per_frame", "global", "robust"}
+        What to do with a ray that misses the sphere.  Longer in that frame alone, best when r is known; as long
+        as the farthest ray asks for, in all frames (the paper, section 5.1); as long as 95 % of rays ask for, then
+        longer in a frame alone, for when r is a guess.
+
+    Raises
+    ------
+    InvalidInput
+        If the radius is no length, no ray meets the sphere in front of its camera, or `cast_rays` refuses.
+
+    Examples
+    --------
+    >>> camera = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]])  # at the origin, looks along z
+    >>> hits = ray_sphere(camera, np.zeros((1, 2)), np.array([[3.0, 0, 10]]), 5.0)
+    >>> hits.far.tolist(), hits.near.tolist()
+    ([[-3.0, 0.0, 4.0]], [[-3.0, 0.0, -4.0]])
+    """
+    if not 0.0 <= radius < np.inf:
+        raise InvalidInput("the radius is no length", expected="mm, 0 or more", received=f"{radius:g}")
+    rays = cast_rays(cameras, pixels, parents)
+    distance = rays.distance
+    given = np.isfinite(distance)
+    reachable = rays.ahead > -_half(radius, distance)  # False where NaN
+    if not reachable.any():
+        raise InvalidInput(
+            "no ray meets the sphere in front of its camera",
+            expected="a frame with image, camera and parent",
+            received=f"{(~given).sum()} of {len(given)} frames missing, {given.sum()} behind the camera",
+        )
+    used = _adjusted(distance[reachable], float(radius), adjust)
+    half = _half(used, distance)
+    status = np.full(len(given), RayStatus.MISSING, dtype=np.int8)
+    status[given] = np.where(half[given] > 0.0, RayStatus.TWO, RayStatus.TANGENT)
+    status[rays.ahead <= half] = RayStatus.FORCED
+    status[rays.ahead <= -half] = RayStatus.BEHIND
+    dropped = (status == RayStatus.BEHIND)[:, None]
+    return RayHits(
+        middle=np.where(dropped, np.nan, rays.middle),
+        half_chord=np.where(dropped, np.nan, half[:, None] * rays.direction),
+        status=status,
+        radius=used,
+        adjusted=(distance > radius) & ~dropped[:, 0],
+        rays=rays,
+    )
+
+
+def _half(radius: float, distance: np.ndarray) -> np.ndarray:
+    """Half the chord (F,) that a sphere cuts from rays at a distance: 0 where they miss it.
+
+    As (r - d)(r + d), not r^2 - d^2: nearly tangent rays carry the information.
+    """
+    return np.asarray(np.sqrt(np.maximum(radius - distance, 0.0) * (radius + distance)))
+
+
+def _adjusted(distance: np.ndarray, radius: float, adjust: Adjustment) -> float:
+    match adjust:
+        case "per_frame":
+            return radius
+        case "global":
+            return max(radius, float(distance.max()))
+        case "robust":
+            return max(radius, float(np.quantile(distance, ROBUST_QUANTILE)))
+    raise InvalidInput(
+        "no such adjustment of the radius", expected="per_frame, global or robust", received=str(adjust)
+    )

@@ -1,0 +1,147 @@
+"""Rays of a joint's image, told about its parent: park2011 section 3.2.
+
+Symbols
+-------
+``P``    3 x 4 camera of a frame, ``[M | p4]``; ``m1, m2, m3`` are the rows of ``M``
+``x``    pixel of the joint; ``X_p`` its parent's position, mm
+``chi``  relative direction vector: the joint less its parent, mm
+``v``    unit direction of the ray, away from the camera
+``m``    point of the ray nearest the parent, relative to it, so ``m . v = 0``
+
+Why not as printed
+------------------
+[park2011 8] begins at the camera's centre, and so [park2011 9] subtracts squares of distances to it, of which little
+but rounding is left when the camera is far.  A point ``X_p + chi`` has the image ``x`` when
+
+    (M_12 - x m3) chi = q3 x - q_12,    q = P (X_p, 1)
+
+two equations in three unknowns whose solution of least norm is ``m`` and whose null vector is ``v``.  They are of the
+size of the limb however far the camera stands, ask for no centre and no inverse, and hold for parallel rays
+(orthographic and affine cameras, last row 0 0 0 1) as they stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.validation import InvalidInput
+
+_NO_CENTRE = 1e-12
+"""Sine of the angle between the image plane's axes and the axis ahead, below which a camera has no centre."""
+
+_AT_JOINT_MM = 1e-3
+"""Distance of camera and parent below which no ray says anything of the limb."""
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays of F frames, told about the parents; NaN where something is not known.
+
+    Attributes
+    ----------
+    middle : (F, 3) float64
+        m, the point nearest the parent, relative to it, mm.
+    direction : (F, 3) float64
+        v, unit, away from the camera.
+    ahead : (F,) float64
+        How far m lies ahead of the camera, mm: negative behind it, infinite for parallel rays.
+    """
+
+    middle: np.ndarray
+    direction: np.ndarray
+    ahead: np.ndarray
+
+    @property
+    def distance(self) -> np.ndarray:
+        """Distance (F,) of ray and parent, mm: the least length that the limb can have in that frame."""
+        return np.asarray(np.linalg.norm(self.middle, axis=-1))
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Unit direction (F, 3) from camera to parent; that of the ray where rays are parallel."""
+        parallel = np.isinf(self.ahead)[:, None]
+        towards = np.where(parallel, 1.0, self.ahead[:, None]) * self.direction
+        towards = np.where(parallel, towards, towards - self.middle)
+        return np.asarray(towards / np.linalg.norm(towards, axis=-1, keepdims=True))
+
+
+def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> Rays:
+    """Rays of the pixels, told about the parents [park2011 8].
+
+    Parameters
+    ----------
+    cameras : (F, 3, 4) or (3, 4)
+        P of each frame, or of one camera that stands still; any scale, perspective or affine.
+    pixels : (F, 2)
+        NaN where the joint was not seen.
+    parents : (F, 3)
+        X_p, mm.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes do not fit, there is no frame, or a camera is neither perspective nor affine or stands at the
+        parent joint.
+    """
+    cameras, pixels, parents = _by_frame(cameras, pixels, parents)
+    given = np.isfinite(np.column_stack([cameras.reshape(-1, 12), pixels, parents])).all(axis=1)
+    frames = np.flatnonzero(given)
+    M, p4, x = cameras[given, :, :3], cameras[given, :, 3], pixels[given]
+    parallel = np.asarray(~M[:, 2].any(axis=1))
+    det = _determinant(M, p4, parallel, frames)
+    q = (M @ parents[given, :, None])[..., 0] + p4
+    left = M[:, :2] - x[:, :, None] * M[:, 2:]
+    right = q[:, 2:] * x - q[:, :2]
+    along = np.cross(
+        left[:, 0], left[:, 1]
+    )  # det M times M^-1 (x, 1): away from the camera whatever P's sign
+    size = np.linalg.norm(along, axis=1)
+    v = along / size[:, None]
+    m = (right[:, :1] * np.cross(left[:, 1], v) + right[:, 1:] * np.cross(v, left[:, 0])) / size[:, None]
+    depth = (M[:, 2] * m).sum(axis=1) + q[:, 2]
+    ahead = np.where(parallel, np.inf, depth * size / np.where(parallel, 1.0, det))
+    at_joint = np.hypot(np.linalg.norm(m, axis=1), ahead) < _AT_JOINT_MM
+    if at_joint.any():
+        raise InvalidInput(
+            "the camera stands at the parent joint", where=f"frame {frames[at_joint.argmax()]}"
+        )
+    rays = Rays(*(np.full((len(given), *shape), np.nan) for shape in ((3,), (3,), ())))
+    rays.middle[given], rays.direction[given], rays.ahead[given] = m, v, ahead
+    return rays
+
+
+def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> tuple[np.ndarray, ...]:
+    cameras, pixels, parents = (np.asarray(a, dtype=float) for a in (cameras, pixels, parents))
+    frames = len(pixels) if pixels.ndim else 0
+    if cameras.shape == (3, 4):
+        cameras = np.broadcast_to(cameras, (frames, 3, 4))
+    for what, array, shape in (
+        ("pixels", pixels, "2"),
+        ("cameras", cameras, "3, 4"),
+        ("parents", parents, "3"),
+    ):
+        if not frames or str(array.shape) != f"({frames}, {shape})":
+            raise InvalidInput(
+                f"the {what} of the rays have the wrong shape",
+                expected=f"({frames or 'F'}, {shape})",
+                received=str(array.shape),
+            )
+    return cameras, pixels, parents
+
+
+def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """det M (n,) of the cameras of these frames, or a InvalidInput that names one that has no rays."""
+    across = np.cross(M[:, 0], M[:, 1])
+    det = (across * M[:, 2]).sum(axis=1)
+    sizes = np.linalg.norm(M, axis=2)
+    flat = np.linalg.norm(across, axis=1) <= _NO_CENTRE * sizes[:, 0] * sizes[:, 1]
+    wrong = np.where(parallel, flat | (p4[:, 2] == 0.0), np.abs(det) <= _NO_CENTRE * sizes.prod(axis=1))
+    if wrong.any():
+        raise InvalidInput(
+            "the camera is neither perspective nor affine",
+            where=f"frame {frames[wrong.argmax()]}",
+            expected="a 3 x 4 matrix whose left part can be inverted, or whose last row is 0 0 0 1",
+        )
+    return np.asarray(det)

@@ -1,0 +1,223 @@
+"""Which of two candidates is right in each frame: the binary quadratic programme of park2011 section 3.2.
+
+Symbols are those of `sign_programme`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
+signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
+
+The order of work: good signs at once (`sign_search`), then two searches that prove them, or find better ones:
+branch and bound over boxes (`box_search`), which is the paper's, and depth first in time (`suffix_search`), which is
+often faster where the box is slow.  They take turns by amounts of work, not of time, and share the best signs, so
+that a proof and what it proves do not depend on the clock; only whether there is time for it does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from time import perf_counter
+
+import numpy as np
+
+from pipeline.core.binary_quadratic import descent as sign_search
+from pipeline.core.binary_quadratic.box_search import BoxSearch
+from pipeline.core.binary_quadratic.candidates import programme_of
+from pipeline.core.binary_quadratic.programme import RELAXED, TO_FIND, Programme
+from pipeline.core.binary_quadratic.suffix_search import SuffixSearch
+from pipeline.validation import InvalidInput
+
+_WORK = 400_000
+"""What a search does before the clock is looked at, in sweeps times frames times components: milliseconds."""
+
+_ALONE = 40
+"""Turns that the box search has to itself: most programmes are proved by then."""
+
+_THIRD = 3
+"""After that every third turn is the other's: half and a quarter serve some limbs better and others worse."""
+
+
+@dataclass(frozen=True)
+class BinarySolution:
+    """Signs, how good they are, and how good any others could be.
+
+    Attributes
+    ----------
+    signs : (F,) int
+        -1 or +1; +1, the far candidate, where the two are one point.
+    values : (F,)
+        The signs, but for relaxed frames: there anything from -1 to +1.
+    objective : float
+        J of the values, with the linear cost, mm².
+    lower_bound : float
+        No values cost less than this, mm²; it is at most the objective.
+    proved : bool
+        Whether it is the objective less the gap, or less what rounding hides.
+    mirror_signs : (F,) int
+        The best found by flips of frames and windows from the other signs of all frames, among those that differ
+        from `signs` in at least half of the squared half chord of the frames whose sign was to be found.
+    mirror_objective : float
+        J of the mirror, mm²; inf where no frame's sign was to be found.
+    margin : float
+        J of the mirror over J, both counted from the least that the linear cost can be: 1 or a little more means
+        that the data do not tell the two apart.  Inf where only the mirror costs anything.
+    boxes, steps : int
+        Nodes of the two searches.
+    """
+
+    signs: np.ndarray
+    values: np.ndarray
+    objective: float
+    lower_bound: float
+    proved: bool
+    mirror_signs: np.ndarray
+    mirror_objective: float
+    margin: float
+    boxes: int
+    steps: int
+
+
+def minimise(
+    basis: np.ndarray,
+    middle: np.ndarray,
+    half_chord: np.ndarray,
+    *,
+    gap: float = 1e-6,
+    time_limit_s: float = 1.0,
+    forced: np.ndarray | None = None,
+    relax_below: float = 0.0,
+    linear: np.ndarray | None = None,
+) -> BinarySolution:
+    """The signs of least J(s) = ||c||² - ||B^T c||², c = m + s u, with a bound [park2011 10, 11, 12].
+
+    Parameters
+    ----------
+    basis : (F, K)
+        B: orthonormal columns, or any of spectral norm at most one, as `trajectory_basis` makes them for a soft
+        basis or for the frames that were observed.
+    middle, half_chord : (F, 3)
+        m and u, mm: the candidates are m - u and m + u.  A frame without them has no place here.
+    gap : float
+        Signs that are better by less than this fraction of J are not looked for.
+    time_limit_s : float
+        Wall time, seconds, after which nothing new is begun; zero gives the first signs with the bound of one
+        piece of work.  Compiling, once for an installation, is not counted.
+    forced : (F,) int, optional
+        -1 or +1 where the sign is known, as when the other candidate is behind the camera; 0 elsewhere.
+    relax_below : float
+        Frames whose half chord is shorter than this, mm, may take any point between the candidates: where a ray is
+        tangent within the noise, the sign means nothing.
+    linear : (F,), optional
+        Cost, mm², that is added where the sign is +1, and taken off where it is -1.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes or numbers are not as described.
+
+    Notes
+    -----
+    Of several optima within the gap the one that the searches come upon first is returned: first those nearest
+    the smooth paths of `sign_search`.  Signs and mirror that cost the same to rounding, as with parallel rays, are
+    put in the order in which the first sign to be found is +1.
+
+    Lower bounds are less a generous allowance for rounding, `Programme.allowance`.
+
+    Examples
+    --------
+    >>> constant = np.full((4, 1), 0.5)
+    >>> near = np.array([[1.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]])
+    >>> chords = np.array([[0.0, 1, 0], [0, 1, 0], [0, -1, 0], [0, 1, 0]])
+    >>> found = minimise(constant, near, chords)
+    >>> found.signs
+    array([ 1,  1, -1,  1])
+    >>> found.objective, found.margin, found.proved
+    (0.75, 1.0, True)
+    """
+    programme = programme_of(basis, middle, half_chord, forced=forced, relax_below=relax_below, linear=linear)
+    for what, number in (("gap", gap), ("time limit", time_limit_s)):
+        if not (np.isfinite(number) and number >= 0):
+            raise InvalidInput(
+                f"the {what} cannot be so", expected="a number of 0 or more", received=str(number)
+            )
+    _compile()
+    started = perf_counter()
+    values, _ = sign_search.search(programme)
+    values = programme.settle(values)
+    # The mirror, at the end, takes less time than this has taken.
+    deadline = started + time_limit_s - (perf_counter() - started)
+    best = np.array([programme.objective(values)])
+    box, suffix = BoxSearch(programme), None
+    sweeps = max(1, _WORK // programme.basis.size)
+    turn = 0
+    while True:
+        searcher: BoxSearch | SuffixSearch = box
+        if turn >= _ALONE and turn % _THIRD == 0:
+            suffix = suffix or SuffixSearch(programme, float(best[0]))
+            searcher = suffix
+        # A sweep over all frames costs what entering half as many does.
+        work = sweeps if searcher is box else max(1, sweeps * programme.frames // 2)
+        searcher.run(best, values, float(gap), programme.allowance(float(best[0])), work)
+        turn += 1
+        if searcher.finished or perf_counter() >= deadline:
+            break
+    bounds = [search.lower_bound() for search in (box, suffix) if search is not None]
+    return _solution(programme, values, max(bounds), gap, box.nodes, 0 if suffix is None else suffix.nodes)
+
+
+def _solution(
+    programme: Programme, values: np.ndarray, bound: float, gap: float, boxes: int, steps: int
+) -> BinarySolution:
+    """What has been found, its mirror, and what the two say of each other."""
+    objective = programme.objective(values)
+    other, other_objective = values, np.inf
+    if programme.weight.any():
+        start = sign_search.mirrored(programme, values)
+        other, _ = sign_search.descend(programme, start, longest=sign_search.LONGEST, away_from=values)
+        other = programme.settle(other)
+        other_objective = programme.objective(other)
+        rounding = programme.allowance(objective)
+        leads = values[int(np.argmax(programme.weight > 0))] > 0
+        if other_objective < objective - rounding or (other_objective <= objective + rounding and not leads):
+            values, other = other, values
+            objective, other_objective = other_objective, objective
+    # What the searches left out is worth up to this much.
+    proof = objective - max(gap * abs(objective), 2.0 * programme.allowance(objective))
+    least = -float(np.abs(programme.linear).sum())
+    bound = min(max(bound, least), proof)
+    return BinarySolution(
+        signs=_signs(values),
+        values=values,
+        objective=objective,
+        lower_bound=bound,
+        proved=bound >= proof,
+        mirror_signs=_signs(other),
+        mirror_objective=other_objective,
+        margin=_margin(other_objective - least, objective - least, programme.allowance(objective)),
+        boxes=boxes,
+        steps=steps,
+    )
+
+
+def _signs(values: np.ndarray) -> np.ndarray:
+    """-1 or +1 (F,) nearest to each value."""
+    return np.where(values < 0, -1, 1)
+
+
+def _margin(other: float, here: float, rounding: float) -> float:
+    """The greater cost over the lesser, 1 where both are rounding, inf where only the lesser is nothing."""
+    if other <= rounding:
+        return 1.0
+    return other / here if here > 0 else np.inf
+
+
+@cache
+def _compile() -> None:
+    """Every kernel is compiled, or loaded, before the clock starts."""
+    turns = np.linspace(0.0, 3.0, 5)
+    chords = np.stack([np.cos(turns), np.sin(turns), turns], axis=1)
+    kind = np.array([TO_FIND, TO_FIND, RELAXED, TO_FIND, 1], dtype=np.int8)
+    basis = np.full((5, 1), 0.3)
+    programme = Programme(basis, np.eye(1) - basis.T @ basis, chords[::-1].copy(), chords, np.zeros(5), kind)
+    values, _ = sign_search.search(programme)
+    values = programme.settle(values)
+    sign_search.descend(programme, sign_search.mirrored(programme, values), longest=2, away_from=values)
+    for search in (BoxSearch(programme), SuffixSearch(programme, 1.0)):
+        search.run(np.array([programme.objective(values)]), values.copy(), 1e-6, 1e-9, 1000)

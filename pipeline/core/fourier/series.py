@@ -1,0 +1,190 @@
+"""A walk as a low-order Fourier series: zhang2007 section 3.1 (zhang2004 section 3.1).
+
+Symbols
+-------
+``p(t)``      posture at time t, (T, J, 3) mm
+``p0``        average posture
+``p_h, q_h``  characteristic postures of harmonic h: p_h multiplies the sine, q_h the cosine
+``omega``     fundamental angular frequency, rad/s; ``omega = 2 pi frequency_hz``
+``w``         Fourier representation (1 + 2H, J, 3) in the printed order p0, p1, q1, p2, q2 [zhang2007 3.2]
+``phi``       phase at the first frame
+
+Clips are not whole numbers of cycles, so the series is a regression on sines and cosines.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.fourier.frequency import check_rate, design, fundamental_frequency
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+
+_LEFT_ANKLE = WALKER15.index("left_ankle")
+_RIGHT_ANKLE = WALKER15.index("right_ankle")
+
+
+@dataclass(frozen=True)
+class FourierRepresentation:
+    """One walk as a Fourier series with its phase removed.
+
+    Attributes
+    ----------
+    coefficients : (1 + 2H, J, S)
+        p0, p1, q1, p2, q2, … in mm, at phase zero.
+    frequency_hz : float
+        Fundamental (stride) frequency.
+    phase_rad : float
+        Phase of the fundamental of (left ankle y - right ankle y) at the first frame.
+    variance_fractions : (H,)
+        Share of the variance about the time mean that each harmonic adds to the ones before it.
+    residual_fraction : float
+        Share that is left; the fractions and the residual sum to one.
+    residual_covariance : (J, S, S)
+        Mean over the clip of residual times residual, per joint, mm².
+    temporal_covariance : (J, S, S)
+        Covariance over time of each joint's motion, residual included, mm².
+    """
+
+    coefficients: np.ndarray
+    frequency_hz: float
+    phase_rad: float
+    variance_fractions: np.ndarray
+    residual_fraction: float
+    residual_covariance: np.ndarray
+    temporal_covariance: np.ndarray
+
+
+def represent(
+    positions: np.ndarray,
+    frame_rate_hz: float,
+    *,
+    harmonics: int = 2,
+    frequency_hz: float | None = None,
+    phase_joints: tuple[int, int] = (_LEFT_ANKLE, _RIGHT_ANKLE),
+) -> FourierRepresentation:
+    """Fourier representation of one walk at phase zero [zhang2007 3.1] [zhang2007 3.2] [zhang2004 1] [zhang2004 2].
+
+    Parameters
+    ----------
+    positions : (T, J, 3) mm
+        Heading along +y and free of drift.
+    frame_rate_hz : float
+    harmonics : int
+    frequency_hz : float, optional
+        Known fundamental frequency; estimated when absent.
+    phase_joints : pair of int
+        Phase zero is where the fundamental of (first joint's y - second joint's y) is A sin wt with A > 0;
+        by default left ankle and right ankle.
+
+    Returns
+    -------
+    FourierRepresentation
+
+    Raises
+    ------
+    InvalidInput
+        If positions are not finite, the rate or a given frequency is not positive, or the clip is shorter
+        than the regression.
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 3:
+        raise InvalidInput(
+            "positions have the wrong shape", expected="(T, J, 3)", received=str(positions.shape)
+        )
+    if not 0 < frame_rate_hz < np.inf:
+        raise InvalidInput(
+            "the frame rate is not positive", expected="hertz > 0", received=f"{frame_rate_hz:g}"
+        )
+    if frequency_hz is not None and not 0 < frequency_hz < np.inf:
+        raise InvalidInput(
+            "the frequency is not positive", expected="hertz > 0", received=f"{frequency_hz:g}"
+        )
+    if harmonics < 1:
+        raise InvalidInput("no harmonics", expected="1 or more", received=str(harmonics))
+    if len(positions) <= 1 + 2 * harmonics:
+        raise InvalidInput(
+            "the clip is shorter than its Fourier series",
+            expected=f"more than {1 + 2 * harmonics} frames",
+            received=str(len(positions)),
+        )
+    if not np.isfinite(positions).all():
+        frame, joint = np.argwhere(~np.isfinite(positions))[0][:2]
+        raise InvalidInput(f"a position is not finite at frame {frame}, joint {joint}")
+    times = np.arange(len(positions)) / frame_rate_hz
+    if frequency_hz is None:
+        difference = positions[:, phase_joints[0], 1] - positions[:, phase_joints[1], 1]
+        frequency_hz = fundamental_frequency(positions, frame_rate_hz, harmonics=harmonics, signal=difference)
+    check_rate(frame_rate_hz, frequency_hz, harmonics)
+    matrix = design(frequency_hz, times, harmonics)
+    basis, triangle = np.linalg.qr(matrix)
+    values = positions.reshape(len(positions), -1)
+    projected = basis.T @ values
+    coefficients = np.linalg.solve(triangle, projected).reshape(-1, *positions.shape[1:])
+    residual = (values - basis @ projected).reshape(positions.shape)
+    centred = positions - positions.mean(axis=0)
+    total = float((centred**2).sum())
+    # The first orthonormal column is the constant, so the rest adds up to variance about the time mean.
+    gains = (projected[1:] ** 2).sum(axis=1).reshape(harmonics, 2).sum(axis=1)
+    difference = coefficients[:, phase_joints[0], 1] - coefficients[:, phase_joints[1], 1]
+    phase = float(np.arctan2(difference[2], difference[1]))
+    return FourierRepresentation(
+        coefficients=shift(coefficients, phase),
+        frequency_hz=float(frequency_hz),
+        phase_rad=phase,
+        variance_fractions=gains / total if total > 0 else np.zeros(harmonics),
+        residual_fraction=float((residual**2).sum() / total) if total > 0 else 0.0,
+        residual_covariance=np.einsum("tja,tjb->jab", residual, residual) / len(positions),
+        temporal_covariance=np.einsum("tja,tjb->jab", centred, centred) / len(positions),
+    )
+
+
+def synthesise(coefficients: np.ndarray, frequency_hz: float, times_s: np.ndarray) -> np.ndarray:
+    """Motion (T, J, S) of a Fourier representation at the given times [zhang2007 3.1] [zhang2004 1].
+
+    Examples
+    --------
+    >>> w = np.array([1.0, 2.0, 0.0]).reshape(3, 1, 1)   # 1 + 2 sin wt
+    >>> synthesise(w, 1.0, np.array([0.0, 0.25]))[:, 0, 0]
+    array([1., 3.])
+    """
+    coefficients = np.asarray(coefficients, dtype=float)
+    harmonics = (coefficients.shape[0] - 1) // 2
+    return np.tensordot(design(frequency_hz, times_s, harmonics), coefficients, axes=1)
+
+
+def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray:
+    """Coefficients of the same motion with its phase moved by `phase_rad` to zero.
+
+    A time shift by phi rotates (p_h, q_h) by h phi.  `coefficients` is (…, 1 + 2H, J, S); `phase_rad`
+    broadcasts against the leading axes.
+
+    Examples
+    --------
+    >>> w = np.zeros((3, 1, 1)); w[2] = 1.0            # cos wt = sin(wt + pi/2)
+    >>> np.round(shift(w, np.pi / 2)[:, 0, 0], 12) + 0.0
+    array([0., 1., 0.])
+    """
+    moved = np.array(coefficients, dtype=float)
+    phase = np.asarray(phase_rad, dtype=float)[..., None, None]
+    for h in range(1, (moved.shape[-3] + 1) // 2):
+        p, q = coefficients[..., 2 * h - 1, :, :], coefficients[..., 2 * h, :, :]
+        c, s = np.cos(h * phase), np.sin(h * phase)
+        moved[..., 2 * h - 1, :, :] = c * p + s * q
+        moved[..., 2 * h, :, :] = c * q - s * p
+    return moved
+
+
+def mirrored(coefficients: np.ndarray, mirror: tuple[int, ...] = WALKER15.mirror) -> np.ndarray:
+    """The walker's mirror image: left and right exchanged, shifted by half a cycle so that phase zero stays.
+
+    `coefficients` is (…, 1 + 2H, J, 3).  Applied twice it gives the walker back.
+    """
+    image = np.array(coefficients[..., list(mirror), :], dtype=float)
+    image[..., 0] *= -1.0
+    harmonics = (image.shape[-3] - 1) // 2
+    for h in range(1, harmonics + 1, 2):  # half a cycle turns the sign of the odd harmonics
+        image[..., 2 * h - 1 : 2 * h + 1, :, :] *= -1.0
+    return image

@@ -1,0 +1,206 @@
+"""A tree of limbs, from the root to the leaves: park2011 sections 2 and 3.1.
+
+Symbols
+-------
+``X``        trajectory of a joint, (F, 3) mm; ``X_R`` that of the root
+``Delta X``  relative trajectory of a limb: its child's trajectory less its parent's, (F, 3) mm
+``r``        length of a limb, mm
+
+A limb is known by its child: joint j hangs on its parent by limb ``chain.limbs.index(j)``.  Limbs are ordered so that
+each comes after the one that holds it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.skeleton import WALKER15, Skeleton
+from pipeline.validation import InvalidInput
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Joints and what each hangs on; one of them, the root, on nothing.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        J names, in the order of arrays of positions.
+    parents : tuple of str or None
+        Name of each joint's parent; None for the root.
+
+    Raises
+    ------
+    InvalidInput
+        If a name stands twice, a parent is unknown, there is not one root, or the chain has a loop.
+
+    Examples
+    --------
+    >>> leg = Chain(("ankle", "hip", "knee"), ("knee", None, "hip"))
+    >>> leg.root, leg.limbs
+    ('hip', ('knee', 'ankle'))
+    """
+
+    joints: tuple[str, ...]
+    parents: tuple[str | None, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.joints) != len(self.parents):
+            raise InvalidInput(
+                "a chain has not one parent to each joint",
+                expected=f"{len(self.joints)} parents",
+                received=str(len(self.parents)),
+            )
+        for joint, parent in zip(self.joints, self.parents, strict=True):
+            if self.joints.count(joint) > 1:
+                raise InvalidInput(f"the joint {joint!r} stands twice in the chain")
+            if parent is not None and parent not in self.joints:
+                raise InvalidInput(
+                    f"the parent {parent!r} of {joint!r} is not in the chain",
+                    expected="one of " + ", ".join(self.joints),
+                )
+        roots = [joint for joint, parent in zip(self.joints, self.parents, strict=True) if parent is None]
+        if len(roots) > 1:
+            raise InvalidInput(
+                "the chain has more than one root",
+                expected="one joint without a parent",
+                received=", ".join(roots),
+            )
+        reached = {*roots, *self.limbs}
+        lost = [joint for joint in self.joints if joint not in reached]
+        if lost:
+            raise InvalidInput(
+                f"the chain has a loop: {lost[0]!r} does not lead to the root", expected="a tree"
+            )
+        if not roots:
+            raise InvalidInput("a chain of no joints", expected="a root at least")
+
+    @property
+    def root(self) -> str:
+        """Name of the joint that has no parent."""
+        return self.joints[self.parents.index(None)]
+
+    @property
+    def limbs(self) -> tuple[str, ...]:
+        """Names of the L = J - 1 limbs, which are those of their children, from the root to the leaves."""
+        order: list[str] = []
+        level: set[str | None] = {None}
+        while level:
+            level = {
+                joint for joint, parent in zip(self.joints, self.parents, strict=True) if parent in level
+            }
+            order += [joint for joint in self.joints if joint in level]
+        return tuple(order[1:])
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Places (L, 2) of each limb's parent and child among the joints."""
+        pairs = [[self.joints.index(joint) for joint in (self.held_by(limb), limb)] for limb in self.limbs]
+        return np.array(pairs, dtype=int).reshape(-1, 2)
+
+    def held_by(self, limb: str) -> str:
+        """Name of the joint on which a limb hangs.
+
+        Raises
+        ------
+        InvalidInput
+            If the chain has no such limb.
+        """
+        parent = dict(zip(self.joints, self.parents, strict=True)).get(limb)
+        if parent is None:
+            raise InvalidInput(f"no limb {limb!r} in the chain", expected="one of " + ", ".join(self.limbs))
+        return parent
+
+
+def chain_of(skeleton: Skeleton) -> Chain:
+    """The chain of a skeleton's bones."""
+    parents = (None if p < 0 else skeleton.joints[p] for p in skeleton.parents)
+    return Chain(skeleton.joints, tuple(parents))
+
+
+WALKER14 = chain_of(WALKER15)
+"""Fourteen limbs from the pelvis: to hips, knees, ankles; to sternum and head; to shoulders, elbows, wrists."""
+
+
+def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
+    """Relative trajectories (F, L, 3) of the limbs, mm [park2011 1, 3].
+
+    The series of x, y and z [park2011 1] are the last axis; their squares sum to r^2 where a limb keeps its length.
+
+    Parameters
+    ----------
+    chain : Chain
+    positions : (F, J, 3)
+        World, mm; NaN where a joint is not known.
+
+    Raises
+    ------
+    InvalidInput
+        If the positions are not of the chain's joints.
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 3 or not len(positions) or positions.shape[1:] != (len(chain.joints), 3):
+        raise InvalidInput(
+            "the positions are not of the chain's joints",
+            expected=f"(F, {len(chain.joints)}, 3)",
+            received=str(positions.shape),
+        )
+    parent, child = chain.ends.T
+    return np.asarray(positions[:, child] - positions[:, parent])
+
+
+def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
+    """Positions (F, J, 3) of all joints from the root's and all relative trajectories, mm [park2011 6].
+
+    Printed, the arguments of f end at limb j - 1; joint j is reached by the limbs up to its own.
+
+    Parameters
+    ----------
+    chain : Chain
+    root : (F, 3)
+        X_R, world, mm.
+    relative : (F, L, 3)
+        From the root to the leaves, mm; what is NaN makes all that hangs on it NaN.
+
+    Raises
+    ------
+    InvalidInput
+        If the shapes do not fit.
+    """
+    root, relative = np.asarray(root, dtype=float), np.asarray(relative, dtype=float)
+    expected = (len(root) if root.ndim else 0, len(chain.limbs), 3)
+    if root.shape != (expected[0], 3) or relative.shape != expected:
+        raise InvalidInput(
+            "root and relative trajectories do not fit the chain",
+            expected=f"(F, 3) and (F, {expected[1]}, 3)",
+            received=f"{root.shape} and {relative.shape}",
+        )
+    positions = np.empty((len(root), len(chain.joints), 3))
+    positions[:, chain.joints.index(chain.root)] = root
+    for limb, (parent, child) in enumerate(chain.ends):
+        positions[:, child] = positions[:, parent] + relative[:, limb]
+    return positions
+
+
+def true_lengths(chain: Chain, positions: np.ndarray) -> np.ndarray:
+    """Lengths (L,) of the limbs, mm: means over the frames in which they are known [park2011 3].
+
+    Parameters
+    ----------
+    chain : Chain
+    positions : (F, J, 3)
+        Ground truth, mm.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb is known in no frame.
+    """
+    lengths = np.linalg.norm(relative_trajectories(chain, positions), axis=-1)
+    known = np.isfinite(lengths)
+    if not known.any(axis=0).all():
+        limb = chain.limbs[int(known.any(axis=0).argmin())]
+        raise InvalidInput(f"the limb to {limb!r} is known in no frame, so its length is not either")
+    return np.asarray(np.where(known, lengths, 0.0).sum(axis=0) / known.sum(axis=0))

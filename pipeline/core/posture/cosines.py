@@ -1,0 +1,274 @@
+"""Postures by direction cosines: 37 numbers, and the joints that they stand for: mozerov2006 section 2.
+
+Symbols
+-------
+``u``        height of the pelvis over the floor, in leg lengths
+``theta``    direction cosines of a limb: its unit direction in the frame of its parent
+``h, t, s``  unit directions of hip, torso and shoulder in the world
+
+The frames, and why they are those, stand in `pipeline.core.limb_frames`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.core.posture import frames as limb_frames
+from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, SHOULDER, THIGHS, TORSO
+from pipeline.skeleton import POSTURE12, WALKER15
+from pipeline.validation import InvalidInput
+
+PARAMETERS = 1 + 3 * len(POSTURE12.limbs)
+FRAMES = ("parent", "hip")
+HEADINGS = ("first", "every", "none")
+
+FLOOR_PERCENTILE = 5.0
+"""Of the lower ankle's height over a clip: the level at which it stands, whatever a few frames do."""
+
+_STARTS, _ENDS = np.transpose(POSTURE12.ends)
+_PELVIS, _STERNUM = WALKER15.index("pelvis"), WALKER15.index("sternum")
+_ANKLES = (WALKER15.index("left_ankle"), WALKER15.index("right_ankle"))
+_OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
+"""The thigh of each leg, the arm of each forearm."""
+
+
+@dataclass(frozen=True)
+class LimbLengths:
+    """What a posture leaves out: the size of the body.
+
+    Attributes
+    ----------
+    limbs_mm : (12,)
+        In the order of POSTURE12.
+    pelvis_mm : (3,)
+        The pelvis from the middle of the hips, in the hip's frame.
+    shoulders_mm : (3,)
+        The middle of the shoulders from the sternum, in the shoulder's frame.
+    """
+
+    limbs_mm: np.ndarray
+    pelvis_mm: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    shoulders_mm: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def leg_length_mm(self) -> float:
+        """Thigh and leg together, mean of the sides."""
+        return float(self.limbs_mm[[*THIGHS, *LEGS]].sum() / 2.0)
+
+
+def postures(
+    positions: np.ndarray,
+    *,
+    frame: str = "parent",
+    heading: str = "first",
+    floor_mm: float | None = None,
+) -> np.ndarray:
+    """Postures (T, 37) of a performance: pelvis height, direction cosines of twelve limbs [mozerov2006 1, 2].
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        One person's clip in WALKER15 order, mm, z up.
+    frame : {"parent", "hip"}
+        What cosines are relative to: the limb's parent, or the hip for all (but for hip and torso themselves,
+        which make the hip's frame).
+    heading : {"first", "every", "none"}
+        Yaw taken out of the hip's cosines: that of the first frame, each frame's own, or nothing.
+    floor_mm : float, optional
+        Height from which the pelvis is measured.  By default the level of the standing ankle (5th percentile of
+        the lower ankle's height over the clip), so that u is about 1 in a person who stands straight.
+
+    Raises
+    ------
+    InvalidInput
+        Positions of another shape or missing (by frame and joint), a limb without length, a posture that leaves a
+        frame undefined (vertical hip axis, torso along the hip axis, …), or an unknown choice.
+
+    Notes
+    -----
+    Nothing but the three numbers of the hip depends on the way the person faces, and those only as `heading`
+    says; nothing at all depends on the place.  The paper's "normalized height" is undefined: it is divided by
+    the mean leg length of the clip here.
+    """
+    _check_choice("frame", frame, FRAMES)
+    _check_choice("heading", heading, HEADINGS)
+    positions = _checked(positions)
+    if floor_mm is None:
+        floor_mm = floor_level(positions)
+    elif not np.isfinite(floor_mm):
+        raise InvalidInput("the floor has no height", expected="mm", received=str(floor_mm))
+    directions, lengths = _limbs(positions)
+    h, t, s = (directions[:, limb] for limb in (HIP, TORSO, SHOULDER))
+    stance = limb_frames.stance(h)
+    hip, torso = limb_frames.hip_and_torso(h, t)
+    shoulder = limb_frames.shoulder(s, t)
+
+    result = np.empty((len(positions), PARAMETERS))
+    result[:, 0] = (positions[:, _PELVIS, 2] - floor_mm) / LimbLengths(lengths.mean(axis=0)).leg_length_mm
+    cosines = result[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
+    cosines[:, HIP] = _without_heading(h, heading)
+    cosines[:, TORSO] = limb_frames.told(stance, t)
+    cosines[:, SHOULDER] = limb_frames.told(torso if frame == "parent" else hip, s)
+    for limb, parent in _told_in(hip, torso, shoulder, frame).items():
+        cosines[:, limb] = limb_frames.told(parent, directions[:, limb])
+    if frame == "parent":
+        for limb, over in _OVER.items():
+            cosines[:, limb] = limb_frames.told_after(over, cosines[:, over], cosines[:, limb])
+    return result
+
+
+def floor_level(positions: np.ndarray) -> float:
+    """Level of the standing ankle, mm: what the height of the pelvis is measured from.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        One person's clip in WALKER15 order, mm, z up.
+
+    Notes
+    -----
+    The 5th percentile of the lower ankle's height: a foot that is placed, not the lowest noise.
+    """
+    return float(np.percentile(positions[:, _ANKLES, 2].min(axis=1), FLOOR_PERCENTILE))
+
+
+def limb_lengths(positions: np.ndarray) -> LimbLengths:
+    """Mean lengths of the twelve limbs over a clip, and where pelvis and shoulders sit between them.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        One person's clip in WALKER15 order, mm, z up.
+
+    Raises
+    ------
+    InvalidInput
+        As `postures`.
+    """
+    positions = _checked(positions)
+    directions, lengths = _limbs(positions)
+    h, t, s = (directions[:, limb] for limb in (HIP, TORSO, SHOULDER))
+    hip, _ = limb_frames.hip_and_torso(h, t)
+    hips, shoulders = (positions[:, POSTURE12.ends[limb]].mean(axis=1) for limb in (HIP, SHOULDER))
+    return LimbLengths(
+        lengths.mean(axis=0),
+        limb_frames.told(hip, positions[:, _PELVIS] - hips).mean(axis=0),
+        limb_frames.told(limb_frames.shoulder(s, t), shoulders - positions[:, _STERNUM]).mean(axis=0),
+    )
+
+
+def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent") -> np.ndarray:
+    """Joint positions (…, 15, 3) in mm of postures: the way back [mozerov2006 1].
+
+    Parameters
+    ----------
+    postures : (…, 37)
+        Blended ones too: a blend of directions is none, so each limb's cosines are first scaled to unit length.
+    limb_lengths : LimbLengths
+    frame : {"parent", "hip"}
+        As the postures were made.
+
+    Returns
+    -------
+    positions : (…, 15, 3)
+        The pelvis over the origin, z = 0 at the floor from which u was measured, facing as the hip's cosines say.
+        Exact for a body of constant lengths.
+
+    Raises
+    ------
+    InvalidInput
+        Postures of another length, not finite, with a limb whose cosines are all zero, or that leave a frame
+        undefined.
+    """
+    _check_choice("frame", frame, FRAMES)
+    given = np.asarray(postures, dtype=float)
+    if given.ndim < 1 or given.shape[-1] != PARAMETERS:
+        raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=str(given.shape))
+    flat = given.reshape(-1, PARAMETERS)
+    if not np.isfinite(flat).all():
+        frame_number = int((~np.isfinite(flat).all(axis=1)).argmax())
+        raise InvalidInput("a posture has a number that is not finite", where=f"frame {frame_number}")
+    cosines = flat[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
+    cosines, _ = _units(cosines, "the cosines of a limb are all zero")
+
+    directions = np.empty_like(cosines)
+    h = directions[:, HIP] = cosines[:, HIP]
+    t = directions[:, TORSO] = limb_frames.meant(limb_frames.stance(h), cosines[:, TORSO])
+    hip, torso = limb_frames.hip_and_torso(h, t)
+    s = limb_frames.meant(torso if frame == "parent" else hip, cosines[:, SHOULDER])
+    shoulder = limb_frames.shoulder(s, t)
+    for limb, parent in _told_in(hip, torso, shoulder, frame).items():
+        told = cosines[:, limb]
+        if frame == "parent" and limb in _OVER:
+            told = limb_frames.meant_after(_OVER[limb], cosines[:, _OVER[limb]], told)
+        directions[:, limb] = limb_frames.meant(parent, told)
+
+    lengths = limb_lengths.limbs_mm
+    positions = np.zeros((len(flat), len(WALKER15.joints), 3))
+    positions[:, _PELVIS, 2] = flat[:, 0] * limb_lengths.leg_length_mm
+    positions[:, _STERNUM] = positions[:, _PELVIS] + lengths[TORSO] * t
+    hips = positions[:, _PELVIS] - limb_frames.meant(hip, limb_lengths.pelvis_mm)
+    shoulders = positions[:, _STERNUM] + limb_frames.meant(shoulder, limb_lengths.shoulders_mm)
+    for limb, axis, middle in ((HIP, h, hips), (SHOULDER, s, shoulders)):
+        for end, side in zip(POSTURE12.ends[limb], (-0.5, 0.5), strict=True):
+            positions[:, end] = middle + side * lengths[limb] * axis
+    for limb in (NECK, *THIGHS, *ARMS, *LEGS, *FOREARMS):
+        start, end = POSTURE12.ends[limb]
+        positions[:, end] = positions[:, start] + lengths[limb] * directions[:, limb]
+    return positions.reshape(*given.shape[:-1], len(WALKER15.joints), 3)
+
+
+def _told_in(hip: np.ndarray, torso: np.ndarray, shoulder: np.ndarray, frame: str) -> dict[int, np.ndarray]:
+    """For each limb beyond hip, torso and shoulder, the frame in which it is told, before any rotation from rest."""
+    if frame == "hip":
+        return dict.fromkeys((NECK, *THIGHS, *LEGS, *ARMS, *FOREARMS), hip)
+    return {
+        NECK: torso,
+        **dict.fromkeys((*THIGHS, *LEGS), hip),
+        **dict.fromkeys((*ARMS, *FOREARMS), shoulder),
+    }
+
+
+def _without_heading(h: np.ndarray, heading: str) -> np.ndarray:
+    """Hip axes turned about the vertical."""
+    if heading == "none":
+        return h
+    ahead = np.hypot(h[:, 0], h[:, 1])
+    cos, sin = h[:, 0] / ahead, h[:, 1] / ahead
+    if heading == "first":
+        cos, sin = cos[0], sin[0]
+    x, y, z = h.T
+    return np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
+
+
+def _limbs(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit directions (T, 12, 3) and lengths (T, 12) in mm."""
+    return _units(positions[:, _ENDS] - positions[:, _STARTS], "a limb has no length")
+
+
+def _units(limbs: np.ndarray, wrong: str) -> tuple[np.ndarray, np.ndarray]:
+    lengths = np.linalg.norm(limbs, axis=-1)
+    if not lengths.all():
+        frame, limb = np.argwhere(lengths == 0.0)[0]
+        raise InvalidInput(wrong, where=f"frame {frame}, {POSTURE12.limbs[limb]}")
+    return limbs / lengths[..., None], lengths
+
+
+def _checked(positions: np.ndarray) -> np.ndarray:
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 3 or positions.shape[1:] != (len(WALKER15.joints), 3) or not len(positions):
+        raise InvalidInput(
+            "no clip of fifteen joints", expected="(T, 15, 3), T >= 1", received=str(positions.shape)
+        )
+    finite = np.isfinite(positions).all(axis=-1)
+    if not finite.all():
+        frame, joint = np.argwhere(~finite)[0]
+        raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", where=f"frame {frame}")
+    return positions
+
+
+def _check_choice(what: str, given: str, known: tuple[str, ...]) -> None:
+    if given not in known:
+        raise InvalidInput(f"the {what} is unknown", expected=" or ".join(known), received=repr(given))

@@ -1,0 +1,138 @@
+"""Frames in which the directions of limbs are told [mozerov2006 1].
+
+A direction has no twist, so a frame needs a second one.  With h, t, s the unit directions of hip (left to right),
+torso (pelvis to sternum) and shoulder (left to right); axes are x to the right, y ahead, z up::
+
+    stance    x = h, z = the vertical made perpendicular to h    holds the torso
+    hip       x = h, z = t made perpendicular to h               holds the thighs
+    torso     z = t, x = h made perpendicular to t               holds shoulder and neck
+    shoulder  x = s, z = t made perpendicular to s               holds the arms
+    thigh     the hip frame after the smallest rotation that brings its rest direction to the thigh: holds the leg
+    arm       the shoulder frame, likewise to the arm: holds the forearm
+
+The torso cannot be told in a frame made of itself: its bend against the vertical would be lost, and with it the
+way back to joints.  The hip has no parent: it is told in the world.
+
+The smallest rotation is not defined to the direction opposite to rest (no frame is continuous over all
+directions).  Rest is therefore the middle of what the joint can reach, not the hanging limb: with thighs at rest
+straight down, a deep squat, knees beside the trunk, comes within 27 degrees of the opposite; from the rest chosen
+here, squats, bends, walks and dances stay 50 degrees away.
+
+Frames are arrays (T, 3, 3) whose rows are the axes in the world; directions are (T, 3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.skeleton import POSTURE12
+from pipeline.validation import InvalidInput
+
+HIP, TORSO, SHOULDER, NECK = range(4)
+THIGHS, LEGS, ARMS, FOREARMS = (4, 5), (6, 7), (8, 9), (10, 11)
+"""Places in POSTURE12, left before right."""
+
+REST = {
+    limb: np.array(direction) / np.linalg.norm(direction)
+    for limb, direction in zip(
+        (*THIGHS, *ARMS),
+        ([-0.65, 0.75, 0], [0.65, 0.75, 0], [-0.6, 0.6, -0.5], [0.6, 0.6, -0.5]),
+        strict=True,
+    )
+}
+"""Rest directions: thighs forward and outward, arms downward too, in the frame of hip or shoulder."""
+
+_LEAST_SINE = 1e-3
+"""Sine of the angle between two directions below which they make no frame."""
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+def stance(h: np.ndarray) -> np.ndarray:
+    """Frame of somebody who stands with this hip axis: how the torso bends is told in it.
+
+    Raises
+    ------
+    InvalidInput
+        Where the hip axis is vertical.
+    """
+    return _axes(h, _UP, "the hip axis is vertical")
+
+
+def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frames of hip and torso; they share the axis ahead.
+
+    Raises
+    ------
+    InvalidInput
+        Where the torso lies along the hip axis.
+    """
+    hip = _axes(h, t, "the torso lies along the hip axis")
+    return hip, np.stack([np.cross(hip[:, 1], t), hip[:, 1], t], axis=1)
+
+
+def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Frame of the shoulders.
+
+    Raises
+    ------
+    InvalidInput
+        Where the shoulder axis lies along the torso.
+    """
+    return _axes(s, t, "the shoulder axis lies along the torso")
+
+
+def told(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Components (T, 3) in a frame of vectors (T, 3) in the world."""
+    return np.einsum("tij,tj->ti", frames, vectors)
+
+
+def meant(frames: np.ndarray, components: np.ndarray) -> np.ndarray:
+    """Vectors (T, 3) in the world of components (T, 3) or (3,) in a frame."""
+    return np.einsum("tij,ti->tj", frames, np.broadcast_to(components, frames.shape[:2]))
+
+
+def told_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (T, 3) told in the frame of a thigh or an arm; all is given in the frame of hip or shoulder.
+
+    Raises
+    ------
+    InvalidInput
+        Where the limb points against its rest direction.
+    """
+    return _turned(direction, REST[limb], vectors, POSTURE12.limbs[limb])
+
+
+def meant_after(limb: int, direction: np.ndarray, components: np.ndarray) -> np.ndarray:
+    """Vectors (T, 3) in the frame of hip or shoulder of what is told in that of a thigh or an arm.
+
+    Raises
+    ------
+    InvalidInput
+        Where the limb points against its rest direction.
+    """
+    return _turned(REST[limb], direction, components, POSTURE12.limbs[limb])
+
+
+def _axes(x: np.ndarray, upward: np.ndarray, wrong: str) -> np.ndarray:
+    """Frames from their x axes, and z as near to a second direction as that allows; or a InvalidInput."""
+    z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
+    length = np.linalg.norm(z, axis=-1, keepdims=True)
+    _refuse(length[:, 0] < _LEAST_SINE, wrong)
+    z = z / length
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -> np.ndarray:
+    """Vectors after the smallest rotation that brings one unit direction to another; or a InvalidInput."""
+    axis = np.cross(from_, to)  # of length sine
+    cosine = (from_ * to).sum(axis=-1, keepdims=True)
+    against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < _LEAST_SINE)
+    _refuse(against, f"the limb {limb} points against its rest direction")
+    along = (axis * vectors).sum(axis=-1, keepdims=True)
+    return cosine * vectors + np.cross(axis, vectors) + along / (1.0 + cosine) * axis
+
+
+def _refuse(wrong: np.ndarray, what: str) -> None:
+    if wrong.any():
+        raise InvalidInput(f"{what}, so its frame is not defined", where=f"frame {int(wrong.argmax())}")

@@ -1,0 +1,85 @@
+"""The error of one walker along a whole path of noise variances: zhang2007 section 4.2.
+
+Symbols are those of `reconstruction`.  Because whitening turns [zhang2007 3.15] into (A + sigma2 I) z = h, one
+eigendecomposition of A serves every sigma2, and a path is smooth enough to need few of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core import errors
+from pipeline.core.linear_model import LinearModel, whiten
+from pipeline.core.reconstruction.known_view import check_noise_variance, less_average, right_hand_side
+
+_TERMS = 37.0
+"""Natural logarithm of what the Chebyshev series of a path leaves out: e^-37 is rounding."""
+
+
+def error_path(
+    model: LinearModel,
+    sample: np.ndarray,
+    view_angles_rad: np.ndarray,
+    noise_variances: np.ndarray,
+    *,
+    joints: int = 15,
+) -> np.ndarray:
+    """E_a of one walker for every view and every sigma², (A, S) mm² [zhang2007 3.15, 4.2].
+
+    Raises
+    ------
+    InvalidInput
+        If the walker does not fit the model or is not finite, or a noise variance is not positive.
+
+    Notes
+    -----
+    With A = V diag(s) V^T the coefficients are z = V y, y = (V^T h) / (s + sigma²), and the error is the
+    quadratic form c0 - 2 r·y + y^T Q y: no reconstruction is formed.  Add the residual power of the walker for
+    errors against the motion itself.
+    """
+    noise_variances = np.asarray(noise_variances, dtype=float)
+    for value in noise_variances:
+        check_noise_variance(value)
+    white = whiten(model)
+    dx, dy, dz = less_average(model, white, sample)
+    c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
+    values, vectors = np.linalg.eigh(white.gram(c, s))
+    projected = np.einsum("anm,an->am", vectors, right_hand_side(white, dx, dy, dz, c, s))
+    # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
+    weights = np.repeat(errors.parseval_weights(len(dx) // joints), joints)[:, None] / joints
+    wx, wy = weights * white.bx, weights * white.by
+    cross = wx.T @ white.by
+    turn = np.stack([s**2, -s * c, c**2], axis=-1)
+    quadratic = np.tensordot(turn, np.stack([wx.T @ white.bx, cross + cross.T, wy.T @ white.by]), axes=1)
+    linear = turn @ np.stack([wx.T @ dx, wx.T @ dy + wy.T @ dx, wy.T @ dy])
+    flat = weights[:, 0]
+    constant = turn @ np.array([flat @ dx**2, 2 * (flat * dx) @ dy, flat @ dy**2])
+    rotated = np.swapaxes(vectors, 1, 2) @ quadratic @ vectors
+    rotated_linear = np.einsum("anm,an->am", vectors, linear)
+    nodes, between = _interpolation(noise_variances)
+    y = projected[:, None] / (values[:, None] + nodes[:, None])
+    form = y @ rotated
+    form -= 2.0 * rotated_linear[:, None]
+    path = constant[:, None] + np.einsum("akn,akn->ak", form, y)
+    return path @ between
+
+
+def _interpolation(noise_variances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values of sigma² (K,) that determine a path, and what each weighs at the S wanted ones, (K, S).
+
+    As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
+    at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor
+    rho = pi / L + sqrt(1 + (pi / L)²) a term, whatever the model, and so many terms reach rounding.
+    """
+    low, high = np.log(noise_variances.min()), np.log(noise_variances.max())
+    half = max((high - low) / 2.0, 1e-3)
+    count = int(np.ceil(_TERMS / np.log(np.pi / half + np.hypot(1.0, np.pi / half)))) + 4
+    if count >= len(noise_variances):
+        return noise_variances, np.eye(len(noise_variances))
+    at = np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    wanted = np.clip((np.log(noise_variances) - (low + high) / 2.0) / half, -1.0, 1.0)
+    series = np.arange(count)[:, None] * np.arccos(at)  # (term, node)
+    weights = np.cos(series) * np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] / count
+    return np.exp((low + high) / 2.0 + half * at), weights.T @ np.cos(
+        np.arange(count)[:, None] * np.arccos(wanted)
+    )

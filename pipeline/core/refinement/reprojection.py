@@ -1,0 +1,269 @@
+"""Reprojection error of a tree of limbs and its derivatives: park2011 section 3.1, equations 4 to 7.
+
+Symbols
+-------
+``X_R``    root trajectory; ``X_j`` trajectory of joint j; ``r`` length of a limb, mm
+``x``      seen image of a joint, ``x_hat`` its reprojection, px
+``Theta``  trajectory basis, F x K; ``a`` coefficients of a limb's two angles
+``rho``    loss of a squared distance; ``c`` the distance in px from which a robust loss grows more slowly
+``L``      limbs, one to each joint but the root, each after its parent; ``N`` unknowns of a limb, 2 K or 2 K + 1
+
+Unknowns are (L, N): the coefficients of theta, those of phi and, where lengths are free, the logarithm of the length
+over the given one.  Inside, limbs come before frames, so that everything about one limb lies together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.pinhole import Pinhole
+from pipeline.core.refinement.spherical import tangents, to_directions
+from pipeline.validation import InvalidInput
+
+
+def _squared(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return s, np.ones_like(s)
+
+
+def _huber(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    root = np.sqrt(np.maximum(s, 1.0))
+    return np.where(s <= 1.0, s, 2.0 * root - 1.0), 1.0 / root
+
+
+def _cauchy(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.log1p(s), 1.0 / (1.0 + s)
+
+
+LOSSES: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
+    "squared": _squared,
+    "huber": _huber,
+    "cauchy": _cauchy,
+}
+"""rho and its derivative, of the squared distance in units of c."""
+
+
+@dataclass(frozen=True)
+class Observations:
+    """What a camera saw of the joints of a tree, and what is given about the tree.
+
+    Attributes
+    ----------
+    images : (L, F, 2)
+        Image of each limb's far end, px; zero where it was not seen.
+    seen : (L, F) bool
+        False also where camera or root are not known.
+    projection : (F, 3, 3)
+        K R.
+    centre : (F, 3)
+        C, mm.
+    root : (F, 3)
+        X_R, mm; zero where it is not known.
+    parents : (L,) tuple of int
+        Limb at whose far end each limb begins; -1 for the root joint.
+    lengths : (L,)
+        r, mm.
+    charts : (L, 3, 3)
+        Rotations from the world to the axes of each limb's angles.
+    basis : (F, K)
+        Theta.
+    penalty : (L, N)
+        Weight of the square of each unknown, px².
+    loss : str
+        One of `LOSSES`.
+    scale_px : float
+        c.
+    """
+
+    images: np.ndarray
+    seen: np.ndarray
+    projection: np.ndarray
+    centre: np.ndarray
+    root: np.ndarray
+    parents: tuple[int, ...]
+    lengths: np.ndarray
+    charts: np.ndarray
+    basis: np.ndarray
+    penalty: np.ndarray
+    loss: str
+    scale_px: float
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """First order of the reprojection at given unknowns.
+
+    Attributes
+    ----------
+    residuals : (L, F, 2)
+        x_hat - x, px; zero where a joint was not seen.
+    by_position : (L, F, 2, 3)
+        Derivative of the reprojection by the joint's position, px per mm; zero where it was not seen.
+    movement : (L, F, C, 3)
+        Derivative of the limb by its theta, its phi and, where lengths are free, the logarithm of its length, mm.
+    """
+
+    residuals: np.ndarray
+    by_position: np.ndarray
+    movement: np.ndarray
+
+
+def observe(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    *,
+    parents: tuple[int, ...],
+    lengths: np.ndarray,
+    charts: np.ndarray,
+    basis: np.ndarray,
+    penalty: np.ndarray,
+    loss: str,
+    scale_px: float,
+) -> Observations:
+    """Observations from images in the order of the house, with what is not known marked as not seen.
+
+    Parameters
+    ----------
+    images : (F, L, 2)
+        px; NaN where a joint was not seen.
+    camera : Pinhole
+        One, or one for each frame; NaN where it is not known.
+    root : (F, 3)
+        mm; NaN where it is not known.
+    parents, lengths, charts, basis, penalty, loss, scale_px
+        As in `Observations`.
+
+    Raises
+    ------
+    InvalidInput
+        If the camera has another number of frames.
+    """
+    frames = len(images)
+    if camera.frames not in (None, frames):
+        raise InvalidInput(
+            "images and cameras disagree in their frames", expected=str(frames), received=str(camera.frames)
+        )
+    at = np.broadcast_to(camera.known, frames)[:, None]
+    rooted = np.isfinite(root).all(axis=1, keepdims=True)
+    seen = np.isfinite(images).all(axis=2) & at & rooted
+    return Observations(
+        images=np.ascontiguousarray(np.where(seen[..., None], images, 0.0).swapaxes(0, 1)),
+        seen=np.ascontiguousarray(seen.T),
+        projection=np.where(at[..., None], camera.intrinsics @ camera.rotation, np.eye(3)),
+        centre=np.where(at, camera.centre, 0.0),
+        root=np.where(rooted, root, 0.0),
+        parents=parents,
+        lengths=lengths,
+        charts=charts,
+        basis=basis,
+        penalty=penalty,
+        loss=loss,
+        scale_px=scale_px,
+    )
+
+
+def angles(given: Observations, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """theta and phi (L, F) of unknowns (L, N)."""
+    components = given.basis.shape[1]
+    return unknowns[:, :components] @ given.basis.T, unknowns[:, components : 2 * components] @ given.basis.T
+
+
+def lengths_mm(given: Observations, unknowns: np.ndarray) -> np.ndarray:
+    """r (L,) of unknowns (L, N)."""
+    free = unknowns[:, 2 * given.basis.shape[1] :]
+    return given.lengths * np.exp(free[:, 0]) if free.size else given.lengths
+
+
+def relative(given: Observations, unknowns: np.ndarray) -> np.ndarray:
+    """Relative trajectories (L, F, 3), mm: on spheres about their parents, whatever the unknowns [park2011 4]."""
+    theta, phi = angles(given, unknowns)
+    units = [to_directions(t, p, chart) for t, p, chart in zip(theta, phi, given.charts, strict=True)]
+    return lengths_mm(given, unknowns)[:, None, None] * np.stack(units)
+
+
+def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
+    """Positions (L, F, 3) of joints by forward kinematics: the root plus all limbs on the way [park2011 6]."""
+    positions = np.empty_like(limbs)
+    for limb, parent in enumerate(given.parents):
+        np.add(given.root if parent < 0 else positions[parent], limbs[limb], out=positions[limb])
+    return positions
+
+
+def behind(given: Observations, positions: np.ndarray) -> np.ndarray:
+    """Where a joint that was seen stands behind its camera or beside it: (L, F) bool."""
+    depth = np.einsum("fx,lfx->lf", given.projection[:, 2], positions - given.centre)
+    return given.seen & ~(depth > 0)
+
+
+def residuals(given: Observations, positions: np.ndarray) -> np.ndarray:
+    """Reprojection less image (L, F, 2), px; zero where a joint was not seen [park2011 7].
+
+    As printed, a point behind the camera projects like one before it: `behind` tells, and is to be asked first.
+    """
+    image, _ = _reprojection(given, positions)
+    return np.where(given.seen[..., None], image - given.images, 0.0)
+
+
+def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """x_hat (L, F, 2) and the depth (L, F, 1) by which it was divided, 1 where a joint was not seen."""
+    homogeneous = np.einsum("fyx,lfx->lfy", given.projection, positions - given.centre)
+    depth = np.where(given.seen, homogeneous[..., 2], 1.0)[..., None]
+    return homogeneous[..., :2] / depth, depth
+
+
+def cost(given: Observations, unknowns: np.ndarray) -> float:
+    """Half the sum of losses over all joints and frames, and of penalties, px² [park2011 5].
+
+    Infinite if any joint that was seen stands behind its camera.
+    """
+    positions = forward(given, relative(given, unknowns))
+    if behind(given, positions).any():
+        return float("inf")
+    loss, _ = _losses(given, residuals(given, positions))
+    return 0.5 * (float(loss.sum()) + float((given.penalty * unknowns**2).sum()))
+
+
+def loss_weights(given: Observations, differences: np.ndarray) -> np.ndarray:
+    """Weights (L, F) with which squared residuals (L, F, 2) have the gradient of the loss; zero where not seen."""
+    return _losses(given, differences)[1]
+
+
+def _losses(given: Observations, differences: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    unit = given.scale_px**2
+    value, slope = LOSSES[given.loss]((differences**2).sum(axis=-1) / unit)
+    return unit * value, np.where(given.seen, slope, 0.0)
+
+
+def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
+    """Residuals and their first derivatives, as far as they belong to one frame and one limb."""
+    limbs = relative(given, unknowns)
+    positions = forward(given, limbs)
+    image, depth = _reprojection(given, positions)
+    by_position = given.projection[:, :2] - image[..., None] * given.projection[:, 2:]
+    by_position = np.where(given.seen[..., None, None], by_position / depth[..., None], 0.0)
+    theta, phi = angles(given, unknowns)
+    turned = [tangents(t, p, chart) for t, p, chart in zip(theta, phi, given.charts, strict=True)]
+    movement = lengths_mm(given, unknowns)[:, None, None, None] * np.stack(turned)
+    if unknowns.shape[1] > 2 * given.basis.shape[1]:
+        movement = np.concatenate([movement, limbs[:, :, None]], axis=2)
+    return Linearisation(np.where(given.seen[..., None], image - given.images, 0.0), by_position, movement)
+
+
+def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:
+    """Derivative (L, F, 2, L, N) of all residuals by all unknowns, analytically; most of it is zero."""
+    first = linearise(given, unknowns)
+    limbs, frames = given.seen.shape
+    components = given.basis.shape[1]
+    whole = np.zeros((limbs, frames, 2, limbs, unknowns.shape[1]))
+    for joint in range(limbs):
+        limb = joint
+        while limb >= 0:
+            by_angle = np.einsum("fyx,fcx->fyc", first.by_position[joint], first.movement[limb])
+            coefficients = by_angle[..., :2, None] * given.basis[:, None, None]
+            whole[joint, :, :, limb, : 2 * components] = coefficients.reshape(frames, 2, -1)
+            whole[joint, :, :, limb, 2 * components :] = by_angle[..., 2:]
+            limb = given.parents[limb]
+    return whole

@@ -1,0 +1,306 @@
+"""A limb's direction as two smooth angles: park2011 section 2, equation 4.
+
+Symbols
+-------
+``theta``    inclination from the pole of the chart, rad; of either sign and beyond a half turn, so that it is smooth
+``phi``      azimuth around that pole, rad, unwrapped
+``Q``        chart, a rotation from the world to axes whose third is the pole
+``Theta``    trajectory basis, F x K; ``a_theta``, ``a_phi`` its coefficients
+
+Why computed differently from how it is printed: a direction has many pairs of angles, (theta, phi) and
+(-theta, phi + pi) and either with whole turns added, and near the printed pole, the world's vertical, about which legs
+and arms swing, no choice among them is smooth.  So the pole is turned to where it is farthest from the path, and
+among the pairs of every frame those are chosen that make the path of angles shortest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from pipeline.validation import InvalidInput
+
+_FLAT = 1e-9
+"""Directions that leave a plane by less are taken as lying in it."""
+
+_AT_POLE = 1e-9
+"""Sine of the inclination below which a direction has no azimuth."""
+
+
+@dataclass(frozen=True)
+class SphericalAngles:
+    """Continuous angles of a path on the sphere; NaN where the direction was not known.
+
+    Attributes
+    ----------
+    theta, phi : (F,)
+        Inclination and azimuth, rad.
+    chart : (3, 3)
+        Rotation from the world to the axes in which they are measured.
+    """
+
+    theta: np.ndarray
+    phi: np.ndarray
+    chart: np.ndarray
+
+
+@dataclass(frozen=True)
+class SphericalTrajectory:
+    """A path on the sphere by coefficients of a trajectory basis.
+
+    Attributes
+    ----------
+    coefficients_theta, coefficients_phi : (K,)
+        Of inclination and azimuth, rad.
+    chart : (3, 3)
+        Rotation from the world to the axes in which they are measured.
+    """
+
+    coefficients_theta: np.ndarray
+    coefficients_phi: np.ndarray
+    chart: np.ndarray
+
+    def directions(self, basis: np.ndarray) -> np.ndarray:
+        """Unit vectors (T, 3) for any rows of the basis (T, K), of times between frames as well [park2011 4]."""
+        theta, phi = basis @ self.coefficients_theta, basis @ self.coefficients_phi
+        return to_directions(theta, phi, self.chart)
+
+
+def cosines_at(times: np.ndarray, frames: int, components: int) -> np.ndarray:
+    """Rows (T, K) of the cosine basis of F frames at any times, counted in frames from 0 to F - 1.
+
+    Parameters
+    ----------
+    times : (T,)
+        Whole numbers give rows of the orthonormal DCT-II, others what is between them.
+    frames, components : int
+        F and K.
+    """
+    k = np.arange(components)
+    waves = np.cos(np.pi / frames * (np.asarray(times, dtype=float)[:, None] + 0.5) * k)
+    return waves * np.sqrt(np.where(k == 0, 1.0, 2.0) / frames)
+
+
+def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
+    """Unit vectors (…, 3) in the world of angles, whatever their size or sign [park2011 4].
+
+    Parameters
+    ----------
+    theta, phi : (…)
+        rad.
+    chart : (3, 3)
+        Rotation from the world to the chart.
+
+    Examples
+    --------
+    >>> to_directions(np.array([0.0, np.pi / 2]), np.array([7.0, 0.0]), np.eye(3)).round(12)
+    array([[0., 0., 1.],
+           [1., 0., 0.]])
+    """
+    across = np.sin(theta)
+    local = np.stack([across * np.cos(phi), across * np.sin(phi), np.cos(theta)], axis=-1)
+    return local @ chart
+
+
+def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
+    """Derivatives (…, 2, 3) of `to_directions` by theta and by phi."""
+    across, along, c, s = np.sin(theta), np.cos(theta), np.cos(phi), np.sin(phi)
+    by_theta = np.stack([along * c, along * s, -across], axis=-1)
+    by_phi = np.stack([-across * s, across * c, np.zeros_like(across)], axis=-1)
+    return np.stack([by_theta, by_phi], axis=-2) @ chart
+
+
+def unit_vectors(directions: np.ndarray) -> np.ndarray:
+    """Directions (F, 3) at length one; NaN where any coordinate is not finite.
+
+    Raises
+    ------
+    InvalidInput
+        If the shape is another, no frame is known, or a vector has no length.
+    """
+    directions = np.asarray(directions, dtype=float)
+    if directions.ndim != 2 or directions.shape[1] != 3:
+        raise InvalidInput(
+            "directions have the wrong shape", expected="(F, 3)", received=str(directions.shape)
+        )
+    known = np.isfinite(directions).all(axis=1)
+    if not known.any():
+        raise InvalidInput(
+            "no direction is known", expected="one frame or more", received=f"{len(known)} of NaN"
+        )
+    # Brought to unit size before squaring: the squares of 1e-200 are zero, those of 1e200 infinite.
+    size = np.abs(np.where(known[:, None], directions, 1.0)).max(axis=1)
+    if not size.all():
+        raise InvalidInput(
+            f"the direction of frame {int(size.argmin())} has no length", expected="a vector but 0"
+        )
+    scaled = np.where(known[:, None], directions, np.nan) / size[:, None]
+    return scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+
+
+def farthest_chart(directions: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) to the axes whose pole is farthest, up and down, from all directions.
+
+    Parameters
+    ----------
+    directions : (F, 3)
+        Of any length; frames of NaN are left out.
+
+    Raises
+    ------
+    InvalidInput
+        If the shape is another, no frame is known, or a vector has no length.
+
+    Notes
+    -----
+    The pole p has the least ``max |p . d|``: with the opposite of each direction added, the normal of the face of
+    their convex hull that is nearest to the origin, so it is found exactly.  It turns with the world, and so does
+    the zero of azimuth, which looks to the mean direction; a limb that never turns has an arbitrary perpendicular.
+    """
+    units = unit_vectors(directions)
+    units = units[np.isfinite(units[:, 0])]
+    # Two rows of zeros: three axes even of a single direction.
+    _, spread, axes = np.linalg.svd(np.concatenate([units, np.zeros((2, 3))]), full_matrices=False)
+    if spread[2] <= _FLAT * spread[0]:
+        pole = axes[2]
+    else:
+        faces = ConvexHull(np.concatenate([units, -units])).equations
+        pole = faces[faces[:, 3].argmax(), :3]
+    mean = units.mean(axis=0)
+    pole = pole if pole @ mean >= 0 else -pole
+    # The mean may vanish or be the pole itself; then the direction of greatest spread that is left.
+    ahead = mean - (mean @ pole) * pole
+    if np.linalg.norm(ahead) < 1e-6:
+        ahead = max((axis - (axis @ pole) * pole for axis in axes[:2]), key=np.linalg.norm)
+    ahead = ahead / np.linalg.norm(ahead)
+    return np.stack([ahead, np.cross(pole, ahead), pole])
+
+
+def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None) -> SphericalAngles:
+    """Angles without jumps of a path on the sphere.
+
+    Parameters
+    ----------
+    directions : (F, 3)
+        Of any length; frames of NaN stay NaN, and the path goes on behind them by the shortest way.
+    chart : (3, 3), optional
+        By default the one whose pole is farthest from the path.
+
+    Raises
+    ------
+    InvalidInput
+        If a shape is another, no frame is known, a vector has no length, or the chart is not a rotation.
+
+    Notes
+    -----
+    The sum of squared changes of both angles is least over all their pairs: a shortest path through two sheets.  A
+    step costs the same from either, so the cheapest path is the one that is cheapest in every step, and no table
+    of costs is needed.  A direction at the pole itself has no azimuth and takes it from its neighbours.
+    """
+    units = unit_vectors(directions)
+    chart = farthest_chart(units) if chart is None else np.asarray(chart, dtype=float)
+    if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
+        raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=str(chart.tolist()))
+    frames = np.flatnonzero(np.isfinite(units[:, 0]))
+    x, y, z = (units[frames] @ chart.T).T
+    across = np.hypot(x, y)
+    inclination, azimuth = np.arctan2(across, z), np.arctan2(y, x)
+    placed = across > _AT_POLE
+    if not placed.any():
+        placed = np.ones_like(placed)
+    theta, phi = np.full((2, len(units)), np.nan)
+    theta[frames[placed]], phi[frames[placed]] = _shortest(inclination[placed], azimuth[placed])
+    lost, there = frames[~placed], frames[placed]
+    phi[lost] = np.interp(lost, there, phi[there])
+    near, raw = np.interp(lost, there, theta[there]), inclination[~placed]
+    theta[lost] = raw + 2 * np.pi * np.round((near - raw) / (2 * np.pi))
+    return SphericalAngles(theta, phi, chart)
+
+
+def _shortest(inclination: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Continuous theta and phi (n,) from an inclination in [0, pi] and an azimuth in (-pi, pi]."""
+    step, turn = np.diff(inclination), _wrapped(np.diff(azimuth))
+    mirrored_step, mirrored_turn = _wrapped(-inclination[1:] - inclination[:-1]), _wrapped(turn + np.pi)
+    changes = mirrored_step**2 + mirrored_turn**2 < step**2 + turn**2
+    # Whether a frame is on the other sheet, where inclination counts downwards.
+    other = np.concatenate([[False], np.logical_xor.accumulate(changes)])
+    step = np.where(changes, mirrored_step, step) * np.where(other[:-1], -1.0, 1.0)
+    turn = np.where(changes, mirrored_turn, turn)
+    theta = inclination[0] + np.concatenate([[0.0], np.cumsum(step)])
+    phi = azimuth[0] + np.concatenate([[0.0], np.cumsum(turn)])
+    return theta, phi
+
+
+def _wrapped(angle: np.ndarray) -> np.ndarray:
+    """The same angles between -pi and pi."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def fit(
+    angles: SphericalAngles,
+    basis: np.ndarray,
+    *,
+    weights: np.ndarray | None = None,
+    penalty: np.ndarray | None = None,
+) -> SphericalTrajectory:
+    """The trajectory in a basis that is nearest to given angles.
+
+    Parameters
+    ----------
+    angles : SphericalAngles
+        Of F frames; frames of NaN are missing.
+    basis : (F, K)
+        Trajectory basis.
+    weights : (F,), optional
+        How much the square of each frame's error counts; 0 is as good as missing, 1 by default.
+    penalty : (K,), optional
+        How much the square of each coefficient counts beside them, for a soft basis; none by default.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes disagree, a weight or penalty is negative or not finite, or no frame is left.
+
+    Notes
+    -----
+    An error of azimuth moves the direction by the sine of the inclination, and counts accordingly.  Where the
+    frames do not determine all coefficients, the smallest ones are taken.
+    """
+    basis = np.asarray(basis, dtype=float)
+    if basis.ndim != 2 or len(basis) != len(angles.theta) or not basis.shape[1]:
+        raise InvalidInput(
+            "the basis has the wrong shape", expected=f"({len(angles.theta)}, K)", received=str(basis.shape)
+        )
+    counts = _not_negative(weights, len(basis), "weights", otherwise=1.0)
+    extra = _not_negative(penalty, basis.shape[1], "penalties", otherwise=0.0)
+    used = np.isfinite(angles.theta) & (counts > 0)
+    if not used.any():
+        raise InvalidInput(
+            "no frame is left for the trajectory", expected="one that is known and has a weight"
+        )
+    rows, root, ridge = basis[used], np.sqrt(counts[used]), np.diag(np.sqrt(extra))[extra > 0]
+    nothing = np.zeros(len(ridge))
+
+    def solved(angle: np.ndarray, scale: np.ndarray) -> np.ndarray:
+        matrix = np.concatenate([scale[:, None] * rows, ridge])
+        return np.linalg.lstsq(matrix, np.concatenate([scale * angle[used], nothing]), rcond=None)[0]
+
+    across = np.abs(np.sin(angles.theta[used]))
+    return SphericalTrajectory(
+        solved(angles.theta, root), solved(angles.phi, root * across), np.array(angles.chart, dtype=float)
+    )
+
+
+def _not_negative(given: np.ndarray | None, size: int, what: str, *, otherwise: float) -> np.ndarray:
+    values = np.full(size, otherwise) if given is None else np.asarray(given, dtype=float)
+    if values.shape != (size,):
+        raise InvalidInput(
+            f"the {what} have the wrong shape", expected=f"({size},)", received=str(values.shape)
+        )
+    if not (np.isfinite(values) & (values >= 0)).all():
+        raise InvalidInput(
+            f"the {what} cannot be so", expected="numbers of 0 or more", received=f"{values.min():g}"
+        )
+    return values

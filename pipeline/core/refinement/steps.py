@@ -1,0 +1,276 @@
+"""Refinement of a whole body's trajectories by reprojection error: park2011 section 3.1.
+
+Symbols
+-------
+``L``      limbs, one to each joint but the root; ``J = L + 1`` joints, the root first
+``Theta``  trajectory basis, F x K
+``lam``    damping of a step, in units of the diagonal of the curvature
+``k0``     cutoff: coefficient at which a soft basis doubts the motion as much as the images speak for it
+
+The problem is nonlinear least squares in 2 K unknowns for each limb, all limbs at once, because the image of a wrist
+speaks for the upper arm too.  It is solved by Levenberg and Marquardt's method, with the structure of the tree used in
+`pipeline.core.limb_equations`.  A step after which a joint stands behind its camera is refused like one after which
+the cost is higher.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.core.pinhole import Pinhole
+from pipeline.core.refinement import reprojection
+from pipeline.core.refinement.equations import minimise
+from pipeline.core.refinement.inputs import (
+    basis_rows,
+    check_lengths,
+    check_options,
+    frames_and_limbs,
+    softness,
+    starting_paths,
+    tree_in_order,
+)
+from pipeline.core.refinement.reprojection import Observations
+from pipeline.core.refinement.spherical import SphericalTrajectory
+from pipeline.validation import InvalidInput
+
+LENGTH_FACTOR = 2.0
+"""How far a free length may go from the given one, up or down, by default."""
+
+
+_PINNED = 1e12
+"""Penalty of coefficients that a limb does not have: far above the square of any image's pixels to the radian."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Refined trajectories of all joints, and how far they are to be trusted.
+
+    Attributes
+    ----------
+    positions : (F, J, 3)
+        mm, the root first; NaN in frames where the root is not known.
+    relative : (F, L, 3)
+        Relative trajectories, mm: every one has its limb's length in every frame.
+    coefficients_theta, coefficients_phi : (L, K)
+        rad.
+    lengths : (L,)
+        mm.
+    chart : (L, 3, 3)
+        Rotations from the world to the axes in which each limb's angles are measured.
+    residual_px : (F, J)
+        Distance of reprojection and image; NaN where there is none, as for the root.
+    reprojection_error_before_px, reprojection_error_px : float
+        Root mean square of those distances at the start, which already lies in the basis, and at the end.
+    cost : float
+        Half the sum of losses and penalties, px².
+    converged : bool
+    n_iterations : int
+        Steps that were tried, the refused ones included.
+    """
+
+    positions: np.ndarray
+    relative: np.ndarray
+    coefficients_theta: np.ndarray
+    coefficients_phi: np.ndarray
+    lengths: np.ndarray
+    chart: np.ndarray
+    residual_px: np.ndarray
+    reprojection_error_before_px: float
+    reprojection_error_px: float
+    cost: float
+    converged: bool
+    n_iterations: int
+
+    def relative_at(self, basis: np.ndarray) -> np.ndarray:
+        """Relative trajectories (T, L, 3), mm, for any rows of the basis (T, K), of times between frames as well."""
+        paths = zip(self.coefficients_theta, self.coefficients_phi, self.chart, strict=True)
+        units = np.stack([SphericalTrajectory(*path).directions(basis) for path in paths], axis=1)
+        return self.lengths[:, None] * units
+
+
+def refine(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    parents: Sequence[int] | np.ndarray,
+    directions: np.ndarray,
+    lengths: np.ndarray,
+    *,
+    basis: np.ndarray | int,
+    weights: np.ndarray | None = None,
+    charts: np.ndarray | None = None,
+    free_lengths: bool = False,
+    length_factor: float = LENGTH_FACTOR,
+    loss: str = "squared",
+    scale_px: float = 1.0,
+    cutoff: float | None = None,
+    components: Sequence[int] | None = None,
+    max_iterations: int = 200,
+    tolerance: float = 1e-8,
+    names: Sequence[str] | None = None,
+) -> Refinement:
+    """Trajectories of all joints that minimise the reprojection error over the whole tree [park2011 5].
+
+    Parameters
+    ----------
+    images : (F, J, 2)
+        px; NaN where a joint was not seen.  Those of the root are not used.
+    camera : Pinhole
+        One, or one for each frame; frames in which it is not known drop out.
+    root : (F, 3)
+        mm; frames of NaN drop out.
+    parents : (J,) int
+        Index of each joint's parent; the root first with -1, and every parent before its children.
+    directions : (F, L, 3)
+        Where to start: relative trajectories of the joints after the root, or their directions; NaN where not known.
+    lengths : (L,)
+        mm.
+    basis : (F, K) or int
+        Trajectory basis, or K for the first K cosines.
+    weights : (F, L), optional
+        How much each direction counts in the start; 1 by default.
+    charts : (L, 3, 3), optional
+        Rotations from the world to the axes of each limb's angles, as an earlier refinement returns them; by default
+        the pole of each is farthest from the limb's path.
+    free_lengths : bool
+        Whether the logarithms of lengths are unknowns too.
+    length_factor : float
+        How far a free length may go from the given one, up or down.
+    loss : {"squared", "huber", "cauchy"}
+        Of the distance of reprojection and image; the latter two believe distant images less.
+    scale_px : float
+        Distance from which they do.
+    cutoff : float, optional
+        k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
+        pixels to the radian; a hard basis by default.
+    components : sequence of int, optional
+        How many of the K cosines each limb has, if not all of them.
+    max_iterations : int
+        Steps to try, at least one.
+    tolerance : float
+        Of the tests of convergence, see Notes.
+    names : sequence of str, optional
+        Names of the J joints, for messages.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes disagree, a parent comes after its child, a length is not positive, an option is unknown, a limb's
+        direction is known in no frame, nothing was seen, or a joint that was seen starts behind its camera.
+
+    Notes
+    -----
+    Printed with the distance itself, which is not smooth where it matters; its square is summed.  It has converged
+    when the cosine between the residuals and every column of their derivative is at most `tolerance`, or when a step
+    next to undamped promises a relative reduction of the cost of at most `tolerance`, or moves no unknown by
+    more than `tolerance` rad, or when the residuals are rounding.
+    """
+    frames, limbs = frames_and_limbs(images, root, directions, lengths)
+    tree = tree_in_order(parents, limbs + 1)
+    called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
+    lengths = np.array(lengths, dtype=float)
+    check_lengths(lengths, called)
+    positive = {"scale in px": scale_px, "cutoff": cutoff, "tolerance": tolerance}
+    check_options(loss, positive | {"length factor less one": length_factor - 1.0}, max_iterations)
+    rows = basis_rows(basis, frames)
+    paths = starting_paths(directions, rows, weights=weights, charts=charts, cutoff=cutoff, called=called)
+    start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
+    unknowns = np.column_stack([start, np.zeros(limbs)]) if free_lengths else start
+    images, root = np.asarray(images, dtype=float), np.asarray(root, dtype=float)
+    given = reprojection.observe(
+        images[:, 1:],
+        camera,
+        root,
+        parents=tuple(parent - 1 for parent in tree[1:]),
+        lengths=lengths,
+        charts=np.stack([path.chart for path in paths]),
+        basis=rows,
+        penalty=np.zeros_like(unknowns),
+        loss=loss,
+        scale_px=float(scale_px),
+    )
+    _check_start(given, unknowns, called)
+    if cutoff is not None:
+        given = _softened(given, unknowns, cutoff)
+    if components is not None:
+        beyond = _beyond(components, limbs, rows.shape[1])
+        unknowns[:, : beyond.shape[1]][beyond] = 0.0
+        penalty = given.penalty.copy()
+        penalty[:, : beyond.shape[1]][beyond] = _PINNED
+        given = replace(given, penalty=penalty)
+    bound = np.full_like(unknowns, np.inf)
+    bound[:, start.shape[1] :] = np.log(length_factor)
+    before = _distances(given, unknowns)
+    unknowns, lowest, converged, iterations = minimise(
+        given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance
+    )
+    after = _distances(given, unknowns)
+    moved = reprojection.relative(given, unknowns)
+    joints = np.concatenate([root[None], reprojection.forward(given, moved)]).swapaxes(0, 1)
+    most = rows.shape[1]
+    return Refinement(
+        positions=np.where(np.isfinite(root).all(axis=1)[:, None, None], joints, np.nan),
+        relative=moved.swapaxes(0, 1).copy(),
+        coefficients_theta=unknowns[:, :most].copy(),
+        coefficients_phi=unknowns[:, most : 2 * most].copy(),
+        lengths=reprojection.lengths_mm(given, unknowns).copy(),
+        chart=given.charts,
+        residual_px=np.concatenate([np.full((1, frames), np.nan), after]).T.copy(),
+        reprojection_error_before_px=float(np.sqrt(np.nanmean(before**2))),
+        reprojection_error_px=float(np.sqrt(np.nanmean(after**2))),
+        cost=lowest,
+        converged=converged,
+        n_iterations=iterations,
+    )
+
+
+def _distances(given: Observations, unknowns: np.ndarray) -> np.ndarray:
+    """Distances (L, F) of reprojection and image, px; NaN where a joint was not seen."""
+    positions = reprojection.forward(given, reprojection.relative(given, unknowns))
+    distance = np.linalg.norm(reprojection.residuals(given, positions), axis=-1)
+    return np.where(given.seen, distance, np.nan)
+
+
+def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Observations:
+    """The same with the penalty of a soft basis, in each limb's mean square of pixels to the radian."""
+    first = reprojection.linearise(given, unknowns)
+    by_angle = np.einsum("lfyx,lfcx->lfyc", first.by_position, first.movement[:, :, :2])
+    seen = given.seen.sum(axis=1)
+    squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(seen, 1)
+    # A limb whose end is never seen has no pixels of its own.
+    squares = np.where(seen > 0, squares, squares[seen > 0].mean())
+    doubts = np.tile(softness(given.basis.shape[1], cutoff), 2)
+    penalty = np.zeros_like(unknowns)
+    penalty[:, : len(doubts)] = squares[:, None] * doubts
+    return replace(given, penalty=penalty)
+
+
+def _beyond(components: Sequence[int], limbs: int, most: int) -> np.ndarray:
+    """Coefficients (L, 2 K) bool that a limb does not have."""
+    own = np.asarray(components, dtype=int)
+    if own.shape != (limbs,) or not ((own >= 1) & (own <= most)).all():
+        raise InvalidInput(
+            "the limbs cannot have so many components",
+            expected=f"{limbs} numbers from 1 to {most}",
+            received=", ".join(str(k) for k in np.ravel(own)) or "none",
+        )
+    return np.tile(np.arange(most) >= own[:, None], 2)
+
+
+def _check_start(given: Observations, unknowns: np.ndarray, called: Sequence[str]) -> None:
+    if not given.seen.any():
+        raise InvalidInput(
+            "nothing was seen", expected="a joint beside the root where camera and root are known"
+        )
+    positions = reprojection.forward(given, reprojection.relative(given, unknowns))
+    wrong = np.argwhere(reprojection.behind(given, positions).T)
+    if len(wrong):
+        frame, limb = wrong[0]
+        raise InvalidInput(
+            f"the start stands behind the camera in frame {frame}",
+            where=f"joint {called[limb + 1]}",
+            expected="joints that were seen in front of it",
+        )

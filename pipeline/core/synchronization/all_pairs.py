@@ -1,0 +1,289 @@
+"""Every performance synchronized with every other at once, and the median of them: mozerov2006 section 3.
+
+Symbols
+-------
+``M``    performances, ``P`` samples of each, ``b`` dimensions of the aSpace
+``n``    base: the sequence whose rate is kept; ``m`` the one that is brought to it
+``E``    ``|x_n(p)|² + |x_m(p + d)|² - 2 x_n(p)·x_m(p + d)``, for a tile of pairs by one matrix product per sample
+
+Why computed differently from how it is printed: [mozerov2006 14] as a matrix product costs a tenth of the
+differences squared one by one.  What cancellation adds is taken out again: postures are written relative to one
+near their mean, and E is rounded to multiples of a power of two just above what is uncertain (some 1e-14 of the
+largest squared norm), so that equal postures have E = 0 exactly, and whole numbers their exact ties.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from pipeline.core.synchronization.trellis import STEPS, Trellis, accumulate, backtrack, room, trellis
+from pipeline.validation import InvalidInput
+
+_TILE_BYTES = 2**20
+"""Of the arrays of one sample that a tile of pairs goes through: what a core's own cache holds."""
+
+_KEPT_BYTES = 2**27
+"""Of the costs that a tile keeps for the way back."""
+
+_LARGEST = 1e140
+"""Magnitude from which sums of squares may be no numbers any more."""
+
+
+@dataclass(frozen=True)
+class AllPairs:
+    """All ordered pairs of M sequences of P samples, synchronized.
+
+    Attributes
+    ----------
+    disparity : (M, M, P) int16 or int32
+        ``disparity[n, m]`` brings m to the rate of n.
+    cost : (M, M) float64
+        C(n, m), not symmetric; zero on the diagonal.
+    """
+
+    disparity: np.ndarray
+    cost: np.ndarray
+
+
+def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str] | None = None) -> np.ndarray:
+    """The sequences as one array (M, P, b) of finite numbers.
+
+    Parameters
+    ----------
+    sequences : M arrays (P, b), or one (M, P, b)
+    names : sequence of str, optional
+        What each is called in a refusal; ``sequence 0`` … by default.
+
+    Raises
+    ------
+    InvalidInput
+        If one is not an array of frames and coordinates, has no frames, differs from the first in frames or
+        dimension, or holds a value that is not finite or too large to be squared.
+    """
+    arrays = [np.asarray(sequence, dtype=float) for sequence in sequences]
+    called = names or [f"sequence {n}" for n in range(len(arrays))]
+    for name, array in zip(called, arrays, strict=True):
+        if array.ndim != 2 or array.size == 0:
+            raise InvalidInput(
+                "not a sequence of postures",
+                where=name,
+                expected="(frames, dimensions), one or more of each",
+                received=str(array.shape),
+            )
+        if array.shape[1] != arrays[0].shape[1]:
+            raise InvalidInput(
+                "postures have another dimension",
+                where=name,
+                expected=f"{arrays[0].shape[1]}, as {called[0]} has",
+                received=str(array.shape[1]),
+            )
+        if len(array) != len(arrays[0]):
+            raise InvalidInput(
+                "another length: normalise the time of all sequences first",
+                where=name,
+                expected=f"{len(arrays[0])} frames, as {called[0]} has",
+                received=str(len(array)),
+            )
+        # A comparison with NaN is false.
+        usable = np.abs(array) < _LARGEST
+        if not usable.all():
+            frame, coordinate = np.argwhere(~usable)[0]
+            value = array[frame, coordinate]
+            what = "too large to be squared" if np.isfinite(value) else "not finite"
+            raise InvalidInput(
+                f"coordinate {coordinate} of frame {frame} is {what}", where=name, received=f"{value:g}"
+            )
+    return np.stack(arrays) if arrays else np.empty((0, 0, 0))
+
+
+def synchronize_all(
+    sequences: Sequence[np.ndarray] | np.ndarray,
+    *,
+    max_disparity: int,
+    smoothness: float,
+    penalty: str = "change",
+    start: str = "fixed",
+    steps: Sequence[int] = STEPS,
+) -> AllPairs:
+    """Disparities and costs of all ordered pairs: `synchronize` for every n and m.
+
+    Parameters
+    ----------
+    sequences : (M, P, b), or M arrays (P, b)
+        At least two, with linearly normalised time.
+    max_disparity, smoothness, penalty, start, steps
+        As for `synchronize`.
+
+    Raises
+    ------
+    InvalidInput
+        As `distances`.
+
+    Notes
+    -----
+    The disparities are M² P numbers of two bytes; beside them memory does not grow with M.
+    """
+    rows, nodes = _prepared(sequences, max_disparity, smoothness, penalty, start, steps)
+    count, frames = rows.shape[:2]
+    dtype = np.int16 if frames <= np.iinfo(np.int16).max else np.int32
+    found = AllPairs(np.empty((count, count, frames), dtype=dtype), np.empty((count, count)))
+    for n, m, cost, S in _tiles(rows, nodes, keep=True):
+        found.cost[n, m] = cost.T
+        found.disparity[n, m] = backtrack(nodes, S).reshape(frames, *cost.shape).T
+    return found
+
+
+def distances(
+    sequences: Sequence[np.ndarray] | np.ndarray,
+    *,
+    max_disparity: int,
+    smoothness: float,
+    penalty: str = "change",
+    start: str = "fixed",
+    steps: Sequence[int] = STEPS,
+) -> np.ndarray:
+    """Synchronization distances C(n, m) of all ordered pairs (M, M), zero on the diagonal.
+
+    Parameters
+    ----------
+    sequences : (M, P, b), or M arrays (P, b)
+        At least two, with linearly normalised time.
+    max_disparity, smoothness, penalty, start, steps
+        As for `synchronize`.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two sequences, they differ in length or dimension, a value is not finite (the
+        sequence and the frame are named), or a switch is none.
+
+    Notes
+    -----
+    No paths are kept, so that beside the result memory does not grow with M.  The distance is not symmetric.
+    """
+    rows, nodes = _prepared(sequences, max_disparity, smoothness, penalty, start, steps)
+    found = np.empty((len(rows), len(rows)))
+    for n, m, cost, _ in _tiles(rows, nodes, keep=False):
+        found[n, m] = cost.T
+    return found
+
+
+def _prepared(
+    sequences: Sequence[np.ndarray] | np.ndarray,
+    max_disparity: int,
+    smoothness: float,
+    penalty: str,
+    start: str,
+    steps: Sequence[int],
+) -> tuple[np.ndarray, Trellis]:
+    """Checked sequences (M, P, b) relative to one of their postures, and the trellis for them."""
+    rows = same_size(sequences)
+    if len(rows) < 2:
+        raise InvalidInput(
+            "there is nothing to synchronize with", expected="two or more sequences", received=str(len(rows))
+        )
+    nodes = trellis(
+        rows.shape[1],
+        max_disparity=max_disparity,
+        smoothness=smoothness,
+        penalty=penalty,
+        start=start,
+        steps=steps,
+    )
+    # A posture that there is, and not the mean itself: whole numbers stay whole, and their ties exact.
+    postures = rows.reshape(-1, rows.shape[2])
+    nearest = np.abs(postures - postures.mean(axis=0)).sum(axis=1).argmin()
+    return rows - postures[nearest], nodes
+
+
+def _tiles(
+    rows: np.ndarray, nodes: Trellis, *, keep: bool
+) -> Iterator[tuple[slice, slice, np.ndarray, list[np.ndarray]]]:
+    """Ranges of n and of m that together cover all pairs, with the costs (m, n) and S of each, soon reused."""
+    count, _, dimension = rows.shape
+    squared = np.einsum("mpb,mpb->mp", rows, rows)[..., None]
+    # E is a sum of b + 2 products after two of b, of terms that are at most four of the largest norm together:
+    # wrong by less than half of this.
+    uncertain = 8.0 * (dimension + 2) * np.finfo(float).eps * float(squared.max())
+    # A number that is added and taken off again, and whose last digit is the next power of two.
+    rounding = 1.5 * 2.0 ** (52 + np.frexp(uncertain)[1])
+    ones = np.ones_like(squared)
+    base = np.concatenate([-2.0 * rows, squared, ones], axis=2).transpose(1, 2, 0)
+    moved = np.concatenate([rows, ones, squared], axis=2).transpose(1, 0, 2)
+    bases, others = _tile_size(count, nodes, keep=keep)
+    memory, S = np.empty((0, 0)), [np.empty((0, 0))]
+    for first_m in range(0, count, others):
+        right = np.ascontiguousarray(moved[:, first_m : first_m + others])
+        for first_n in range(0, count, bases):
+            left = np.ascontiguousarray(base[:, :, first_n : first_n + bases])
+            size = right.shape[1], left.shape[2]
+            if S[0].shape[1] != size[0] * size[1]:
+                # Memory that is new to the process costs more than all that is done in it.
+                memory = np.empty(int(nodes.widths.max()) * size[0] * size[1])
+                S = room(nodes, size[0] * size[1], keep=keep)
+            misfit = partial(_misfit, left, right, rounding, memory)
+            cost = accumulate(nodes, misfit, S).reshape(size)
+            yield slice(first_n, first_n + size[1]), slice(first_m, first_m + size[0]), cost, S
+
+
+def _misfit(
+    left: np.ndarray, right: np.ndarray, rounding: float, memory: np.ndarray, p: int, low: int, high: int
+) -> np.ndarray:
+    """E (high - low + 1, pairs) at sample p, from extended postures left (P, b + 2, n) and right (P, m, b + 2)."""
+    window = right[p + low : p + high + 1].reshape(-1, right.shape[2])
+    shape = len(window), left.shape[2]
+    E = np.matmul(window, left[p], out=memory[: shape[0] * shape[1]].reshape(shape))
+    E += rounding
+    E -= rounding
+    return E.reshape(high - low + 1, -1)
+
+
+def _tile_size(count: int, nodes: Trellis, *, keep: bool) -> tuple[int, int]:
+    """How many n and how many m go through the trellis together."""
+    pairs = _TILE_BYTES // (3 * 8 * int(nodes.widths.max()))
+    if keep:
+        pairs = min(pairs, _KEPT_BYTES // (8 * int(nodes.widths.sum())))
+    bases = max(1, min(count, pairs, 40))
+    return bases, max(1, min(count, pairs // bases))
+
+
+def median_sequence(distances: np.ndarray) -> int:
+    """Index of the median sequence: the least global distance C_n, summed over m [mozerov2006 19].
+
+    Parameters
+    ----------
+    distances : (M, M)
+        C(n, m); row n has sequence n as the pattern.
+
+    Raises
+    ------
+    InvalidInput
+        If the distances are no square matrix of numbers from zero up.
+
+    Notes
+    -----
+    The first on ties, and global distances are tied where they differ by rounding alone.
+
+    Examples
+    --------
+    >>> median_sequence(np.array([[0.0, 4.0, 9.0], [4.0, 0.0, 1.0], [9.0, 1.0, 0.0]]))
+    1
+    """
+    distances = np.asarray(distances, dtype=float)
+    if distances.ndim != 2 or distances.shape[0] != distances.shape[1] or distances.size == 0:
+        raise InvalidInput(
+            "distances are between every pair of sequences", expected="(M, M)", received=str(distances.shape)
+        )
+    if not (np.isfinite(distances).all() and (distances >= 0).all()):
+        n, m = np.argwhere(~(np.isfinite(distances) & (distances >= 0)))[0]
+        raise InvalidInput(
+            f"the distance of sequences {n} and {m} is none",
+            expected="0 or more",
+            received=f"{distances[n, m]:g}",
+        )
+    totals = distances.sum(axis=1)
+    return int(np.flatnonzero(totals <= totals.min() * (1.0 + 1e-12))[0])

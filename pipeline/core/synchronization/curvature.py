@@ -1,0 +1,81 @@
+"""Curvature of a performance's graph over time: where movements begin and end (mozerov2006 section 4).
+
+The paper takes key-frames "following a maximum curvature subjective criterion", from plots of the aSpace over time as
+in its figure 3.  So the curve here is (t / T, x / r) with T the duration and r the root mean square deviation of the
+performance from its mean posture: free of the units of time and of the aSpace.  It bends most where a movement begins
+or ends, and not at all where nothing moves.  (The path in the aSpace alone has no curvature at rest, only noise.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from pipeline.validation import InvalidInput
+
+SMOOTHING = 0.03
+"""Standard deviation of the smoothing before derivatives are taken, as a part of the duration."""
+
+
+def curvature(
+    sequence: np.ndarray, *, smoothing: float = SMOOTHING, where: str = "the performance"
+) -> np.ndarray:
+    """Curvature (F,) of a performance in the aSpace.
+
+    Parameters
+    ----------
+    sequence : (F, b)
+    smoothing : float
+        Standard deviation of a Gaussian, as a part of the duration.
+    where : str
+        What a refusal calls the performance.
+
+    Raises
+    ------
+    InvalidInput
+        Fewer than three frames, numbers that are not finite, no movement at all, or a smoothing that is not positive.
+    """
+    x = checked(sequence, where)
+    if not 0.0 < smoothing < np.inf:
+        raise InvalidInput(
+            "the smoothing is not positive", expected="a part of the duration > 0", received=f"{smoothing:g}"
+        )
+    r = np.sqrt(x.var(axis=0).sum())
+    if not r > 1e-12 * np.abs(x).max():
+        raise InvalidInput("nothing moves, so there is no curvature", where=where)
+    duration = len(x) - 1
+    smooth = gaussian_filter1d(x / r, smoothing * duration, axis=0, mode="nearest")
+    # Differences: the derivatives of a sampled Gaussian do not sum to zero, so they would see where x is.
+    first = np.gradient(smooth, axis=0) * duration
+    second = np.gradient(first, axis=0) * duration
+    # Of the curve (t / T, x / r): its first derivative is (1, first), its second (0, second).
+    speed = 1.0 + (first**2).sum(axis=1)
+    across = speed * (second**2).sum(axis=1) - (first * second).sum(axis=1) ** 2
+    return np.asarray(np.sqrt(np.maximum(across, 0.0)) / speed**1.5)
+
+
+def checked(sequence: np.ndarray, where: str) -> np.ndarray:
+    """A performance (F, b) of at least three frames, all finite.
+
+    Parameters
+    ----------
+    sequence : (F, b)
+    where : str
+        What a refusal calls the performance.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not.
+    """
+    x = np.asarray(sequence, dtype=float)
+    if x.ndim != 2 or len(x) < 3 or not x.shape[1]:
+        raise InvalidInput(
+            "no performance in the aSpace", where=where, expected="(F, b), F >= 3", received=str(x.shape)
+        )
+    wrong = ~np.isfinite(x).all(axis=1)
+    if wrong.any():
+        raise InvalidInput(
+            "a posture has a number that is not finite", where=f"{where}, frame {int(wrong.argmax())}"
+        )
+    return x

@@ -1,0 +1,289 @@
+"""One performance brought to the rate of another: mozerov2006 section 3.
+
+Symbols
+-------
+``x_n``     base sequence, ``x_m`` the sequence to be synchronized to it: P samples of b aSpace coordinates
+``Delta``   disparity function, in samples; ``tau = p + Delta(p)`` the rate-to-rate synchronization function
+``mu``      smoothness, in squared aSpace units per sample of change
+``D``       largest disparity; in the paper also the distance, here C
+
+Everything is in samples: the printed equations multiply some terms by the sampling interval and not others.
+Many pairs at once are in `all_pairs`, and the search for the path, which both share, in `trellis`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from pipeline.core.synchronization.all_pairs import (
+    AllPairs,
+    distances,
+    median_sequence,
+    same_size,
+    synchronize_all,
+)
+from pipeline.core.synchronization.trellis import (
+    PENALTIES,
+    STEPS,
+    accumulate,
+    backtrack,
+    room,
+    trellis,
+    whole_number,
+)
+from pipeline.validation import InvalidInput
+
+__all__ = [
+    "AllPairs",
+    "Synchronization",
+    "disparity_space_image",
+    "distances",
+    "median_sequence",
+    "normalise",
+    "rate_to_rate",
+    "synchronization_distance",
+    "synchronize",
+    "synchronize_all",
+    "warp",
+]
+
+_CHUNK = 2**16
+"""Differences that are held at a time while a disparity space image is worked out."""
+
+
+@dataclass(frozen=True)
+class Synchronization:
+    """How one sequence is brought to the rate of another.
+
+    Attributes
+    ----------
+    disparity : (P,) int
+        Delta(p): sample p of the base is matched with sample p + Delta(p) of the other.
+    cost : float
+        The synchronization distance, squared aSpace units.
+    """
+
+    disparity: np.ndarray
+    cost: float
+
+
+def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
+    """A sequence at `frames` instants evenly from its first to its last posture (P, b) [mozerov2006 6, 7].
+
+    Parameters
+    ----------
+    sequence : (F, b)
+    frames : int
+        P.
+
+    Raises
+    ------
+    InvalidInput
+        If the sequence is empty or holds a value that is not finite, or one frame is to hold two ends.
+
+    Notes
+    -----
+    Linear between postures.  With the durations as printed, T = F delta-f, the instants would run past the last
+    posture; t_p = p (F - 1) / (P - 1) keeps both ends [mozerov2006 9].  A single posture is repeated.
+
+    Examples
+    --------
+    >>> normalise(np.array([[0.0], [1.0], [4.0]]), 5)[:, 0]
+    array([0. , 0.5, 1. , 2.5, 4. ])
+    """
+    (sequence,) = same_size([sequence], ["the sequence"])
+    samples = whole_number(frames, "the number of frames", 1)
+    last = len(sequence) - 1
+    if samples == 1 and last > 0:
+        raise InvalidInput(
+            "one frame cannot hold both ends of a sequence", expected="two frames or more", received="1"
+        )
+    time = np.arange(samples) * last / max(samples - 1, 1)
+    before = time.astype(int)
+    after = np.minimum(before + 1, last)
+    return sequence[before] + (time - before)[:, None] * (sequence[after] - sequence[before])
+
+
+def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
+    """Rate-to-rate synchronization function tau (…, P), in samples [mozerov2006 8, 9].
+
+    Parameters
+    ----------
+    disparity : (…, P) int
+        Delta, of one path or of many.
+
+    Notes
+    -----
+    Its differences are the rates alpha that [mozerov2006 8] integrates.
+    """
+    disparity = np.asarray(disparity)
+    return np.arange(disparity.shape[-1]) + disparity
+
+
+def warp(x_m: np.ndarray, disparity: np.ndarray) -> np.ndarray:
+    """Synchronized sequence x_{n,m}(p) = x_m(p + Delta(p)) [mozerov2006 10, 18].
+
+    Parameters
+    ----------
+    x_m : (…, P, b)
+    disparity : (…, P) int
+        Of one path or of many: ``warp(sequences, found.disparity[n])`` brings all sequences to the rate of n.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes disagree or a disparity is no whole number or leads outside of the sequence.
+
+    Examples
+    --------
+    >>> warp(np.array([[0.0], [1.0], [4.0]]), np.array([0, 1, 0]))[:, 0]
+    array([0., 4., 4.])
+    """
+    x_m, disparity = np.asarray(x_m, dtype=float), np.asarray(disparity)
+    if x_m.ndim < 2 or disparity.shape != x_m.shape[:-1] or disparity.dtype.kind not in "iu":
+        raise InvalidInput(
+            "sequence and disparity disagree",
+            expected="x_m (…, P, b) and whole numbers (…, P)",
+            received=f"x_m {x_m.shape} and {disparity.dtype} {disparity.shape}",
+        )
+    tau = rate_to_rate(disparity)
+    outside = (tau < 0) | (tau >= tau.shape[-1])
+    if outside.any():
+        p = int(np.argwhere(outside)[0][-1])
+        raise InvalidInput(
+            f"the disparity of sample {p} leads outside of the sequence",
+            expected=f"samples 0 to {tau.shape[-1] - 1}",
+            received=str(tau[outside][0]),
+        )
+    return np.take_along_axis(x_m, tau[..., None], axis=-2)
+
+
+def synchronization_distance(
+    x_n: np.ndarray, x_m: np.ndarray, disparity: np.ndarray, *, smoothness: float, penalty: str = "change"
+) -> float:
+    """Synchronization distance along a given path, squared aSpace units [mozerov2006 11, 12].
+
+    Parameters
+    ----------
+    x_n, x_m : (P, b)
+    disparity : (P,) int
+    smoothness : float
+        mu.
+    penalty : {"change", "as_printed"}
+
+    Raises
+    ------
+    InvalidInput
+        If the sequences cannot be compared, or as `warp`.
+
+    Notes
+    -----
+    Squared misfits and absolute changes; the norm printed in 11 is not squared, and the first sum of 12 runs one
+    past the last sample.
+    """
+    x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
+    nodes = trellis(len(x_n), max_disparity=len(x_n), smoothness=smoothness, penalty=penalty)
+    misfit = ((x_n - warp(x_m, disparity)) ** 2).sum()
+    changed = np.diff(disparity) if nodes.penalty == PENALTIES[0] else disparity[:-1]
+    return float(misfit + smoothness * np.abs(changed).sum())
+
+
+def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int) -> np.ndarray:
+    """E (P, 2D + 1): squared distance of x_n(p) and x_m(p + d), d from -D to D [mozerov2006 14].
+
+    Parameters
+    ----------
+    x_n, x_m : (P, b)
+    max_disparity : int
+        D, as it is given: the image of a band wider than the sequence has columns of infinities.
+
+    Raises
+    ------
+    InvalidInput
+        If the sequences cannot be compared, or the largest disparity is no whole number.
+
+    Notes
+    -----
+    Infinite outside of x_m.
+    """
+    x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
+    band = whole_number(max_disparity, "the largest disparity")
+    frames = len(x_n)
+    image = np.empty((frames, 2 * band + 1))
+    # windows[p, :, d + D] is x_m(p + d); what lies outside is overwritten below.
+    windows = sliding_window_view(np.pad(x_m, ((band, band), (0, 0))), 2 * band + 1, axis=0)
+    chunk = max(1, _CHUNK // windows[0].size)
+    for first in range(0, frames, chunk):
+        here = slice(first, first + chunk)
+        difference = windows[here] - x_n[here, :, None]
+        image[here] = np.square(difference, out=difference).sum(axis=1)
+    matched = np.arange(frames)[:, None] + np.arange(-band, band + 1)
+    image[(matched < 0) | (matched >= frames)] = np.inf
+    return image
+
+
+def synchronize(
+    x_n: np.ndarray,
+    x_m: np.ndarray,
+    *,
+    max_disparity: int,
+    smoothness: float,
+    penalty: str = "change",
+    start: str = "fixed",
+    steps: Sequence[int] = STEPS,
+) -> Synchronization:
+    """The disparity function of least synchronization distance, and that distance [mozerov2006 15].
+
+    Parameters
+    ----------
+    x_n : (P, b)
+        Base: its rate is kept.
+    x_m : (P, b)
+        The sequence to be brought to it; both with linearly normalised time, see `normalise`.
+    max_disparity : int
+        D, in samples.  One wider than the sequence is no error and changes nothing: no path can use it.
+    smoothness : float
+        mu, squared aSpace units per sample of change.  Zero is allowed, and asks for the unpenalised path of
+        dynamic time warping (step pattern asymmetric, window D), which follows noise.
+    penalty : {"change", "as_printed"}
+        mu |k| of the distance [mozerov2006 12], or mu |d + k| as the recurrence is printed.
+    start : {"fixed", "free"}
+        ``fixed`` pins both ends [mozerov2006 9]; ``free`` only the last, as printed.
+    steps : sequence of int
+        k of the recurrence, each at most 1: the rate is 1 - k, from 0 to 2 by default [mozerov2006 13].
+
+    Raises
+    ------
+    InvalidInput
+        If the sequences differ in length or dimension, a value is not finite (the sequence and the frame are
+        named), or a switch is none.
+
+    Notes
+    -----
+    Among paths of equal cost, the one that from its end backwards prefers k = 0, then -1, then +1.
+
+    Examples
+    --------
+    >>> x_n = np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [3.0]])
+    >>> x_m = np.array([[0.0], [1.0], [2.0], [3.0], [3.0], [3.0]])
+    >>> synchronize(x_n, x_m, max_disparity=2, smoothness=0.1)
+    Synchronization(disparity=array([ 0, -1, -1, -1,  0,  0]), cost=0.2)
+    """
+    x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
+    nodes = trellis(
+        len(x_n),
+        max_disparity=max_disparity,
+        smoothness=smoothness,
+        penalty=penalty,
+        start=start,
+        steps=steps,
+    )
+    band = int(max(nodes.high.max(), -nodes.low.min()))
+    image = disparity_space_image(x_n, x_m, max_disparity=band)[..., None]
+    S = room(nodes, 1, keep=True)
+    cost = accumulate(nodes, lambda p, low, high: image[p, low + band : high + band + 1], S)
+    return Synchronization(disparity=backtrack(nodes, S)[:, 0], cost=float(cost[0]))

@@ -1,0 +1,261 @@
+"""The trellis of disparities and the cheapest path through it: mozerov2006 section 3, figure 2.
+
+Symbols
+-------
+``p``    sample, 0 … P - 1
+``d``    disparity: sample p of one sequence is matched with sample p + d of the other
+``k``    step of the recurrence, ``d(p-1) = d(p) + k``
+``mu``   smoothness, in the unit of the misfit
+``E``    misfit (disparity space image), ``S`` least cost of arriving at (p, d)
+
+Why computed differently from how it is printed: many pairs of sequences go through one trellis together, with
+pairs as the last axis and disparity before it.  A step of the recurrence is then a shift along the first axis, so
+four passes over contiguous memory advance all pairs by one sample.  Nodes that no path can use are never
+visited: with both ends pinned that leaves a rhombus.  Steps are not stored on the way; the way back compares the
+stored costs again, in the same arithmetic, for the nodes of the path alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from operator import index
+
+import numpy as np
+
+from pipeline.validation import InvalidInput
+
+PENALTIES = ("change", "as_printed")
+STARTS = ("fixed", "free")
+STEPS = (-1, 0, 1)
+
+
+@dataclass(frozen=True)
+class Trellis:
+    """Which disparities a path may have at each sample, and what its steps cost.
+
+    Attributes
+    ----------
+    low, high : (P,) int
+        Least and largest disparity at a sample from which both ends can be reached.
+    smoothness : float
+        mu, in the unit of the misfit.
+    penalty : str
+        ``change`` or ``as_printed``.
+    steps : tuple of int
+        Values of k in order of preference: the smallest first, negative before positive.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    smoothness: float
+    penalty: str
+    steps: tuple[int, ...]
+
+    @property
+    def margin(self) -> int:
+        """Nodes beside the disparities of a sample that the steps of the next one may ask for."""
+        return max(self.steps) - min(self.steps)
+
+    @property
+    def widths(self) -> np.ndarray:
+        """Nodes of each sample (P,), both margins included."""
+        return self.high - self.low + 1 + 2 * self.margin
+
+
+def trellis(
+    frames: int,
+    *,
+    max_disparity: int,
+    smoothness: float,
+    penalty: str = "change",
+    start: str = "fixed",
+    steps: Sequence[int] = STEPS,
+) -> Trellis:
+    """The trellis for sequences of so many frames [mozerov2006 13].
+
+    Parameters
+    ----------
+    frames : int
+        P, at least one.
+    max_disparity : int
+        D, in samples; zero allows no disparity at all.  A band wider than the sequence is as good as none:
+        every disparity that leads outside of it is left out anyway.
+    smoothness : float
+        mu.  Negative is refused; zero is dynamic time warping without a penalty.
+    penalty : {"change", "as_printed"}
+        mu |k|, or mu |d + k|, of a step.
+    start : {"fixed", "free"}
+        Whether the disparity of the first sample is pinned to zero, as that of the last one always is.
+    steps : sequence of int
+        Allowed k.  A step makes time run at the rate 1 - k, so the default means rates from 0 to 2, and
+        ``(-2, -1, 0, 1)`` rates up to 3.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is not as described, or a step would run time backwards.
+    """
+    for what, value, allowed in (("penalty", penalty, PENALTIES), ("start", start, STARTS)):
+        if value not in allowed:
+            raise InvalidInput(f"the {what} is unknown", expected=" or ".join(allowed), received=str(value))
+    if not (isinstance(smoothness, Real) and 0 <= smoothness < np.inf):
+        raise InvalidInput(
+            "the smoothness (mu) cannot be so", expected="a number of 0 or more", received=str(smoothness)
+        )
+    band = whole_number(max_disparity, "the largest disparity")
+    wanted = {whole_number(k, "a step", -np.inf) for k in steps}
+    # Longer ones lead out of the sequence, but would need room all the same.
+    ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
+    if 0 not in ordered:
+        raise InvalidInput(
+            "no step leaves the disparity as it is", expected="0 among them", received=str(ordered)
+        )
+    if max(ordered) > 1:
+        raise InvalidInput(
+            f"the step {max(ordered)} runs time backwards, at the rate 1 - k",
+            expected="steps of at most 1",
+            received=str(ordered),
+        )
+    down, up = min(ordered), max(ordered)
+    before = np.arange(frames)
+    after = before[::-1]
+    low = np.maximum(np.maximum(-band, -before), down * after)
+    high = np.minimum(band, up * after)  # inside of the sequence: `up` is 1 or 0
+    if start == "fixed":
+        low, high = np.maximum(low, -up * before), np.minimum(high, -down * before)
+    return Trellis(low, high, float(smoothness), penalty, ordered)
+
+
+def whole_number(value: int, what: str, least: float = 0) -> int:
+    """`value` as an int.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a whole number of at least `least`.
+    """
+    try:
+        number = index(value)
+    except TypeError:
+        number = None
+    if number is None or number < least:
+        bound = f" of {least:g} or more" if np.isfinite(least) else ""
+        raise InvalidInput(f"{what} cannot be so", expected=f"a whole number{bound}", received=str(value))
+    return number
+
+
+def room(nodes: Trellis, pairs: int, *, keep: bool) -> list[np.ndarray]:
+    """Arrays (width, pairs) for the costs of each sample, not filled in.
+
+    Parameters
+    ----------
+    nodes : Trellis
+    pairs : int
+    keep : bool
+        Otherwise two samples are held, in turns in the same memory: enough for the least cost, not for its path.
+    """
+    if not keep:
+        turns = np.empty((2, nodes.widths.max(), pairs))
+        return [turns[p % 2, :width] for p, width in enumerate(nodes.widths)]
+    ends = np.cumsum(nodes.widths)
+    memory = np.empty((ends[-1], pairs))
+    return [memory[end - width : end] for end, width in zip(ends, nodes.widths, strict=True)]
+
+
+def accumulate(
+    nodes: Trellis, misfit: Callable[[int, int, int], np.ndarray], out: list[np.ndarray]
+) -> np.ndarray:
+    """Least cost (pairs,) of a whole path, with S of every node in `out`: the recurrence [mozerov2006 16].
+
+    Parameters
+    ----------
+    nodes : Trellis
+    misfit : callable
+        E at sample p for the disparities from low to high, both included: (high - low + 1, pairs), none
+        negative.  It may be overwritten by the next call.
+    out : list of (width, pairs)
+        Made by `room`.
+
+    Notes
+    -----
+    Printed with mu |d + k|, which punishes the size of the disparity, where equations 12 and 15 punish its
+    change |k|; `Trellis.penalty` says which of the two is meant.
+    """
+    margin, mu, pairs = nodes.margin, nodes.smoothness, out[0].shape[1]
+    best, other, weighted = np.empty((3, nodes.widths.max(), pairs))
+    groups = _groups(nodes)
+    low, high = nodes.low.tolist(), nodes.high.tolist()
+    for p, row in enumerate(out):
+        width = high[p] - low[p] + 1
+        row[:margin] = row[margin + width :] = np.inf
+        here = row[margin : margin + width]
+        if p == 0:
+            here[:] = misfit(p, low[p], high[p])
+            continue
+        before = out[p - 1]
+        if nodes.penalty == "as_printed":
+            disparity = np.arange(low[p - 1] - margin, high[p - 1] + margin + 1)
+            before = np.add(before, mu * np.abs(disparity)[:, None], out=weighted[: len(before)])
+        first = margin + low[p] - low[p - 1]
+        cheapest = _cheapest(before, first, groups, best[:width], other[:width])
+        np.add(cheapest, misfit(p, low[p], high[p]), out=here)
+    return out[-1][margin].copy()
+
+
+def _groups(nodes: Trellis) -> list[tuple[float, list[int]]]:
+    """Steps that share a penalty, and that penalty where it depends on the step alone, dearest first."""
+    if nodes.penalty == "as_printed":
+        return [(0.0, list(nodes.steps))]
+    sizes = sorted({abs(k) for k in nodes.steps}, reverse=True)
+    return [(nodes.smoothness * size, [k for k in nodes.steps if abs(k) == size]) for size in sizes]
+
+
+def _cheapest(
+    before: np.ndarray,
+    first: int,
+    groups: list[tuple[float, list[int]]],
+    best: np.ndarray,
+    other: np.ndarray,
+) -> np.ndarray:
+    """Least cost (width, pairs) over all steps of the nodes `first` + k … of the sample before."""
+    cheapest = None
+    for penalty, steps in groups:
+        place = best if cheapest is None else other
+        cost = before[first + steps[0] :][: len(best)]
+        for k in steps[1:]:
+            cost = np.minimum(cost, before[first + k :][: len(best)], out=place)
+        if penalty > 0:
+            # Once for the group: rounding is monotone, so the least sum is the sum of the least.
+            cost = np.add(cost, penalty, out=place)
+        cheapest = cost if cheapest is None else np.minimum(cheapest, cost, out=best)
+    assert cheapest is not None  # there is always the step 0
+    return cheapest
+
+
+def backtrack(nodes: Trellis, rows: list[np.ndarray]) -> np.ndarray:
+    """Disparities (P, pairs) of the cheapest paths, from zero at the last sample back [mozerov2006 17].
+
+    Parameters
+    ----------
+    nodes : Trellis
+    rows : list of (width, pairs)
+        S, as `accumulate` fills it in with room for all samples.
+
+    Notes
+    -----
+    Among steps of equal cost the first in `Trellis.steps` is taken: 0, then -1, then +1.
+    """
+    pairs = rows[0].shape[1]
+    column = np.arange(pairs)
+    steps = np.array(nodes.steps)[:, None]
+    path = np.zeros((len(rows), pairs), dtype=np.intp)
+    origins = (nodes.margin - nodes.low).tolist()
+    weight = nodes.smoothness * np.abs(steps)
+    for p in range(len(rows) - 1, 0, -1):
+        candidates = path[p] + steps
+        cost = rows[p - 1].reshape(-1).take((candidates + origins[p - 1]) * pairs + column)
+        cost += nodes.smoothness * np.abs(candidates) if nodes.penalty == "as_printed" else weight
+        path[p - 1] = path[p] + steps[:, 0].take(cost.argmin(axis=0))
+    return path

@@ -1,0 +1,80 @@
+"""What a track is measured by: distances in mm, and what the mean performance alone would have given.
+
+The action model without an image is its mean performance; the question is at which phase.  With a constant rate
+(`linear_phase`) nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
+it is the least error that any timing of the mean performance can have.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.validation import InvalidInput
+
+
+def linear_phase(frames: int, samples: int) -> np.ndarray:
+    """Phases (T,) of the mean performance when both ends are aligned and the rate is constant [mozerov2006 7].
+
+    Examples
+    --------
+    >>> linear_phase(5, 9).tolist()
+    [0.0, 2.0, 4.0, 6.0, 8.0]
+    """
+    return np.linspace(0.0, samples - 1.0, frames)
+
+
+def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndarray:
+    """Phases (T,), whole samples, at which the mean performance comes nearest to each frame: the most it can do.
+
+    Parameters
+    ----------
+    performance : (T, J, c)
+        Joints in 3D (then this is an oracle) or in the image; NaN where not known.
+    mean_performance : (P, J, c)
+
+    Raises
+    ------
+    InvalidInput
+        If the joints disagree, or a frame has none that is known.
+
+    Notes
+    -----
+    Nearest in the mean squared distance of the joints that are known; the earlier on ties; not held to be monotone.
+    """
+    performance, mean_performance = (
+        np.asarray(performance, dtype=float),
+        np.asarray(mean_performance, dtype=float),
+    )
+    if performance.shape[1:] != mean_performance.shape[1:] or performance.ndim != 3:
+        raise InvalidInput(
+            "a performance and the mean performance have different joints",
+            expected="(T, J, c) and (P, J, c)",
+            received=f"{performance.shape} and {mean_performance.shape}",
+        )
+    known = np.isfinite(performance).all(axis=-1)
+    if not known.any(axis=1).all():
+        raise InvalidInput("no joint is known", where=f"frame {int((~known.any(axis=1)).argmax())}")
+    there = np.where(known[..., None], performance, 0.0)
+    weights = np.broadcast_to(known[..., None], there.shape).reshape(len(there), -1).astype(float)
+    of_mean = mean_performance.reshape(len(mean_performance), -1)
+    # |a - b|² over the known joints, less |a|², which is the same for all phases.
+    return (
+        (weights @ of_mean.T**2 - 2.0 * there.reshape(len(there), -1) @ of_mean.T)
+        .argmin(axis=1)
+        .astype(float)
+    )
+
+
+def joint_error(estimated: np.ndarray, true: np.ndarray, *, root: int | None = 8) -> np.ndarray:
+    """Mean distance of the joints in each frame (T,), mm, relative to the root joint (the pelvis) if there is one.
+
+    Parameters
+    ----------
+    estimated, true : (T, J, 3)
+    root : int or None
+        Index of the joint on which both are laid, which then counts for nothing; None compares as they stand.
+    """
+    difference = np.asarray(estimated, dtype=float) - true
+    if root is not None:
+        difference = np.delete(difference - difference[:, root, None], root, axis=1)
+    return np.linalg.norm(difference, axis=-1).mean(axis=1)

@@ -1,0 +1,197 @@
+"""How well 3D joints explain a 2D image of them, under a known camera: the likelihood of a tracker.
+
+Symbols
+-------
+``r_j``    image of a joint less its observed place, over ``sigma_j``: two numbers
+``sigma``  standard deviation of an observed coordinate: mm under an orthographic view, px under a pinhole
+
+The errors of joints are independent and normal, log L = -1/2 sum |r_j|² + constants, or bivariate Student-t with
+``nu`` degrees of freedom, -(nu + 2)/2 sum log(1 + |r_j|²/nu) + constants, which lets a wrongly placed joint go.
+A joint that was not seen (NaN) is left out.  ``sigma`` stands for all that parts the image from the posture: the
+detector's noise, and what the aSpace and the lengths of the limbs leave out (15-65 mm a joint).
+
+Where the actor stands.  Joints stand where `to_joints` puts them, shifted by `root`.  Under an orthographic view the
+place need not be known: an unknown shift of the image, along its horizontal alone (`unknown_place="across"`: the
+floor is known, so the height of the pelvis is seen) or along both axes (`"image"`), is integrated out.  With a flat
+prior that means: residuals count from their own weighted mean.  It is what aligning on the image of the root joint
+is for, without the root's noise in every joint and without the need to see the root.  Under a pinhole an image
+shift is no shift of the body: there the root is given (`Pinhole.back_project` makes it from pixels and a depth).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.core import camera as orthographic
+from pipeline.core.pinhole import Pinhole
+from pipeline.validation import InvalidInput
+
+_FREE_AXES = {"none": 0, "across": 1, "image": 2}
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """What a known camera saw of J joints in T frames, and how well it saw.
+
+    Attributes
+    ----------
+    image : (T, J, 2)
+        Horizontal and vertical, in the camera's unit; NaN where a joint was not seen.
+    camera : float or Pinhole
+        View angle in rad of an orthographic view (`pipeline.core.camera`), or a pinhole.
+    noise : float or (J,)
+        sigma.
+    root : (3,) or (T, 3), optional
+        Added to all joints, mm; a frame with a NaN is not seen.
+    unknown_place : {"none", "across", "image"}
+        Shift of an orthographic image that is integrated out.
+    degrees_of_freedom : float, optional
+        nu of Student's t; normal if not given.
+
+    Raises
+    ------
+    InvalidInput
+        Shapes, a noise that is not positive, an infinite coordinate, a camera that is neither, cameras for
+        another number of frames, an unknown place under a pinhole, or degrees of freedom that are not positive.
+    """
+
+    image: np.ndarray
+    camera: float | Pinhole
+    noise: float | np.ndarray
+    root: np.ndarray | None = None
+    unknown_place: str = "none"
+    degrees_of_freedom: float | None = None
+    seen: np.ndarray = field(init=False, repr=False)
+    """(T, J) bool: which joints take part."""
+
+    def __post_init__(self) -> None:
+        image = np.asarray(self.image, dtype=float)
+        if image.ndim != 3 or image.shape[-1] != 2 or 0 in image.shape:
+            raise InvalidInput(
+                "observed joints have the wrong shape", expected="(T, J, 2)", received=str(image.shape)
+            )
+        if np.isinf(image).any():
+            frame = int(np.isinf(image).any(axis=(1, 2)).argmax())
+            raise InvalidInput(
+                "an observed coordinate is infinite",
+                where=f"frame {frame}",
+                expected="a number, or NaN for a joint not seen",
+            )
+        noise = np.asarray(self.noise, dtype=float)
+        if noise.shape not in ((), (image.shape[1],)):
+            raise InvalidInput(
+                "the noise has the wrong shape",
+                expected=f"one number or ({image.shape[1]},)",
+                received=str(noise.shape),
+            )
+        if not (np.isfinite(noise) & (noise > 0)).all():
+            raise InvalidInput(
+                "the noise of observed joints is not positive", expected="> 0", received=f"{noise.min():g}"
+            )
+        if self.degrees_of_freedom is not None and not self.degrees_of_freedom > 0:
+            raise InvalidInput(
+                "the degrees of freedom are not positive",
+                expected="> 0",
+                received=f"{self.degrees_of_freedom:g}",
+            )
+        if self.unknown_place not in _FREE_AXES:
+            raise InvalidInput(
+                "the unknown place is not understood",
+                expected=" or ".join(_FREE_AXES),
+                received=str(self.unknown_place),
+            )
+        seen = np.isfinite(image).all(axis=-1) & _camera_known(self.camera, len(image), self.unknown_place)
+        if self.root is not None:
+            root = np.asarray(self.root, dtype=float)
+            if root.shape not in ((3,), (len(image), 3)):
+                raise InvalidInput(
+                    "the root has the wrong shape",
+                    expected=f"(3,) or ({len(image)}, 3)",
+                    received=str(root.shape),
+                )
+            root = np.broadcast_to(root, (len(image), 3))
+            seen &= np.isfinite(root).all(axis=-1)[:, None]
+            object.__setattr__(self, "root", root)
+        object.__setattr__(self, "image", image)
+        object.__setattr__(self, "noise", np.broadcast_to(noise, image.shape[1:2]))
+        object.__setattr__(self, "seen", seen)
+
+    @property
+    def frames(self) -> int:
+        """T."""
+        return len(self.image)
+
+    @property
+    def joints(self) -> int:
+        """J."""
+        return self.image.shape[1]
+
+    def log_peak(self, frame: int) -> float:
+        """Logarithm of the density of an image that fits exactly; 0 with no joint seen."""
+        noise = np.broadcast_to(self.noise, self.joints)[self.seen[frame]]
+        if not len(noise):
+            return 0.0
+        density = -len(noise) * np.log(2.0 * np.pi) - 2.0 * np.log(noise).sum()
+        # Integrating a shift out gives back the width of the mean of the residuals.
+        axes = _FREE_AXES[self.unknown_place]
+        return float(density + 0.5 * axes * (np.log(2.0 * np.pi) - np.log((noise**-2.0).sum())))
+
+    def log_density(self, joints: np.ndarray, frame: int) -> np.ndarray:
+        """Logarithm of the density (S,) of one frame's image, given S sets of joints (S, J, 3) in mm.
+
+        Minus infinity where a joint that was seen has no image (it stands behind the camera).
+
+        Notes
+        -----
+        With Student's t a shift is taken out by the median of the residuals and not integrated.
+        """
+        seen = self.seen[frame]
+        if not seen.any():
+            return np.zeros(len(joints))
+        points = joints if seen.all() else joints[:, seen]
+        if self.root is not None:
+            points = points + self.root[frame]
+        if isinstance(self.camera, Pinhole):
+            images = self.camera.at(frame).project(points)
+        else:
+            images = orthographic.project(points, self.camera)
+        noise = np.broadcast_to(self.noise, self.joints)[seen][:, None]
+        residuals = images - self.image[frame, seen]
+        free = residuals[..., : _FREE_AXES[self.unknown_place]]
+        if free.shape[-1] and self.degrees_of_freedom is None:
+            free -= np.average(free, axis=1, weights=noise[:, 0] ** -2.0, keepdims=True)
+        elif free.shape[-1]:
+            free -= np.median(free, axis=1, keepdims=True)
+        residuals /= noise
+        squares = np.einsum("sjc,sjc->sj", residuals, residuals)
+        nu = self.degrees_of_freedom
+        with np.errstate(over="ignore"):
+            misfit = squares.sum(axis=1) if nu is None else (nu + 2.0) * np.log1p(squares / nu).sum(axis=1)
+        return self.log_peak(frame) - 0.5 * np.where(np.isnan(misfit), np.inf, misfit)
+
+
+def _camera_known(camera: object, frames: int, unknown_place: str) -> np.ndarray:
+    """Where the camera is known, (T, 1) or (1, 1) bool."""
+    if isinstance(camera, Pinhole):
+        if unknown_place != "none":
+            raise InvalidInput(
+                "a pinhole needs to know where the actor stands",
+                expected="a root in mm and unknown_place='none'",
+                received=unknown_place,
+            )
+        if camera.frames not in (None, frames):
+            raise InvalidInput(
+                "cameras and images disagree in their frames",
+                expected=str(frames),
+                received=str(camera.frames),
+            )
+        return np.atleast_1d(camera.known)[:, None]
+    if isinstance(camera, bool) or not isinstance(camera, int | float | np.number) or not np.isfinite(camera):
+        raise InvalidInput(
+            "the camera is unknown",
+            expected="a view angle in radians or a Pinhole",
+            received=str(camera) if isinstance(camera, int | float | str) else type(camera).__name__,
+        )
+    return np.ones((1, 1), dtype=bool)

@@ -1,0 +1,217 @@
+"""How postures are predicted: along the action model, within its bounds, at a rate that is the performer's own.
+
+Symbols
+-------
+``p``     phase: position along the mean performance, in samples, 0 … P - 1; ``v`` its rate, samples per frame
+``m, s``  mean and standard deviation of the action model at a phase, (b,), linear between samples
+``z``     deviation in units of the model: the posture in the aSpace is x = m(p) + s(p) z
+``e``     innovations: independent standard normal numbers, one for the rate and b for the posture
+``q``     the part of a standard deviation that a posture diffuses by from frame to frame
+
+With the prior, v walks at random between bounds and never runs backwards, as [mozerov2006 13] has it for
+synchronization (speeds and accelerations differ), p' = p + v', and z' = rho z + q e: the posture moves with the mean
+performance and diffuses by a fraction of the learnt standard deviation.  With `reversion` rho is sqrt(1 - q²), so
+that without an image particles keep the learnt variance; else rho is one and they fill the bounds.
+
+A prediction with a coordinate outside of m +- 3 s is pruned: rejected and redrawn.  Coordinates are independent, so
+it is enough to redraw those outside, from the normal truncated to the bounds: the same distribution as rejecting
+whole predictions until one is accepted, at a cost that is known beforehand.
+
+Without the prior x walks at random by steps of the same size (root mean square over phases), and nothing is pruned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from pipeline.core.resampling import interpolate
+from pipeline.validation import InvalidInput
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """How particles move from one frame to the next.
+
+    Attributes
+    ----------
+    nominal_rate : float
+        Samples of the mean performance per frame: (P - 1) / (F - 1) for a performance of about F frames.
+    rate_bounds : (low, high)
+        Of the rate, times the nominal; at the start it is anything between.
+    rate_step : float
+        Standard deviation of its change from frame to frame, times the nominal.  People pause and hurry on within
+        a few frames; a rate that cannot follow loses the phase, which never runs back.
+    diffusion : float
+        q: standard deviation of a posture's own step, as a fraction of the learnt one; `learnt_diffusion` gives it.
+    reversion : bool
+        Whether deviations return to the mean performance as fast as they diffuse.
+    bound : float
+        Predictions farther from the mean than this many standard deviations are pruned; infinite: none.
+    start_phase : (low, high)
+        Where performances may stand in the first frame, as fractions of the mean performance.
+    """
+
+    nominal_rate: float = 1.0
+    rate_bounds: tuple[float, float] = (0.0, 2.0)
+    rate_step: float = 0.3
+    diffusion: float = 0.2
+    reversion: bool = True
+    bound: float = 3.0
+    start_phase: tuple[float, float] = (0.0, 0.0)
+
+
+class Walk:
+    """Predictions from an action model; states (S, 2 + b) hold p, v, and z with the prior or x without it.
+
+    Parameters
+    ----------
+    mean, standard_deviation : (P, b)
+    dynamics : Dynamics
+    prior : bool
+
+    Raises
+    ------
+    InvalidInput
+        An action model of one sample, of shapes that disagree, with a negative or missing number, or dynamics out
+        of range.
+    """
+
+    def __init__(
+        self, mean: np.ndarray, standard_deviation: np.ndarray, dynamics: Dynamics, *, prior: bool
+    ) -> None:
+        self.mean, self.sd = _checked_model(mean, standard_deviation)
+        _check_dynamics(dynamics, prior)
+        self.prior, self.dynamics = prior, dynamics
+        self.last = float(len(self.mean) - 1)
+        self.step = dynamics.diffusion * (1.0 if prior else np.sqrt((self.sd**2).mean(axis=0)))
+        self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior and dynamics.reversion else 1.0
+        self.bound = dynamics.bound if prior else np.inf
+
+    def draw(
+        self, state: np.ndarray | None, count: int, generator: np.random.Generator
+    ) -> tuple[np.ndarray, float]:
+        """Innovations (S, 2 + b) whose predictions the model accepts, and the fraction that it first rejected."""
+        innovations = generator.standard_normal((count, 2 + self.mean.shape[1]))
+        if not np.isfinite(self.bound) or (state is not None and self.dynamics.diffusion == 0.0):
+            return innovations, 0.0
+        e = innovations[:, 2:]
+        centre, step = (np.zeros_like(e), 1.0) if state is None else (self.keep * state[:, 2:], self.step)
+        outside = np.abs(centre + step * e) > self.bound
+        if outside.any():
+            low, high = (ndtr((edge - centre[outside]) / step) for edge in (-self.bound, self.bound))
+            e[outside] = ndtri(low + generator.random(len(low)) * (high - low))
+        return innovations, float(outside.any(axis=1).mean())
+
+    def apply(self, state: np.ndarray | None, innovations: np.ndarray) -> np.ndarray:
+        """States that follow from states by innovations; those of the first frame follow from none."""
+        d = self.dynamics
+        after = np.empty_like(innovations)
+        low, high = np.multiply(d.rate_bounds, d.nominal_rate)
+        if state is None:
+            first, final = np.multiply(d.start_phase, self.last)
+            uniform = ndtr(innovations[:, :2])
+            after[:, 0] = first + (final - first) * uniform[:, 0]
+            after[:, 1] = low + (high - low) * uniform[:, 1]
+            after[:, 2:] = (
+                innovations[:, 2:] if self.prior else self.mean[0] + self.sd[0] * innovations[:, 2:]
+            )
+        else:
+            rate = state[:, 1] + d.rate_step * d.nominal_rate * innovations[:, 1]
+            after[:, 1] = _reflected(rate, low, high)
+            after[:, 0] = np.minimum(state[:, 0] + after[:, 1], self.last)
+            after[:, 2:] = self.keep * state[:, 2:] + self.step * innovations[:, 2:]
+        if not self.prior:
+            after[:, :2] = np.nan
+        return after
+
+    def accepted(self, state: np.ndarray) -> np.ndarray:
+        """Which states (S,) lie within the bounds of the action model."""
+        return (np.abs(state[:, 2:]) <= self.bound).all(axis=1)
+
+    def posture(self, state: np.ndarray) -> np.ndarray:
+        """x (S, b) in the aSpace."""
+        if not self.prior:
+            return state[:, 2:]
+        phase = state[:, 0]
+        return interpolate(self.mean, phase) + interpolate(self.sd, phase) * state[:, 2:]
+
+
+def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
+    """q of the performances that the action model was learnt from: how fast deviations change, per sample.
+
+    Parameters
+    ----------
+    performances : (M, P, b)
+        Synchronized, the ones of the model.
+    mean, standard_deviation : (P, b)
+
+    Raises
+    ------
+    InvalidInput
+        If the model is none, the performances have another shape, or nothing deviates from the mean.
+
+    Notes
+    -----
+    From the correlation of the deviations z with those one sample on, rho = sqrt(1 - q²).
+    """
+    mean, sd = _checked_model(mean, standard_deviation)
+    performances = np.asarray(performances, dtype=float)
+    if performances.ndim != 3 or performances.shape[1:] != mean.shape:
+        raise InvalidInput(
+            "performances and action model disagree",
+            expected=f"(M, {mean.shape[0]}, {mean.shape[1]})",
+            received=str(performances.shape),
+        )
+    z = (performances - mean) / np.where(sd > 0, sd, np.inf)
+    power = np.sqrt((z[:, 1:] ** 2).sum() * (z[:, :-1] ** 2).sum())
+    if not power > 0:
+        raise InvalidInput("the performances do not deviate from their mean", where="learnt diffusion")
+    rho = (z[:, 1:] * z[:, :-1]).sum() / power
+    return float(np.sqrt(max(0.0, 1.0 - rho**2)))
+
+
+def _reflected(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Values folded back at the bounds, so that a random walk stays between them and favours none."""
+    if high <= low:
+        return np.full_like(values, low)
+    offset = np.mod(values - low, 2.0 * (high - low))
+    return low + np.minimum(offset, 2.0 * (high - low) - offset)
+
+
+def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    mean, sd = np.asarray(mean, dtype=float), np.asarray(sd, dtype=float)
+    if mean.ndim != 2 or mean.shape != sd.shape or mean.shape[1] < 1:
+        raise InvalidInput(
+            "mean and standard deviation of the action model disagree",
+            expected="both (P, b)",
+            received=f"{mean.shape} and {sd.shape}",
+        )
+    if len(mean) < 2:
+        raise InvalidInput("the action model has one sample", expected="two or more", received=str(len(mean)))
+    if not (np.isfinite(mean).all() and np.isfinite(sd).all()):
+        sample = int((~(np.isfinite(mean) & np.isfinite(sd))).any(axis=1).argmax())
+        raise InvalidInput("the action model has a number that is not finite", where=f"sample {sample}")
+    if (sd < 0).any():
+        raise InvalidInput("a standard deviation of the action model is negative", received=f"{sd.min():g}")
+    return mean, sd
+
+
+def _check_dynamics(d: Dynamics, prior: bool) -> None:
+    low, high = d.rate_bounds
+    first, final = d.start_phase
+    most = 1.0 if prior and d.reversion else np.inf  # what returns cannot diffuse by more than is learnt
+    for name, value, right, expected in (
+        ("nominal rate", d.nominal_rate, 0 < d.nominal_rate < np.inf, "samples per frame > 0"),
+        ("bounds of the rate", d.rate_bounds, 0 <= low <= high < np.inf, "0 <= low <= high"),
+        ("step of the rate", d.rate_step, 0 <= d.rate_step < np.inf, ">= 0"),
+        ("diffusion", d.diffusion, 0 <= d.diffusion <= min(most, 1e6), f"0 to {most:g}"),
+        ("bound", d.bound, d.bound > 0, "standard deviations > 0"),
+        ("first phase", d.start_phase, 0 <= first <= final <= 1, "0 <= low <= high <= 1"),
+    ):
+        if not right:
+            raise InvalidInput(
+                f"out of range: {name}", where="dynamics", expected=expected, received=str(value)
+            )

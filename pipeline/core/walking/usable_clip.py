@@ -1,0 +1,81 @@
+"""What a clip must be before steady walking is looked for in it: in millimetres, and without short gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+
+_HEAD = WALKER15.index("head")
+_LEFT = [WALKER15.index(f"left_{joint}") for joint in ("hip", "knee", "ankle")]
+_RIGHT = [WALKER15.index(f"right_{joint}") for joint in ("hip", "knee", "ankle")]
+
+LEG_LENGTH_MM = (350.0, 1300.0)
+"""Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
+
+_UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.8}
+
+
+def leg_length(positions: np.ndarray) -> float:
+    """Hip to knee to ankle in mm, mean over sides and the frames that show them; NaN where none does."""
+    lengths = np.stack(
+        [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1).sum(axis=1) for side in (_LEFT, _RIGHT)]
+    )
+    seen = np.isfinite(lengths)
+    if not seen.any(axis=1).all():
+        return float("nan")
+    return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
+
+
+def stature(positions: np.ndarray) -> float:
+    """Height of the centre of the head above the lowest ankle, mm: a stand-in for stature; (T, 15, 3) in."""
+    ankles = positions[:, [_LEFT[2], _RIGHT[2]], 2]
+    return float(np.nanmean(positions[:, _HEAD, 2]) - np.nanpercentile(ankles, 2))
+
+
+def check_units(positions: np.ndarray) -> None:
+    """Nothing; a InvalidInput if the legs are not of human length in millimetres."""
+    length = leg_length(positions)
+    if not np.isfinite(length):
+        raise InvalidInput("the legs were never seen whole")
+    if LEG_LENGTH_MM[0] <= length <= LEG_LENGTH_MM[1]:
+        return
+    # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's 850 mm.
+    ratio = {unit: abs(np.log(length * mm / 850.0)) for unit, mm in _UNITS_MM.items()} if length > 0 else {}
+    guess = min(ratio, key=ratio.__getitem__, default="")
+    human = guess and LEG_LENGTH_MM[0] <= length * _UNITS_MM[guess] <= LEG_LENGTH_MM[1]
+    raise InvalidInput(
+        "the unit of length is wrong" + (f": it looks like {guess}" if human else ""),
+        expected="legs of 350 to 1300 mm",
+        received=f"{length:.3g} mm",
+    )
+
+
+def bridge_gaps(
+    positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Positions with short gaps filled, the frames that are whole, and how many values were filled.
+
+    A gap of at most `gap_s` with measured frames on both sides is bridged by a cubic spline through the joint's
+    measured frames.  Returns (T, J, 3), (T,) bool, int; nothing is extrapolated.
+    """
+    filled = np.array(positions, dtype=float)
+    known = np.array(valid, dtype=bool)
+    longest = int(np.floor(gap_s * frame_rate_hz + 1e-9))  # 0.29 s at 100 Hz is 29 frames
+    count = 0
+    for joint in range(filled.shape[1]):
+        seen = np.flatnonzero(known[:, joint])
+        if len(seen) == len(filled) or len(seen) < 4:
+            continue
+        short = [g for g in np.flatnonzero(np.diff(seen) > 1) if seen[g + 1] - seen[g] - 1 <= longest]
+        if not short:
+            continue
+        spline = CubicSpline(seen, filled[seen, joint])
+        for g in short:
+            frames = np.arange(seen[g] + 1, seen[g + 1])
+            filled[frames, joint] = spline(frames)
+            known[frames, joint] = True
+            count += len(frames)
+    return filled, np.all(known, axis=1), count

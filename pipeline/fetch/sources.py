@@ -1,0 +1,166 @@
+"""Real recordings, fetched by a table of addresses and checked by their sha256.
+
+Every file of ``data/sources.csv`` is looked for in a mirror (a folder), then at its address, then at its origin.
+"""
+
+from __future__ import annotations
+
+import csv
+import fnmatch
+import re
+import urllib.request
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pipeline.fetch.transfer import FetchReport, Progress, Transfer
+from pipeline.validation import InvalidInput
+
+NEEDED_COLUMNS = ("path", "source", "bytes", "sha256", "address", "origin")
+
+
+def open_http(request: urllib.request.Request, *, timeout: float) -> Any:
+    """The answer to a request over http(s), which no redirection can lead to a file or another protocol."""
+    director = urllib.request.OpenerDirector()
+    for handler in (
+        urllib.request.ProxyHandler(),
+        urllib.request.UnknownHandler(),
+        urllib.request.HTTPHandler(),
+        urllib.request.HTTPSHandler(),
+        urllib.request.HTTPDefaultErrorHandler(),
+        urllib.request.HTTPRedirectHandler(),
+        urllib.request.HTTPErrorProcessor(),
+    ):
+        director.add_handler(handler)
+    return director.open(request, timeout=timeout)
+
+
+def fetch(
+    sources: Path,
+    raw: Path,
+    *,
+    mirror: Path | None = None,
+    only: Sequence[str] | None = None,
+    opener: Callable[..., Any] = open_http,
+    progress: Callable[[Progress], None] = lambda _: None,
+) -> FetchReport:
+    """What was fetched, what was there, and what failed and why.
+
+    One connection at a time.  A file that is there already is read and its sha256 compared.  Interrupted, it
+    leaves ``.part`` files from which the next run goes on.
+
+    Parameters
+    ----------
+    sources : Path
+        The table of addresses, with at least the columns `NEEDED_COLUMNS`.
+    raw : Path
+        The folder that receives the files; no other folder is written to.
+    mirror : Path, optional
+        A folder with the same paths, asked first.
+    only : sequence of str, optional
+        Names of sources, paths or patterns such as ``cmu/16/*``; all files if not given.
+    opener : callable
+        Called as ``opener(request, timeout=seconds)``, as ``urllib.request.urlopen`` is.
+    progress : callable
+        Called with a `Progress` after every piece and every file.
+
+    Raises
+    ------
+    InvalidInput
+        If the table cannot be used (a path that leaves the folder, a missing column, …), the mirror is not a
+        folder, `only` names nothing, or `raw` cannot be written.
+    """
+    rows = _selected(read_sources(sources), only)
+    if mirror is not None and not Path(mirror).is_dir():
+        raise InvalidInput("the mirror is not a folder", where=str(mirror))
+    return Transfer(rows, Path(raw), mirror and Path(mirror), opener, progress).report()
+
+
+def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | None = None) -> Path | None:
+    """Where a recording is now: in `raw`, else in the mirror, else None.
+
+    A file of another size than the table says is passed over, for it is not that recording.
+
+    Raises
+    ------
+    InvalidInput
+        If the row's path leaves the folder.
+    """
+    _check_path(row["path"], "the table of sources")
+    for folder in (raw, mirror):
+        if folder is not None:
+            path = Path(folder) / row["path"]
+            if path.is_file() and path.stat().st_size == int(row["bytes"]):
+                return path
+    return None
+
+
+def read_sources(sources: Path) -> list[dict[str, str]]:
+    """The rows of a table of addresses, each checked.
+
+    Raises
+    ------
+    InvalidInput
+        If the table cannot be read, lacks a column, names a path twice or outside the folder, or a size or
+        digest is not one.
+    """
+    try:
+        with Path(sources).open(newline="", encoding="utf-8") as stream:
+            reader = csv.DictReader(stream, strict=True)
+            header, rows = reader.fieldnames or (), list(reader)
+    except (OSError, csv.Error, UnicodeDecodeError) as error:
+        raise InvalidInput(f"cannot read the table of sources: {error}") from error
+    where = Path(sources).name
+    if missing := [name for name in NEEDED_COLUMNS if name not in header]:
+        raise InvalidInput(f"the table of sources has no column {missing[0]!r}", where=where)
+    seen: set[str] = set()
+    for row in rows:
+        if None in row or None in row.values():
+            raise InvalidInput("a row is not as long as the header", where=where, received=f"{row['path']!r}")
+        path = row["path"]
+        _check_path(path, where)
+        if path in seen:
+            raise InvalidInput("a path stands twice in the table", where=where, received=path)
+        seen.add(path)
+        if not re.fullmatch(r"[0-9a-f]{64}", row["sha256"]):
+            raise InvalidInput(
+                "the sha256 is not one",
+                where=f"{where}, {path}",
+                expected="64 hexadecimal digits",
+                received=row["sha256"] or "none",
+            )
+        if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
+            raise InvalidInput(
+                "the size is not a number of bytes", where=f"{where}, {path}", received=row["bytes"]
+            )
+    return rows
+
+
+def _check_path(path: str, where: str) -> None:
+    """Refuse a path that could name anything but a file inside the folder."""
+    parts = PurePosixPath(path).parts
+    strange = not parts or path.startswith("/") or ".." in parts or re.search(r"[\\:\0]", path)
+    if strange or path != str(PurePosixPath(path)) or path.endswith(".part"):
+        raise InvalidInput(
+            "a path must stay inside the data folder",
+            where=where,
+            expected="a relative path such as cmu/16/16_15.amc",
+            received=repr(path),
+        )
+
+
+def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[dict[str, str]]:
+    """The rows that the caller wants."""
+    if only is None:
+        return rows
+    chosen: set[str] = set()
+    for wanted in only:
+        found = {r["path"] for r in rows if r["source"] == wanted or fnmatch.fnmatchcase(r["path"], wanted)}
+        if not found:
+            raise InvalidInput(
+                "the table of sources has nothing of that name",
+                expected="a source (" + ", ".join(sorted({r["source"] for r in rows})) + ") or a path",
+                received=wanted,
+            )
+        chosen |= found
+    return [row for row in rows if row["path"] in chosen]

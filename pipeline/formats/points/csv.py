@@ -1,0 +1,133 @@
+"""Tables of points as text, wide or long, recognised by their header.
+
+Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_x, head_y, head_z``
+(``head.x``, ``head x``, ``HEAD_X`` and ``head_x_mm`` are read too).
+Long: one row for each frame and point: ``frame`` or ``time``; ``joint``, ``point``, ``marker`` or ``name``;
+``x, y, z`` (or ``x_mm``…); and ``unit`` where the table says it in a column.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.formats.points.csv_table import read_header, read_table, unit_of_length
+from pipeline.formats.points.csv_times import frame_index, frame_rate
+from pipeline.formats.points.point_table import positions_to_write
+from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.validation import InvalidInput
+
+
+def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str = "mm") -> MotionCapture:
+    """The points of a table, in millimetres and in the file's own axes.
+
+    Parameters
+    ----------
+    path : str or Path
+    frame_rate_hz : float, optional
+        Needed when the table has no column of times; must agree with it within 1 % if it has.
+    units : str
+        The unit of length where the table itself names none.
+
+    Returns
+    -------
+    MotionCapture
+        Empty cells, NaN and absent rows are NaN and not valid.
+
+    Raises
+    ------
+    InvalidInput
+        If the header names no points, a cell is not a number, a point stands twice in one frame, times
+        are not uniform within 1 %, or the unit or the rate cannot be known.
+    """
+    table = read_table(Path(path))
+    columns = read_header(table)
+    unit = unit_of_length(table, columns, units)
+    index = frame_index(table, columns)
+    rate = frame_rate(table, columns, index, frame_rate_hz)
+    frames = int(index.max()) + 1
+    coordinates = [[table.numbers(column) for column in axes.values()] for axes in columns.axes.values()]
+    if "point" in columns.roles:
+        cells = table.cells(columns.roles["point"])
+        names = tuple(dict.fromkeys(cells))
+        place = {name: k for k, name in enumerate(names)}
+        sample = index * len(names) + np.array([place[cell] for cell in cells])
+        values = np.transpose(coordinates[0])
+    else:
+        names = tuple(columns.axes)
+        sample = (index[:, None] * len(names) + np.arange(len(names))).reshape(-1)
+        values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
+    if "" in names:
+        raise InvalidInput("a point has no name", where=f"{path}, line {table.lines[cells.index('')]}")
+    # A row may name a far frame or a new point; memory stays in proportion to the file.
+    if frames * len(names) > 1000 + 64 * len(sample):
+        raise InvalidInput(
+            "the table is nearly empty: frame numbers jump, or points have too many names",
+            where=str(path),
+            expected="a value for most frames and points",
+            received=f"{len(sample)} samples for {frames} frames of {len(names)} points",
+        )
+    order = np.argsort(sample, kind="stable")
+    again = order[1:][np.diff(sample[order]) == 0]
+    if again.size:
+        k = int(again.min())
+        raise InvalidInput(
+            f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
+            where=f"{path}, line {table.lines[k * len(index) // len(sample)]}",
+            expected="one row for each frame and point",
+        )
+    positions = np.full((frames * len(names), 3), np.nan)
+    positions[sample] = values * MILLIMETRES[unit]
+    valid = np.isfinite(positions).all(axis=-1)
+    positions[~valid] = np.nan
+    if absent := len(positions) - len(sample):
+        table.notes.append(f"{absent} of {len(positions)} samples have no row and are missing.")
+    return MotionCapture(
+        names=names,
+        positions_mm=positions.reshape(frames, len(names), 3),
+        valid=valid.reshape(frames, len(names)),
+        frame_rate_hz=rate,
+        units=unit,
+        channels=(),
+        angles_deg=np.empty((frames, 0)),
+        notes=tuple(table.notes),
+    )
+
+
+def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
+    """Write positions as a long table in millimetres, every digit kept, missing samples empty.
+
+    Parameters
+    ----------
+    path : str or Path
+    names : sequence of str
+        P point names, all different.
+    positions_mm : (T, P, 3) array
+        NaN where missing.
+    frame_rate_hz : float
+
+    Raises
+    ------
+    InvalidInput
+        If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
+    """
+    positions = positions_to_write(
+        names,
+        positions_mm,
+        frame_rate_hz,
+        str(path),
+        cannot_hold="the table cannot hold the point name",
+        distinct=True,
+    )
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("frame", "time_s", "joint", "x_mm", "y_mm", "z_mm"))
+    for frame, posture in enumerate(positions.tolist()):
+        time = repr(frame / float(frame_rate_hz))
+        for name, point in zip(names, posture, strict=True):
+            writer.writerow((frame, time, name, *("" if x != x else repr(x) for x in point)))
+    Path(path).write_text(text.getvalue(), encoding="utf-8", newline="\n")

@@ -1,0 +1,247 @@
+"""What a recording opens on: views as plain values, and the viewer's blueprint made from them.
+
+The other half of `pipeline.recording`, which exports these names and writes the blueprint into the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from pipeline.validation import InvalidInput
+
+METRES = 1e-3
+"""Metres in one millimetre."""
+
+GROUND = (24, 26, 31)
+"""Background of skeleton views: always dark, so that the colours read the same in either theme."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """One view: its title, the entity that it starts from, and what it takes in (default: all below)."""
+
+    name: str
+    origin: str
+    contents: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Space3D(View):
+    """Skeletons in space, seen from `eye_mm`; with `shown`, all others are listed but start hidden."""
+
+    origin: str = "world"
+    shown: tuple[str, ...] = ()
+    eye_mm: tuple[float, float, float] = (2000.0, 1750.0, 1300.0)
+    target_mm: tuple[float, float, float] = (0.0, 0.0, 850.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Image2D(View):
+    """Skeletons in an image, upright; `shown` as in `Space3D`."""
+
+    origin: str = "image"
+    shown: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plot(View):
+    """Curves over the recording's timeline; the ranges default to the data with their spread."""
+
+    origin: str = "curves"
+    x_range: tuple[float, float] | None = None
+    y_range: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bars(View):
+    """A bar chart."""
+
+    origin: str = "spectrum"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matrix(View):
+    """A matrix as a coloured image, row 0 at the top."""
+
+    origin: str = "matrices"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Notes(View):
+    """The description."""
+
+    name: str = "about"
+    origin: str = "about"
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Box around what an entity draws: in a plot (abscissa, ordinate), in an image (right, down) metres."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+
+Extents = Mapping[str, Extent | None]
+
+
+@dataclass(frozen=True)
+class Split:
+    """Parts as ``columns`` side by side, ``rows`` above one another, or ``tabs`` with the first one open."""
+
+    direction: str
+    parts: Sequence[View | Split]
+    shares: Sequence[float] | None = None
+
+
+def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing: bool) -> rrb.Blueprint:
+    """The viewer's blueprint of a layout.
+
+    Parameters
+    ----------
+    layout : View or Split
+    timeline : str
+        The one that the viewer opens.
+    extents : mapping
+        Every entity of the recording → the box around what it draws, or None for what needs none.
+    playing : bool
+        Whether the viewer starts by playing in a loop.
+
+    Raises
+    ------
+    InvalidInput
+        If a view would be empty, or a range or a direction makes no sense.
+    """
+    hides = any(getattr(view, "shown", ()) for view in _views(layout))
+    return rrb.Blueprint(
+        _part(layout, timeline, extents),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=timeline,
+            play_state="playing" if playing else "paused",
+            loop_mode="all" if playing else None,
+        ),
+        # The tree is where hidden walkers are switched on, so it is open when there are any.
+        rrb.BlueprintPanel(state="expanded" if hides else "collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _views(part: View | Split) -> list[View]:
+    return [part] if isinstance(part, View) else [view for p in part.parts for view in _views(p)]
+
+
+def _below(path: str, entities: Collection[str]) -> list[str]:
+    """Entities at or under a path; ``/**`` at its end and a slash at its head are allowed."""
+    stem = path.strip("/").removesuffix("/**")
+    return [e for e in entities if e == stem or e.startswith(stem + "/")]
+
+
+def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container | rrb.View:
+    if isinstance(part, View):
+        return _view(part, timeline, extents)
+    parts = [_part(p, timeline, extents) for p in part.parts]
+    if part.shares is not None and len(part.shares) != len(parts):
+        raise InvalidInput(
+            "as many shares as parts", expected=str(len(parts)), received=str(len(part.shares))
+        )
+    match part.direction:
+        case "columns":
+            return rrb.Horizontal(*parts, column_shares=part.shares)
+        case "rows":
+            return rrb.Vertical(*parts, row_shares=part.shares)
+        case "tabs":
+            return rrb.Tabs(*parts, active_tab=0)
+    raise InvalidInput("a split of an unknown kind", expected="columns, rows, tabs", received=part.direction)
+
+
+def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
+    for path in (*(view.contents or (view.origin,)), *getattr(view, "shown", ())):
+        if not _below(path, extents):
+            raise InvalidInput(
+                f"nothing to show at {path!r}", where=view.name, received=", ".join(sorted(extents)[:8])
+            )
+    contents = [f"/{path.strip('/').removesuffix('/**')}/**" for path in view.contents] or "$origin/**"
+    common: dict[str, Any] = {"origin": f"/{view.origin.strip('/')}", "name": view.name, "contents": contents}
+    match view:
+        case Space3D():
+            eye = rrb.EyeControls3D(
+                position=np.array(view.eye_mm) * METRES,
+                look_target=np.array(view.target_mm) * METRES,
+                eye_up=(0, 0, 1),
+            )
+            grid = rrb.LineGrid3D(visible=True, spacing=0.5, color=(255, 255, 255, 28))
+            return rrb.Spatial3DView(
+                **common, eye_controls=eye, line_grid=grid, background=GROUND, overrides=_hidden(view)
+            )
+        case Image2D():
+            (left, top), (right, bottom) = _box(view, extents, margin=0.08)
+            bounds = rrb.VisualBounds2D(x_range=(left, right), y_range=(top, bottom))
+            return rrb.Spatial2DView(
+                **common, background=GROUND, visual_bounds=bounds, overrides=_hidden(view)
+            )
+        case Plot():
+            (left, _), (right, _) = _box(view, extents, margin=0.0)
+            (_, low), (_, high) = _box(view, extents, margin=0.05)
+            return rrb.TimeSeriesView(
+                **common,
+                axis_x=_abscissa(timeline, _ordered(view, view.x_range or (left, right))),
+                axis_y=rrb.ScalarAxis(range=_ordered(view, view.y_range or (low, high))),
+                plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
+            )
+        case Bars():
+            return rrb.BarChartView(**common)
+        case Matrix():
+            return rrb.Spatial2DView(**common)
+        case Notes():
+            return rrb.TextDocumentView(**common)
+    raise InvalidInput("a view of an unknown kind", where=view.name, received=type(view).__name__)
+
+
+def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
+    """Overrides that hide all but the chosen: visibility is inherited, so one line each is enough."""
+    if not view.shown:
+        return None
+    tops = view.contents or (view.origin,)
+    hidden: dict[Any, Any] = {
+        path.strip("/").removesuffix("/**"): rrb.EntityBehavior(visible=False) for path in tops
+    }
+    return hidden | {path.strip("/"): rrb.EntityBehavior(visible=True) for path in view.shown}
+
+
+def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
+    low, high = limits
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise InvalidInput(
+            "a range that is empty", where=view.name, expected="low < high", received=f"{low}, {high}"
+        )
+    return low, high
+
+
+def _box(view: View, extents: Extents, *, margin: float) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of the box around all that a view draws, widened by a fraction of its size."""
+    paths = view.contents or (view.origin,)
+    boxes = [box for path in paths for entity in _below(path, extents) if (box := extents[entity])]
+    if not boxes:
+        raise InvalidInput(f"nothing that a {type(view).__name__} can show", where=view.name)
+    low = np.min([box.low for box in boxes], axis=0)
+    high = np.max([box.high for box in boxes], axis=0)
+    size = np.where(high > low, high - low, np.maximum(1.0, np.abs(high)))  # a constant still gets an axis
+    return low - margin * size, high + margin * size
+
+
+def _abscissa(timeline: str, limits: tuple[float, float]) -> rrb.TimeAxis:
+    boundary = rr.TimeRangeBoundary.absolute
+    if timeline == "time":
+        start, end = (boundary(seconds=float(v)) for v in limits)
+    else:
+        start, end = (boundary(seq=round(v)) for v in limits)
+    return rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))

@@ -1,0 +1,259 @@
+"""Full-scale results that are kept: one folder for a date and a commit, every file of it re-hashable.
+
+``<archive>/<date>-<commit>/<data>/<figure>/…`` holds what was published, ``SHA256SUMS`` at its top every
+file's digest (``sha256sum -c SHA256SUMS`` reads it too), and ``<archive>/index.csv`` one row per data set.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import shutil
+from collections.abc import Sequence
+from pathlib import Path, PurePosixPath
+
+from pipeline.storage import provenance
+from pipeline.storage import sealed_folders as folders
+from pipeline.validation import InvalidInput
+
+CHECKSUMS = "SHA256SUMS"
+INDEX = "index.csv"
+CLAIMS = "claims.csv"
+COLUMNS = ("archive", "date", "commit", "data", "figures", "files", "bytes", "checksums_sha256")
+
+
+def keep(
+    results_data_scale: Path,
+    archive_root: Path,
+    *,
+    date: str,
+    commit: str,
+    dirty: bool | str,
+    figures_expected: Sequence[str],
+    lock: Path = provenance.LOCK,
+) -> Path:
+    """The archive, ``<archive_root>/<date>-<first 12 digits of the commit>``, with these results in it.
+
+    Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` says.
+    The files that it lists are kept, ``claims.csv`` beside the figures if there is one, and the lock file.
+    Keeping the same results again changes nothing, and finishes what a killed run had begun.
+
+    Parameters
+    ----------
+    results_data_scale : Path
+        ``results/<data>/full``.
+    archive_root : Path
+        Holds all archives and ``index.csv``.
+    date : str
+        ``2026-01-31``.
+    commit : str
+        Forty hexadecimal digits: the commit that is checked out.
+    dirty : bool or str
+        Whether the tree differs from that commit; anything but False is refused.
+    figures_expected : sequence of str
+        Every figure that must be there.
+    lock : Path
+        The lock file that the results were made with.
+
+    Raises
+    ------
+    InvalidInput
+        If the tree is dirty; a result is missing, unfinished, damaged, small-scale or made by another commit;
+        the archive has other content already; or it cannot be written.
+    """
+    source = Path(results_data_scale)
+    data = source.parent.name
+    if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
+        raise InvalidInput("the archive's date is not a date", expected="2026-01-31", received=date)
+    if not re.fullmatch(r"[0-9a-f]{40}", commit):
+        raise InvalidInput(
+            "the archive needs a commit", expected="40 hexadecimal digits", received=commit or "none"
+        )
+    if dirty is not False:
+        raise InvalidInput(
+            "the tree differs from its commit, so the results could not be traced: commit first",
+            expected="a clean tree",
+            received=f"dirty = {dirty}",
+        )
+    if not figures_expected:
+        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
+    if not lock.is_file():
+        raise InvalidInput("the lock file is missing", where=lock.name)
+    files: dict[str, Path] = {lock.name: lock}
+    if (source / CLAIMS).is_file():
+        files[CLAIMS] = source / CLAIMS
+    for figure in sorted(set(figures_expected)):
+        _check_figure(source / figure, commit=commit, lock=lock)
+        files |= {f"{figure}/{name}": source / figure / name for name in _listed(source / figure)}
+    archive = Path(archive_root) / f"{date}-{commit[:12]}"
+    try:
+        return _keep_files(
+            files, archive, data, {"date": date, "commit": commit, "figures": figures_expected}
+        )
+    except OSError as error:
+        raise InvalidInput(f"cannot write results: {error.strerror or error} ({archive})") from error
+
+
+def verify(archive: Path) -> list[str]:
+    """What changed in an archive since it was kept, one sentence per file; an empty list is good.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder is no archive, or its list of checksums cannot be understood.
+    """
+    archive = Path(archive)
+    if not (archive / CHECKSUMS).is_file():
+        raise InvalidInput("this is no archive", where=str(archive), expected=f"a folder with {CHECKSUMS}")
+    sums = _read_sums(archive)
+    problems = []
+    for name, expected in sorted(sums.items()):
+        path = archive / name
+        if not path.is_file():
+            problems.append(f"{name}: missing")
+            continue
+        try:
+            if folders.file_digest(path) != expected:
+                problems.append(f"{name}: changed")
+        except OSError as error:
+            problems.append(f"{name}: cannot be read ({error.strerror})")
+    present = {p.relative_to(archive).as_posix() for p in archive.rglob("*") if not p.is_dir()}
+    problems += [f"{name}: added" for name in sorted(present - sums.keys() - {CHECKSUMS})]
+    for row in _read_index(archive.parent / INDEX):
+        if row["archive"] == archive.name:
+            part = {k: v for k, v in sums.items() if k.startswith(f"{row['data']}/")}
+            if folders.digest(_sums_text(part)) != row["checksums_sha256"]:
+                problems.append(f"{CHECKSUMS}: not what {INDEX} recorded for {row['data']}")
+    return problems
+
+
+def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
+    """Refuse a figure that is not a finished full-scale result of this commit."""
+    where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
+    if not folder.is_dir():
+        raise InvalidInput("the figure has not been made", where=where)
+    if complaints := folders.complaints_about(folder):
+        raise InvalidInput(f"the result is unfinished or damaged: {complaints[0]}", where=where)
+    manifest = json.loads((folder / folders.MANIFEST).read_bytes())
+    made = manifest.get("provenance", {})
+    stated = (
+        ("scale", "full", manifest.get("scale"), "only full-scale results are archived"),
+        ("commit", commit, made.get("commit"), "the result was made by another commit: make it again"),
+        ("dirty", False, made.get("dirty"), "the result was made by a tree that differs from its commit"),
+        (
+            "lock_sha256",
+            folders.file_digest(lock),
+            made.get("lock_sha256"),
+            "another lock file made the result",
+        ),
+    )
+    for name, expected, received, complaint in stated:
+        if received != expected:
+            raise InvalidInput(
+                complaint, where=where, expected=f"{name} {expected}", received=f"{name} {received}"
+            )
+
+
+def _listed(folder: Path) -> list[str]:
+    """The files of a figure that its manifest lists, and the manifest."""
+    names = sorted(json.loads((folder / folders.MANIFEST).read_bytes())["files"])
+    for name in names:
+        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
+            raise InvalidInput(
+                "the manifest lists a file outside its folder", where=str(folder), received=name
+            )
+    return [*names, folders.MANIFEST]
+
+
+def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -> Path:
+    """Copy, list and index; each of the three is one rename, so a killed run leaves a state to go on from."""
+    wanted = {f"{data}/{name}": folders.file_digest(path) for name, path in sorted(files.items())}
+    target = archive / data
+    indexed = _read_index(archive.parent / INDEX)
+    sums = _read_sums(archive) if (archive / CHECKSUMS).is_file() else {}
+    listed = {k: v for k, v in sums.items() if k.startswith(f"{data}/")}
+    if target.exists():
+        present = {
+            p.relative_to(archive).as_posix(): folders.file_digest(p)
+            for p in target.rglob("*")
+            if p.is_file()
+        }
+        if present != wanted or listed not in ({}, wanted):
+            raise InvalidInput(
+                "the archive already holds other results of this date and commit",
+                where=f"{archive.name}/{data}",
+                expected="the same files, or none",
+            )
+    elif listed:
+        raise InvalidInput("the archive has lost these results", where=f"{archive.name}/{data}")
+    else:
+        archive.mkdir(parents=True, exist_ok=True)
+        folders.remove_stale(archive)
+        with folders.temporary_folder(archive) as temporary:
+            for name, path in files.items():
+                copy = temporary / name
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(path, copy)
+                folders.sync(copy)
+                if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
+                    raise InvalidInput("the file changed while it was being archived", where=name)
+            temporary.replace(target)
+    _replace(archive / CHECKSUMS, _sums_text({**sums, **wanted}))
+    row = {
+        "archive": archive.name,
+        "date": facts["date"],
+        "commit": facts["commit"],
+        "data": data,
+        "figures": " ".join(sorted(set(facts["figures"]))),
+        "files": str(len(files)),
+        "bytes": str(sum(path.stat().st_size for path in files.values())),
+        "checksums_sha256": folders.digest(_sums_text(wanted)),
+    }
+    rows = [r for r in indexed if (r["archive"], r["data"]) != (archive.name, data)]
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(sorted([*rows, row], key=lambda r: (r["archive"], r["data"])))
+    _replace(archive.parent / INDEX, text.getvalue().encode())
+    return archive
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write a file in one rename."""
+    with folders.temporary_folder(path.parent) as temporary:
+        folders.write_bytes(temporary / path.name, content)
+        (temporary / path.name).replace(path)
+    folders.sync(path.parent)
+
+
+def _sums_text(sums: dict[str, str]) -> bytes:
+    return "".join(f"{sums[name]}  {name}\n" for name in sorted(sums)).encode()
+
+
+def _read_sums(archive: Path) -> dict[str, str]:
+    """``{relative name: sha256}`` from the list of checksums."""
+    sums = {}
+    text = (archive / CHECKSUMS).read_text(encoding="utf-8", errors="replace")
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = re.fullmatch(r"([0-9a-f]{64})  (\S.*)", line)
+        if not match or match[2].startswith("/") or ".." in PurePosixPath(match[2]).parts:
+            raise InvalidInput(
+                "the list of checksums cannot be understood",
+                where=f"{archive.name}/{CHECKSUMS}, line {number}",
+                expected="64 hexadecimal digits, two spaces, a name inside the archive",
+            )
+        sums[match[2]] = match[1]
+    return sums
+
+
+def _read_index(path: Path) -> list[dict[str, str]]:
+    if not path.is_file():
+        return []
+    with path.open(newline="", encoding="utf-8", errors="replace") as stream:
+        reader = csv.DictReader(stream)
+        header, rows = tuple(reader.fieldnames or ()), list(reader)
+    if header != COLUMNS or any(None in r or None in r.values() for r in rows):
+        raise InvalidInput("the index cannot be understood", where=path.name, expected=",".join(COLUMNS))
+    return rows

@@ -1,0 +1,86 @@
+"""With what a result was made: code, versions, commit, machine type, threads and lock file."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.metadata
+import os
+import platform
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pipeline.storage.sealed_folders import file_digest
+
+PACKAGE = Path(__file__).resolve().parent.parent
+PROJECT = PACKAGE.parent
+LOCK = PROJECT / "requirements.lock"
+
+_ONLY_DRAW_OR_DESCRIBE = re.compile(r"(pictures|recording|papers)(_\w+)?\.py|ledger\.py|figures/\w+\.py")
+_PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
+_THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
+
+
+@functools.cache
+def code_hash() -> str:
+    """The sha256 of the package's sources, except those that only draw or describe."""
+    sources = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        relative = path.relative_to(PACKAGE).as_posix()
+        if not _ONLY_DRAW_OR_DESCRIBE.fullmatch(relative):
+            sources.update(f"{relative}\0{file_digest(path)}\n".encode())
+    return sources.hexdigest()
+
+
+@functools.cache
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def versions(packages: Sequence[str]) -> dict[str, str]:
+    """Installed version of each package, ``not installed`` where there is none."""
+    return {package: _version(package) for package in packages}
+
+
+def _git(*arguments: str) -> str | None:
+    """What git says of the project, None without git or outside the project's own repository."""
+    try:
+        answer = subprocess.run(
+            ["git", "-C", str(PROJECT), *arguments],
+            capture_output=True,
+            text=True,
+            timeout=20,
+            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return answer.stdout.strip() if answer.returncode == 0 else None
+
+
+def provenance() -> dict[str, Any]:
+    """With what a result was made: versions, commit, machine type, threads and lock file.
+
+    Holds no path and no name of a person or machine.  ``commit`` and ``dirty`` are ``"unknown"`` without git.
+    """
+    top = _git("rev-parse", "--show-toplevel")
+    ours = top is not None and Path(top).resolve() == PROJECT
+    commit = _git("rev-parse", "--verify", "HEAD") if ours else None
+    # The index of kept results is a record of this commit's results, not something that they depend on.
+    aside = ("--", ".", ":(exclude)results/archive/index.csv")
+    changes = _git("status", "--porcelain", *aside) if ours else None
+    return {
+        "python": platform.python_version(),
+        "packages": versions(_PACKAGES),
+        "commit": commit or "unknown",
+        "dirty": "unknown" if changes is None else bool(changes),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        "threads": {name: os.environ.get(name, "not set") for name in _THREAD_VARIABLES},
+        "lock_sha256": file_digest(LOCK) if LOCK.is_file() else "absent",
+    }

@@ -1,0 +1,209 @@
+"""Tidy tables as CSV: one row per observation, units in the column names, equal bytes for equal numbers.
+
+The only module with pandas, which sorts and writes.  It does not read: its parser pads a short row with empty
+cells and takes the surplus of a long one for an index, without a word, and a table is the record.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import secrets
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.validation import InvalidInput
+
+_INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
+_NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|")
+_SHOWN_DIFFERENCES = 10
+
+
+def write(path: Path, columns: Mapping[str, Any], *, sort_by: Sequence[str]) -> None:
+    """Write a table, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+    columns : mapping of str to array-like
+        One-dimensional, of one length: numbers (floats to ten significant digits, NaN as an empty cell),
+        booleans or text.
+    sort_by : sequence of str
+        Columns that order the rows; rows that they do not tell apart keep their order.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no column, lengths differ, a column is not of one plain type, an order is asked for by a
+        column that is not there, or the file cannot be written.
+    """
+    path = Path(path)
+    if not columns:
+        raise InvalidInput("the table has no columns", where=path.name)
+    arrays = {name: _column(name, values, path.name) for name, values in columns.items()}
+    lengths = {name: len(array) for name, array in arrays.items()}
+    if len(set(lengths.values())) > 1:
+        raise InvalidInput(
+            "the columns differ in length",
+            where=path.name,
+            received=", ".join(f"{name} {length}" for name, length in lengths.items()),
+        )
+    if missing := [name for name in sort_by if name not in arrays]:
+        raise InvalidInput(
+            f"cannot sort by {missing[0]!r}", where=path.name, expected="one of " + ", ".join(arrays)
+        )
+    frame = pd.DataFrame(arrays)
+    if sort_by:
+        frame = frame.sort_values(list(sort_by), kind="stable", na_position="last")
+    text = frame.to_csv(index=False, float_format="%.10g", lineterminator="\n")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.tmp")
+    try:
+        try:
+            with temporary.open("wb") as stream:
+                stream.write(text.encode())
+                stream.flush()
+                os.fsync(stream.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidInput(f"cannot write results: {error.strerror or error} ({path})") from error
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a table, in file order.
+
+    A column is int64 if every cell is a whole number without leading zeros, else float64 if every cell is a
+    number or empty (NaN), bool if every cell is ``True`` or ``False``, else text.  A column of floats that
+    all happened to be whole therefore comes back as int64, and ``02`` stays text.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing, empty, not UTF-8, or a row is not as long as the header.
+    """
+    header, rows = _cells(Path(path))
+    return {name: _typed([row[i] for row in rows]) for i, name in enumerate(header)}
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a table, each cell as it is written.
+
+    Raises
+    ------
+    InvalidInput
+        As `read`.
+    """
+    header, rows = _cells(Path(path))
+    return [dict(zip(header, row, strict=True)) for row in rows]
+
+
+def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: float = 1e-9) -> list[str]:
+    """The first cells in which two tables differ, one sentence each; an empty list if they agree.
+
+    Numbers agree within ``absolute + relative * max(|a|, |b|)``, and NaN agrees with NaN; text and order of
+    columns and rows must be the same.
+
+    Raises
+    ------
+    InvalidInput
+        As `read`.
+    """
+    a, b = read(path_a), read(path_b)
+    if list(a) != list(b):
+        return [f"columns differ: {', '.join(a)} is not {', '.join(b)}"]
+    length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
+    if length_a != length_b:
+        return [f"rows differ in number: {length_a} is not {length_b}"]
+    differences: list[tuple[int, str]] = []
+    for name, values_a in a.items():
+        values_b = b[name]
+        if values_a.dtype.kind in "if" and values_b.dtype.kind in "if":
+            with np.errstate(invalid="ignore"):  # infinity less infinity
+                distance = np.abs(values_a.astype(float) - values_b)
+                limit = absolute + relative * np.maximum(np.abs(values_a), np.abs(values_b))
+                close = (values_a == values_b) | (np.isfinite(limit) & (distance <= limit))
+            agree = close | (np.isnan(values_a) & np.isnan(values_b))
+        else:
+            agree = values_a.astype(str) == values_b.astype(str)
+        differences += [
+            (int(i), f"line {i + 2}, {name}: {values_a[i]} is not {values_b[i]}")
+            for i in np.flatnonzero(~agree)
+        ]
+    differences.sort(key=lambda item: item[0])
+    told = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
+    if (more := len(differences) - len(told)) > 0:
+        told.append(f"and {more} more cells")
+    return told
+
+
+def _column(name: str, values: Any, where: str) -> np.ndarray:
+    """One column as a plain one-dimensional array, or a refusal."""
+    if not name:
+        raise InvalidInput("a column has no name", where=where)
+    array = np.asarray(values)
+    if array.ndim != 1:
+        raise InvalidInput(
+            f"the column {name!r} is not one-dimensional", where=where, received=f"shape {array.shape}"
+        )
+    mixed = array.dtype.kind == "U" and not all(isinstance(value, str) for value in values)
+    if array.dtype.kind not in "biufU" or mixed:
+        raise InvalidInput(
+            f"the column {name!r} is not of one plain type",
+            where=where,
+            expected="numbers, booleans or text",
+            received="text and other things" if mixed else str(array.dtype),
+        )
+    if array.dtype.kind == "U" and (broken := [v for v in array if any(c in v for c in "\r\n\0")]):
+        raise InvalidInput(
+            f"the column {name!r} holds text of several lines", where=where, received=repr(str(broken[0]))
+        )
+    # Adding zero turns -0.0 into 0.0, whose sign would depend on the machine's summation order.
+    return array + 0.0 if array.dtype.kind == "f" else array
+
+
+def _cells(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of a CSV file, every row as long as the header."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            reader = csv.reader(stream, strict=True)
+            lines = [(reader.line_num, row) for row in reader]
+    except OSError as error:
+        raise InvalidInput(f"cannot read the table: {error.strerror}", where=str(path)) from error
+    except UnicodeDecodeError as error:
+        raise InvalidInput("the table is not UTF-8 text", where=f"{path.name}, byte {error.start}") from error
+    except csv.Error as error:
+        raise InvalidInput(
+            f"the table is not CSV: {error}", where=f"{path.name}, line {reader.line_num}"
+        ) from error
+    if not lines or not any(lines[0][1]):
+        raise InvalidInput("the table is empty", where=path.name, expected="a line of column names")
+    header = lines[0][1]
+    if twice := [name for name in header if header.count(name) > 1]:
+        raise InvalidInput(f"two columns are called {twice[0]!r}", where=path.name)
+    for number, row in lines[1:]:
+        # A table of one column writes an empty cell as "", and an empty line is then a row cut short.
+        if len(row) != len(header):
+            raise InvalidInput(
+                "a row is not as long as the header",
+                where=f"{path.name}, line {number}",
+                expected=f"{len(header)} cells",
+                received=str(len(row)),
+            )
+    return header, [row for _, row in lines[1:]]
+
+
+def _typed(cells: list[str]) -> np.ndarray:
+    """One column in the narrowest type that holds every cell."""
+    if cells and all(map(_INTEGER.fullmatch, cells)):
+        return np.array(cells, dtype=np.int64)
+    if all(map(_NUMBER.fullmatch, cells)):
+        return np.array([float(cell) if cell else np.nan for cell in cells], dtype=np.float64)
+    if all(cell in ("True", "False") for cell in cells):
+        return np.array([cell == "True" for cell in cells])
+    return np.array(cells, dtype=str)

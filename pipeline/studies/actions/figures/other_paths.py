@@ -1,0 +1,67 @@
+"""Other paths through a trellis than the optimal one, and what they cost: the test of mozerov2006 figure 2.
+
+Symbols: ``p`` sample, ``d`` disparity, ``k`` step of the recurrence, from d + k at p - 1 to d at p.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core.synchronization.trellis import Trellis
+
+
+def distances_so_far(nodes: Trellis, image: np.ndarray, paths: np.ndarray) -> np.ndarray:
+    """Synchronization distance (N, P) along paths, up to and with each sample [mozerov2006 12].
+
+    Parameters
+    ----------
+    nodes : Trellis
+    image : (P, 2D + 1)
+        Disparity space image.
+    paths : (N, P) int, or (P,)
+        Disparities.
+    """
+    paths = np.atleast_2d(paths)
+    misfit = image[np.arange(paths.shape[1]), paths + image.shape[1] // 2]
+    weighed = np.abs(np.diff(paths, axis=1) if nodes.penalty == "change" else paths[:, :-1])
+    misfit[:, 1:] += nodes.smoothness * weighed
+    return np.cumsum(misfit, axis=1)
+
+
+def single_corner_changes(nodes: Trellis, path: np.ndarray) -> np.ndarray:
+    """Admissible paths (N, P) that differ from a path (P,) by one at one sample."""
+    count = len(path)
+    changed = np.repeat(path[None], 2 * count, axis=0)
+    changed[np.arange(2 * count), np.tile(np.arange(count), 2)] += np.repeat([-1, 1], count)
+    within = ((changed >= nodes.low) & (changed <= nodes.high)).all(axis=1)
+    allowed = np.isin(-np.diff(changed, axis=1), nodes.steps).all(axis=1)
+    return np.asarray(changed[within & allowed])
+
+
+def random_paths(nodes: Trellis, count: int, generator: np.random.Generator) -> np.ndarray:
+    """Admissible paths (N, P): from the end backwards, each step drawn among those that still lead to the start."""
+    least = int(nodes.low.min())
+    reached = _reached(nodes, least)
+    steps = np.array(nodes.steps)
+    paths = np.zeros((count, len(nodes.low)), dtype=int)
+    for p in range(len(nodes.low) - 1, 0, -1):
+        towards = paths[:, p, None] + steps
+        column = towards - least
+        there = (column >= 0) & (column < reached.shape[1])
+        leads_on = there & reached[p - 1][np.where(there, column, 0)]
+        # The largest of as many random numbers as there are steps that lead on.
+        chosen = np.where(leads_on, generator.random(leads_on.shape), -1.0).argmax(axis=1)
+        paths[:, p - 1] = towards[np.arange(count), chosen]
+    return paths
+
+
+def _reached(nodes: Trellis, least: int) -> np.ndarray:
+    """Whether a path from the start leads to each node (P, disparities from `least` up)."""
+    disparities = np.arange(least, int(nodes.high.max()) + 1)
+    inside = (disparities >= nodes.low[:, None]) & (disparities <= nodes.high[:, None])
+    reached = inside.copy()
+    for p in range(1, len(inside)):
+        before = np.pad(reached[p - 1], nodes.margin)
+        onward = [before[nodes.margin + k :][: len(disparities)] for k in nodes.steps]
+        reached[p] &= np.logical_or.reduce(onward)
+    return reached

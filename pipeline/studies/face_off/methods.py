@@ -1,0 +1,223 @@
+"""One walk before one perspective camera, by eigenwalkers and by articulated trajectories.
+
+Both are given the same image, the camera and the true trajectory of the pelvis.  Articulated trajectories also get
+the true lengths of the limbs; eigenwalkers get their model, learnt without this walker.
+
+Eigenwalkers know only parallel projections of a direction that stays [zhang2007 3.5].  A still camera's image is read
+as one (weak perspective): offsets from the pelvis in px, times the pelvis's depth over the focal length, are offsets
+in mm along the image.  With the pelvis known, they are what `pipeline.core.camera.project` gives, up to perspective.
+Frequency and phase come from that view alone (`phase_source: observed2d`).  A moving camera has no such reading.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import camera as parallel
+from pipeline.core import fourier, observation
+from pipeline.core.articulated_trajectory import reconstruct
+from pipeline.core.articulated_trajectory.limb_choice import Smoothness, SmoothnessByRule
+from pipeline.core.fourier.frequency import design
+from pipeline.core.limb_chain import WALKER14, true_lengths
+from pipeline.core.linear_model import LinearModel
+from pipeline.core.pinhole import Pinhole
+from pipeline.core.reconstruction import unknown_phase as observed_phase
+
+PELVIS = WALKER14.joints.index(WALKER14.root)
+
+
+@dataclass(frozen=True)
+class SeenWalk:
+    """What the methods are given.
+
+    Attributes
+    ----------
+    images : (F, 15, 2)
+        px, NaN where a joint is hidden.
+    camera : Pinhole
+    root : (F, 3)
+        Trajectory of the pelvis, mm, about its mean.
+    frame_rate_hz : float
+    view_angle_rad : float
+        Of a still camera, or of a moving one in the middle of its path.
+    """
+
+    images: np.ndarray
+    camera: Pinhole
+    root: np.ndarray
+    frame_rate_hz: float
+    view_angle_rad: float
+
+    @property
+    def times_s(self) -> np.ndarray:
+        """Of the frames (F,), the first at zero."""
+        return np.arange(len(self.images)) / self.frame_rate_hz
+
+    def weak_perspective(self) -> np.ndarray:
+        """Horizontal and vertical (F, 15, 2) of every joint, mm, as a parallel projection would show them."""
+        depth = self.camera.in_camera(self.root)[:, 2]
+        focal_px = self.camera.intrinsics[..., 0, 0]
+        offsets = (self.images - self.camera.project(self.root)[:, None]) * (depth / focal_px)[:, None, None]
+        seen = parallel.project(self.root, self.view_angle_rad)[:, None] + offsets * [1.0, -1.0]
+        seen[:, PELVIS] = parallel.project(self.root, self.view_angle_rad)
+        return np.asarray(seen)
+
+
+def series_of_seen(
+    image: np.ndarray, frame_rate_hz: float, frequency_hz: float, *, harmonics: int
+) -> np.ndarray:
+    """Fourier coefficients (1 + 2H, J, 2) of an image, each joint fitted to the frames in which it was seen.
+
+    Parameters
+    ----------
+    image : (F, J, 2)
+        mm; NaN where a joint was not seen.
+    frame_rate_hz, frequency_hz : float
+    harmonics : int
+
+    Notes
+    -----
+    Least squares with weight one where the joint was seen and zero elsewhere [zhang2007 3.1], time zero at the first
+    frame.  Where too little was seen the solution of least norm about the mean is taken.
+    """
+    matrix = design(frequency_hz, np.arange(len(image)) / frame_rate_hz, harmonics)
+    coefficients = np.zeros((matrix.shape[1], *image.shape[1:]))
+    for joint in range(image.shape[1]):
+        seen = np.isfinite(image[:, joint]).all(axis=1)
+        if not seen.any():
+            continue
+        middle = image[seen, joint].mean(axis=0)
+        coefficients[:, joint] = np.linalg.lstsq(matrix[seen], image[seen, joint] - middle, rcond=1e-6)[0]
+        coefficients[0, joint] += middle
+    return coefficients
+
+
+def _bridged(image: np.ndarray) -> np.ndarray:
+    """An image (F, J, 2) with gaps filled linearly in time: enough for a first guess of the frequency."""
+    frames = np.arange(len(image))
+    filled = np.zeros_like(image)
+    for joint in range(image.shape[1]):
+        seen = np.isfinite(image[:, joint]).all(axis=1)
+        if seen.any():
+            for axis in range(2):
+                filled[:, joint, axis] = np.interp(frames, frames[seen], image[seen, joint, axis])
+    return filled
+
+
+def by_eigenwalkers(
+    model: LinearModel, walk: SeenWalk, noise_variances: list[float | None], *, harmonics: int
+) -> list[np.ndarray]:
+    """Motions (F, 15, 3), mm, one for each noise variance; None is approach I [zhang2007 3.9, 3.15, 3.16].
+
+    Parameters
+    ----------
+    model : LinearModel
+        Learnt without this walker.
+    walk : SeenWalk
+        Of a still camera.
+    noise_variances : list of float or None
+        sigma² of approach II, mm², or None for least squares.
+    harmonics : int
+        H.
+
+    Raises
+    ------
+    InvalidInput
+        If the clip shows no cycle, or the model has another size.
+
+    Notes
+    -----
+    Observed coordinates are kept as they are [zhang2007 3.16]; where a joint was not seen its own series stands in.
+    """
+    image, angle, rate_hz = walk.weak_perspective(), walk.view_angle_rad, walk.frame_rate_hz
+    filled, frequency_hz = _bridged(image), np.nan
+    for _ in range(2):  # the second time with gaps filled by the series itself
+        in_space = parallel.combine(filled, np.zeros(filled.shape[:2]), angle)
+        clip = observation.observe(in_space, rate_hz, np.array([angle]), harmonics=harmonics)
+        frequency_hz = float(clip.frequency_hz[0])
+        coefficients = series_of_seen(image, rate_hz, frequency_hz, harmonics=harmonics)
+        series = fourier.synthesise(coefficients, frequency_hz, walk.times_s)
+        filled = np.where(np.isfinite(image), image, series)
+    motions = []
+    for noise_variance in noise_variances:
+        found = observed_phase.from_known_views(
+            model,
+            coefficients[None],
+            np.array([angle]),
+            noise_variance=noise_variance,
+            frequency_hz=np.array([frequency_hz]),
+        )
+        missing = fourier.synthesise(found.missing[0][..., None], frequency_hz, walk.times_s)[..., 0]
+        motions.append(parallel.combine(filled, missing, angle))
+    return motions
+
+
+def by_articulation(
+    walk: SeenWalk,
+    truth: np.ndarray,
+    smoothness: Smoothness | SmoothnessByRule,
+    *,
+    noise_px: float,
+    use_hinges: bool,
+    try_mirrors: bool,
+    refine: bool,
+    time_limit_s: float,
+) -> np.ndarray:
+    """Motion (F, 15, 3), mm, of articulated trajectories [park2011 5, 6].
+
+    Parameters
+    ----------
+    walk : SeenWalk
+    truth : (F, 15, 3)
+        For the lengths of the limbs alone, mm.
+    smoothness : Smoothness or SmoothnessByRule
+    noise_px : float
+        Of the image: known, as to a detector that has been tried.
+    use_hinges : bool
+        Whether knees and elbows flex one way.
+    try_mirrors : bool
+        Whether limbs in doubt are mirrored where all limbs together then fit the images better.
+    refine : bool
+        Whether reprojection errors are refined in the end.
+    time_limit_s : float
+        For each choice of signs.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb cannot be reconstructed.
+    """
+    made = reconstruct(
+        walk.images,
+        walk.camera,
+        walk.root,
+        true_lengths(WALKER14, truth),
+        smoothness=smoothness,
+        noise_px=noise_px,
+        use_hinges=use_hinges,
+        try_mirrors=try_mirrors,
+        refine=refine,
+        time_limit_s=time_limit_s,
+    )
+    return made.positions
+
+
+def mean_walker(
+    model: LinearModel, times_s: np.ndarray, frequency_hz: float, phase_rad: float, *, joints: int = 15
+) -> np.ndarray:
+    """The average walker (F, 15, 3), mm, walking with a known frequency and phase [zhang2007 3.3].
+
+    Parameters
+    ----------
+    model : LinearModel
+    times_s : (F,)
+    frequency_hz, phase_rad : float
+        Of the walk, the phase at time zero.
+    joints : int
+        J.
+    """
+    numbers = len(model.mean) // (3 * joints) * 3 * joints  # a frequency may be the last number
+    average = model.mean[:numbers].reshape(-1, joints, 3)
+    return fourier.synthesise(fourier.shift(average, -phase_rad), frequency_hz, times_s)

@@ -1,0 +1,124 @@
+"""How wrong what was made of limbs is, and how right it would be up to the mirror."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.articulated_trajectory.limb_choice import (
+    LimbChoice,
+    Smoothness,
+    SmoothnessByRule,
+    choose_limb,
+)
+from pipeline.core.articulation import Adjustment
+from pipeline.core.limb_chain import WALKER14
+from pipeline.core.pinhole import Pinhole
+from pipeline.studies.limbs.trials import LimbTrial
+
+ROOT = WALKER14.joints.index(WALKER14.root)
+
+SUCCESS = 0.1
+"""Of a limb's length: a mean error below it counts as success."""
+
+
+@dataclass(frozen=True)
+class LimbScore:
+    """How wrong the choice for one limb is.
+
+    Attributes
+    ----------
+    limb_error : float
+        Mean distance of relative trajectories, as part of the limb's true length.
+    relative_error : float
+        ||X - X_hat|| / ||X|| of the child in the world's coordinates, as in the paper; depends on their origin.
+    error_up_to_mirror : float
+        `limb_error` of the signs or of their mirror, whichever is smaller.
+    """
+
+    limb_error: float
+    relative_error: float
+    error_up_to_mirror: float
+
+
+def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None) -> LimbScore:
+    """How wrong a choice is, beside the better one of it and its mirror.
+
+    Parameters
+    ----------
+    trial : LimbTrial
+    choice : LimbChoice
+    parent : (F, 3), optional
+        Trajectory that was taken for the parent's, mm; the true one by default.
+    """
+    error = distance(choice.relative, trial.relative) / trial.length
+    estimate = choice.relative + (trial.parent if parent is None else parent)
+    return LimbScore(
+        limb_error=error,
+        relative_error=float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)),
+        error_up_to_mirror=min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
+    )
+
+
+def distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean distance of two trajectories (F, …, 3), mm."""
+    return float(np.linalg.norm(a - b, axis=-1).mean())
+
+
+def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
+    """-1 or +1 (F,): the candidate that is nearer to the truth; +1 where there is no choice."""
+    along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
+    return np.where(along < 0, -1, 1)
+
+
+def better_of_mirrors(
+    truth: np.ndarray,
+    camera: Pinhole,
+    images: np.ndarray,
+    root: np.ndarray,
+    lengths: np.ndarray,
+    smoothness: Smoothness | SmoothnessByRule,
+    *,
+    adjust: Adjustment = "per_frame",
+    noise_px: float = 0.0,
+    time_limit_s: float = 0.0,
+) -> np.ndarray:
+    """Positions (F, 15, 3), mm, when of every limb and its mirror the one nearer to the truth is taken.
+
+    Before refinement.  What is left is not the fault of the choice between the two.
+
+    Parameters
+    ----------
+    truth : (F, 15, 3)
+        mm.
+    camera : Pinhole
+    images : (F, 15, 2)
+        px, NaN where a joint was not seen.
+    root : (F, 3)
+        Trajectory that is taken for the root's, mm.
+    lengths : (14,)
+        As assumed, mm.
+    smoothness : Smoothness or SmoothnessByRule
+    adjust : {"per_frame", "global", "robust"}
+    noise_px, time_limit_s : float
+        As for `pipeline.core.limb_choice.choose_limb`.
+    """
+    chosen, hung = np.empty_like(truth), np.empty_like(truth)
+    chosen[:, ROOT] = hung[:, ROOT] = root
+    for limb, (parent, child) in enumerate(WALKER14.ends):
+        choice = choose_limb(
+            camera.matrix,
+            images[:, child],
+            hung[:, parent],
+            float(lengths[limb]),
+            smoothness=smoothness,
+            adjust=adjust,
+            noise_px=noise_px,
+            time_limit_s=time_limit_s,
+        )
+        true = truth[:, child] - truth[:, parent]
+        nearer = min((choice, choice.mirror()), key=lambda c: distance(c.relative, true))
+        chosen[:, child] = hung[:, parent] + nearer.relative
+        hung[:, child] = hung[:, parent] + nearer.hits.radius * nearer.directions
+    return chosen

@@ -1,0 +1,191 @@
+"""How one person bends to the floor and comes up again: joint centres at phases of the action.
+
+How a posture is made
+---------------------
+1. Knee and hip flexion follow the phase, each with its own timing: as far as brings the hands to their target.
+2. Shank, thigh and trunk make a chain in the plane of walking.  It turns about the ankles until the centre of mass
+   is over the feet: so the hips go back as the trunk goes forward, and the shanks lean in a squat.
+3. The feet stay where they stand; knees are where thighs and shanks meet, turned out.
+4. Trunk, head and arms follow: leaning and twisting towards the hand that reaches, the arms hanging from the trunk.
+
+Legend: arrays are (frame, space), or (side, frame, space) with left before right; angles in radians, forward and
+flexed positive; x right, y ahead, z up, the floor at z = 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from pipeline.core import anthropometry as body
+from pipeline.synthetic.bending.manner import DOWN, SWAY, SWAY_BENT, TIMED, UP, Manner
+from pipeline.synthetic.walkers.person import SIDE, Person
+
+LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
+LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
+"""Both thighs, both shanks, and head, arms and trunk as fractions of the body's mass; where their centres lie: from
+the upper end of thigh and shank, from the hips towards the shoulders.  Published: Winter 2009 table 4.1."""
+
+STOP = np.radians(135.0)
+"""Most flexion of knee and hip.  Assumed."""
+
+LEAST_BEND = np.radians(4.0)
+"""Knees that stand are not quite straight; who is too short on one side stands lower.  Assumed."""
+
+_DEEPEST = (DOWN[1] + UP[0]) / 2.0
+_DEPTHS = (0.2, 1.6)
+
+
+def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
+    """Joint centres (F, 15, 3) mm in WALKER15 order, facing +y, of a person at these phases of the action."""
+    still = dict.fromkeys(SWAY, np.zeros(1))
+    target = manner.statures[0] * person.stature
+    share = np.array([1.0 - manner.one_handed, 1.0 + manner.one_handed]) / 2.0
+
+    def over_target(depth: float) -> float:
+        deepest = _posture(person, manner, np.array([_DEEPEST]), still, depth)
+        return float(share @ deepest[0, [4, 7], 2] - target)
+
+    # Hands that cannot come down as far (or are low already) go as far as they can.
+    ends = [over_target(depth) for depth in _DEPTHS]
+    depth = (
+        brentq(over_target, *_DEPTHS, xtol=1e-6) if ends[0] > 0.0 > ends[1] else _DEPTHS[int(ends[1] > 0.0)]
+    )
+    return _posture(person, manner, phase, sway, float(depth))
+
+
+def _posture(
+    person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray], depth: float
+) -> np.ndarray:
+    angles = manner.angles
+    gone = {name: manner.progress(name, phase) for name in TIMED}
+    sway = {name: (1.0 + SWAY_BENT * gone["hip"]) * wave for name, wave in sway.items()}
+    knee, hip = (
+        angles[f"standing_{name}"] + gone[name] * np.minimum(depth * angles[name], STOP)
+        for name in ("knee", "hip")
+    )
+    _, width, ahead, balance = manner.statures * person.stature
+    tilt, pelvis = _balanced(person, knee, hip, balance + sway["balance_mm"])
+    tilt = tilt + sway["trunk"]
+
+    # To the side of the reaching hand.
+    aside = manner.one_handed * gone["lean"]
+    lean = aside * angles["lean"] + sway["lean"]
+    twist = gone["twist"] * manner.one_handed * angles["twist"] + sway["twist"]
+    pelvis[:, 0] = sway["sideways_mm"] + 25.0 * aside
+
+    ankles = np.zeros((2, len(phase), 3))
+    ankles[:, :, 0] = SIDE * width / 2.0
+    ankles[:, :, 1] = -SIDE * ahead / 2.0
+    ankles[:, :, 2] = body.SEGMENTS["ankle_height"] * person.stature
+    yaw = 0.4 * twist
+    across = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
+    hips = pelvis + (person.half_hips * SIDE)[..., None] * across
+    lowered = _too_high(person, hips, ankles)
+    pelvis[:, 2] -= lowered
+    hips[..., 2] -= lowered
+    opened = person.knee_out + gone["knee"] * angles["opened_knees"]
+    opened = opened + np.stack([sway["left_knee"], sway["right_knee"]])
+    knees = _knees(person, hips, ankles, opened)
+
+    up = _direction(tilt, lean)
+    sternum = pelvis + person.trunk * up
+    nod = angles["standing_head"] + 0.8 * tilt - gone["head"] * angles["head"] + sway["head"]
+    head = sternum + person.head * _direction(nod, lean / 2.0)
+    right = across - (across * up).sum(axis=-1, keepdims=True) * up
+    right = right / np.linalg.norm(right, axis=-1, keepdims=True)
+    turn = (twist - yaw)[:, None]
+    right = np.cos(turn) * right + np.sin(turn) * np.cross(up, right)
+    shoulders = sternum - person.shoulder_drop * up + (person.half_shoulders * SIDE)[..., None] * right
+    elbows, wrists = _arms(person, manner, gone, sway, tilt, up, right, shoulders)
+    limbs = [shoulders, elbows, wrists]
+    legs = [hips, knees, ankles]
+    upper = [head, sternum, *(j[0] for j in limbs), *(j[1] for j in limbs)]
+    return np.stack([*upper, pelvis, *(j[0] for j in legs), *(j[1] for j in legs)], axis=1)
+
+
+def _balanced(
+    person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tilt of the trunk (F,) and pelvis (F, 3) mm where the centre of mass lies `ahead` of the ankles."""
+    thigh, shank = float(person.thigh.mean()), float(person.shank.mean())
+
+    def along(tilt: np.ndarray) -> np.ndarray:
+        return np.stack([np.sin(tilt), np.cos(tilt)])
+
+    # First with an upright shank: thigh and trunk as they stand to it, (2, F) ahead and up from the ankles.
+    knees = shank * along(np.zeros_like(knee))
+    hips = knees + thigh * along(-knee)
+    upper = hips + UPPER_CENTRE * person.trunk * along(hip - knee)
+    centre = (
+        LEG_MASSES["shank"] * (1.0 - LEG_CENTRE) * knees
+        + LEG_MASSES["thigh"] * (hips + LEG_CENTRE * (knees - hips))
+        + UPPER_MASS * upper
+    ) / (sum(LEG_MASSES.values()) + UPPER_MASS)
+    # Then the whole turns about the ankles.
+    turn = np.arcsin(ahead / np.hypot(*centre)) - np.arctan2(*centre)
+    hips = shank * along(turn) + thigh * along(turn - knee)
+    ankle = body.SEGMENTS["ankle_height"] * person.stature
+    return turn - knee + hip, np.stack([np.zeros_like(knee), hips[0], ankle + hips[1]], axis=-1)
+
+
+def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
+    """By how many mm the hips stand higher than the legs reach, at the worst."""
+    thigh, shank = person.thigh[:, 0], person.shank[:, 0]
+    reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
+    apart = hips - ankles
+    highest = np.sqrt(reach[:, None] ** 2 - (apart[..., :2] ** 2).sum(axis=-1))
+    return max(0.0, float((apart[..., 2] - highest).max()))
+
+
+def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:
+    """Knees (2, F, 3) mm between hips and ankles, in the plane that is turned out by `opened` (2, F)."""
+    line = ankles - hips
+    distance = np.linalg.norm(line, axis=-1, keepdims=True)
+    line = line / distance
+    thigh, shank = person.thigh[..., None], person.shank[..., None]
+    cos = (thigh**2 + distance**2 - shank**2) / (2.0 * thigh * distance)
+    forward = np.array([0.0, 1.0, 0.0]) - line[..., 1:2] * line
+    forward = forward / np.linalg.norm(forward, axis=-1, keepdims=True)
+    outward = SIDE[..., None] * np.cross(forward, -line)
+    turned = np.cos(opened)[..., None] * forward + np.sin(opened)[..., None] * outward
+    return hips + thigh * (cos * line + np.sqrt(1.0 - cos**2) * turned)
+
+
+def _direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
+    """Unit vectors (F, 3) that lean from the vertical, forward and to the right."""
+    return np.stack(
+        [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)], axis=-1
+    )
+
+
+def _arms(
+    person: Person,
+    manner: Manner,
+    gone: dict[str, np.ndarray],
+    sway: dict[str, np.ndarray],
+    tilt: np.ndarray,
+    up: np.ndarray,
+    right: np.ndarray,
+    shoulders: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Elbows and wrists, each (2, F, 3) mm; an arm that does not reach rests nearer to the trunk, elbow bent."""
+    angles = manner.angles
+    idle = np.array([[manner.one_handed], [0.0]])
+    forward = np.array([[angles["left_arm"]], [angles["right_arm"]]])
+    swing = angles["standing_arms"] + gone["arms"] * (1.0 - 0.4 * idle) * (tilt + forward)
+    swing = swing + np.stack([sway["left_arm"], sway["right_arm"]])
+    midway = 4.0 * gone["elbows"] * (1.0 - gone["elbows"])
+    flexed = np.maximum(angles["standing_elbows"] + midway * angles["elbows"], np.radians(2.0))
+    flexed = flexed + gone["elbows"] * idle * np.radians(40.0)
+    ahead = np.cross(up, right)
+    sin, cos = np.sin(swing)[..., None], np.cos(swing)[..., None]
+    hanging, forward = sin * ahead - cos * up, cos * ahead + sin * up
+    outward = SIDE[..., None] * right
+    out, turned_in = person.arm_out[..., None], person.forearm_in[..., None]
+    upper = np.cos(out) * hanging + np.sin(out) * outward
+    inward = np.sin(out) * hanging - np.cos(out) * outward
+    turned = np.cos(turned_in) * forward + np.sin(turned_in) * inward
+    elbows = shoulders + person.upper_arm * upper
+    fore = np.cos(flexed)[..., None] * upper + np.sin(flexed)[..., None] * turned
+    return elbows, elbows + person.forearm * fore

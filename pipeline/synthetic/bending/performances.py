@@ -1,0 +1,178 @@
+"""Performances of bending to the floor, by people of different sizes and manners, with known timing.
+
+No performance is drawn from a linear model: each has a body (`pipeline.core.person`), a manner of its own
+(`pipeline.core.bending_manner`), joint angles that follow a phase and joints that follow from a chain of rigid
+segments kept in balance (`pipeline.core.bending_kinematics`).  The phase is a smooth monotone function of time
+(`pipeline.core.time_warps`), drawn for every performance and kept as the truth that synchronization is to find.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.synthetic.bending import time_warps
+from pipeline.synthetic.bending.kinematics import bend
+from pipeline.synthetic.bending.manner import DOWN, UP, draw_manner, draw_sway, varied
+from pipeline.synthetic.walkers.person import draw_person
+from pipeline.validation import InvalidInput
+
+FRAMES_SD, LEAST_FRAMES = 0.15, 10
+"""Standard deviation of the logarithm of the durations, half of it between people."""
+
+ROOM_MM, FACING_SD = 500.0, np.radians(6.0)
+"""Where people stand on the floor; how much one person's heading differs between performances."""
+
+SUBJECT_SHARE = 0.5
+"""Of the variance of durations and rates that is a person's own."""
+
+_POSITIVE = float(np.nextafter(0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class BendingPerformances:
+    """Performances of one action with known answers.
+
+    Attributes
+    ----------
+    positions_mm : tuple of (F_i, 15, 3) float64
+        WALKER15 order, z up, the floor at z = 0; people stand anywhere and face anywhere.
+    phase : tuple of (F_i,) float64
+        Truth: how far the action has come at each frame, 0 to 1, increasing.
+    subject : (M,) int
+        Who performs.
+    frame_rate_hz : float
+    stature_mm, leg_length_mm : (S,) float64
+        Of each subject; legs from hip to floor, mean of the sides.
+    male : (S,) bool
+    moving_phase : (float, float)
+        Between these (about, for everyone has a timing of his own) the body moves; before and after it stands
+        still, and no method can tell the phase.
+    """
+
+    positions_mm: tuple[np.ndarray, ...]
+    phase: tuple[np.ndarray, ...]
+    subject: np.ndarray
+    frame_rate_hz: float
+    stature_mm: np.ndarray
+    leg_length_mm: np.ndarray
+    male: np.ndarray
+    moving_phase: tuple[float, float]
+
+    def true_warp(self, n: int, m: int) -> np.ndarray:
+        """Frames (F_n,) of performance m, fractional, that show the phases of performance n [mozerov2006 8]."""
+        return time_warps.correspondence(self.phase[n], self.phase[m])
+
+
+def bending_performances(
+    generator: np.random.Generator,
+    *,
+    performances: int = 40,
+    subjects: int = 5,
+    frames_mean: float = 100.0,
+    frame_rate_hz: float = 30.0,
+    rate_spread: float = 0.3,
+    standing: bool = True,
+    marker_noise_mm: float = 0.5,
+) -> BendingPerformances:
+    """Forty performances of a bending action, of a hundred frames on average [mozerov2006 2].
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator
+        One number is drawn from it; every subject's and performance's own generators grow from that.  The first
+        performances stay the same when more are asked for.
+    performances : int
+        Performed by the subjects in turn.
+    subjects : int
+        Women and men in turn.
+    frames_mean : float
+        Frames of a performance of mean duration.
+    frame_rate_hz : float
+    rate_spread : float
+        Standard deviation of the logarithm of the rate within a performance; 0 is a constant rate.
+    standing : bool
+        Whether performances begin and end with standing still; else they are cut to the movement.
+    marker_noise_mm : float
+        Standard deviation of white noise on each coordinate.
+
+    Returns
+    -------
+    BendingPerformances
+
+    Raises
+    ------
+    InvalidInput
+        If there are no performances or subjects, under ten frames on average, a rate that is not positive, or a
+        negative spread or noise.
+
+    Examples
+    --------
+    >>> bends = bending_performances(np.random.default_rng(1), performances=3, subjects=2)
+    >>> bends.subject.tolist(), len(bends.positions_mm), bends.positions_mm[0].shape[1:]
+    ([0, 1, 0], 3, (15, 3))
+    """
+    for what, value, least in (
+        ("number of performances", performances, 1.0),
+        ("number of subjects", subjects, 1.0),
+        ("mean number of frames", frames_mean, LEAST_FRAMES),
+        ("spread of rates", rate_spread, 0.0),
+        ("marker noise", marker_noise_mm, 0.0),
+        ("frame rate", frame_rate_hz, _POSITIVE),
+    ):
+        if not (np.isfinite(value) and value >= least):
+            raise InvalidInput(
+                f"the {what} is too small" if value < least else f"the {what} is no number",
+                where="synthetic bending",
+                expected="more than 0" if least == _POSITIVE else f"{least:g} or more",
+                received=f"{value:g}",
+            )
+    entropy = int(generator.integers(2**63))
+    people, manners, pacing, facing = [], [], [], []
+    for number in range(subjects):
+        seeds = np.random.SeedSequence(entropy, spawn_key=(0, number)).spawn(3)
+        traits, style, pace = (np.random.default_rng(seed) for seed in seeds)
+        people.append(draw_person(traits, male=number % 2 == 1))
+        manners.append(draw_manner(style))
+        own = np.sqrt(SUBJECT_SHARE)
+        pacing.append(
+            (own * FRAMES_SD * pace.standard_normal(), own * time_warps.draw_waves(pace, rate_spread))
+        )
+        facing.append(pace.uniform(-np.pi, np.pi))
+
+    positions, phases = [], []
+    first, last = (0.0, 1.0) if standing else (DOWN[0], UP[1])
+    for number in range(performances):
+        subject = number % subjects
+        seeds = np.random.SeedSequence(entropy, spawn_key=(1, number)).spawn(3)
+        style, pace, noise = (np.random.default_rng(seed) for seed in seeds)
+        slower, waves = pacing[subject]
+        others = np.sqrt(1.0 - SUBJECT_SHARE)
+        slower = slower + others * FRAMES_SD * pace.standard_normal() - FRAMES_SD**2 / 2.0
+        frames = max(round(frames_mean * np.exp(slower)), LEAST_FRAMES // 2)
+        waves = waves + others * time_warps.draw_waves(pace, rate_spread)
+        phase = first + (last - first) * time_warps.warp(waves, frames)
+        manner = varied(manners[subject], style)
+        sway = draw_sway(style, np.arange(frames) / frame_rate_hz)
+        joints = bend(people[subject], manner, phase, sway)
+        joints = _placed(joints, facing[subject] + FACING_SD * style.standard_normal(), style)
+        positions.append(joints + marker_noise_mm * noise.standard_normal(joints.shape))
+        phases.append(phase)
+    return BendingPerformances(
+        positions_mm=tuple(positions),
+        phase=tuple(phases),
+        subject=np.arange(performances) % subjects,
+        frame_rate_hz=float(frame_rate_hz),
+        stature_mm=np.array([p.stature for p in people]),
+        leg_length_mm=np.array([p.leg_length for p in people]),
+        male=np.array([p.male for p in people]),
+        moving_phase=(DOWN[0], UP[1]),
+    )
+
+
+def _placed(joints: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
+    """Joints (F, 15, 3) turned about the vertical and put somewhere in the room."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(joints @ turn.T + [*rng.uniform(-ROOM_MM, ROOM_MM, 2), 0.0])

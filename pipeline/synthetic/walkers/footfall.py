@@ -1,0 +1,119 @@
+"""Feet on the floor and on the belt: the rolling foot, the share of the weight, and a gait that fits both.
+
+Legend: e thigh elevation, k knee flexion, l1 thigh, l2 shank.  Arrays are (space, side, frame); sides are
+ordered left, right; phases (side, frame) are in cycles, 0 at a leg's own contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from pipeline.core import anthropometry as body
+from pipeline.synthetic.walkers import normative_gait as norm
+from pipeline.synthetic.walkers.person import Person
+
+_STEP = 1e-5
+"""Of finite differences, in radians or as a fraction."""
+
+_FOOT_PITCH = PchipInterpolator(norm.FOOT_PHASES, np.radians(norm.FOOT_PITCH_DEG))
+
+
+def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far ahead of its place over a flat foot, and how high, the ankle is: two like `phase`, mm."""
+    pitch = _FOOT_PITCH(phase % 1.0)
+    pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
+    # The foot turns about its heel while the toes are up, about its ball while the heel is up.
+    pivot = person.stature * np.where(pitch > 0, -body.FOOT_HEEL, body.FOOT_BALL)
+    height = person.stature * body.SEGMENTS["ankle_height"]
+    sin, cos = np.sin(pitch), np.cos(pitch)
+    return pivot - pivot * cos - height * sin, height * cos - pivot * sin
+
+
+def weight_shares(phase: np.ndarray) -> np.ndarray:
+    """Share of the body's weight on each leg, (2, T), summing to one."""
+    within = phase % 1.0
+    handover = norm.TOE_OFF - 0.5
+    share = np.clip(np.minimum(within, norm.TOE_OFF - within) / handover, 0.0, 1.0)
+    smooth = share**2 * (3.0 - 2.0 * share)
+    return smooth / smooth.sum(axis=0)
+
+
+def settled(person: Person) -> Person:
+    """The person nearest to the one drawn whose feet keep to the floor and to the belt.
+
+    Angles drawn one by one do not fit a floor.  The landmark values of thigh and knee, the scale of the
+    thigh's excursion (which sets the length of the stride), the foot's excursions, and the surge and bob of
+    the pelvis are moved by Gauss–Newton least squares, each in units of its own standard deviation, until
+    the standing ankles ride where a foot that rolls on the belt puts them.
+    """
+    stance = np.linspace(0.0, norm.FLOOR_UNTIL, 24)
+    belt = person.speed / person.frequency * stance
+    lag = np.array([[0.0], [0.5 + person.step_asymmetry]])
+    thigh, knee = (person.manner[name].values for name in ("thigh", "knee"))
+    thigh_basis, knee_basis = (person.basis(name, stance) for name in ("thigh", "knee"))
+    centre = thigh.mean(axis=1)
+    sizes = [thigh.shape[1]] * 2 + [knee.shape[1]] * 2 + [1, 2, 2, 4, 1, 6]
+    *four, scale, gains, places, surge, level, bob = (
+        slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes), strict=True)
+    )
+    thighs, knees = four[:2], four[2:]
+    expected = np.zeros(sum(sizes))
+    expected[surge] = norm.SURGE_MM
+    sd = np.full(expected.size, person.stature)  # places on the belt and the pelvis's level are free
+    sd[: knees[0].start] = np.radians(norm.SETTLING_SD_DEG["thigh"])
+    sd[knees[0].start : scale.start] = np.radians(norm.SETTLING_SD_DEG["knee"])
+    sd[scale], sd[gains] = norm.SETTLING_SCALE_SD, norm.FOOT_GAIN_CV
+    sd[surge], sd[bob] = norm.SURGE_SD_MM, norm.BOB_SD_MM
+    sides = []
+    for side in (0, 1):
+        clock = stance - lag[side]
+        waves = np.stack([f(2.0 * np.pi * h * clock) for h in (1, 2, 4) for f in (np.sin, np.cos)], axis=1)
+        hip = person.hips(clock + lag)[:, side]
+        across = person.ankle_lines[side] - person.sideways(clock + lag) - hip[0]
+        sides.append((side, waves, hip, across))
+
+    x = expected.copy()
+    for _ in range(4):
+        factor = person.foot_gains * (1.0 + x[gains])
+        foot = rolling_foot(person, stance, factor)
+        more = [rolling_foot(person, stance, factor + _STEP * one) for one in np.eye(2)]
+        jacobian, residual = [np.diag(1.0 / sd)], [(x - expected) / sd]
+        for side, waves, hip, across in sides:
+            own = thigh_basis @ (thigh[side] - centre[side])
+            e = centre[side] + (1.0 + x[scale]) * own + thigh_basis @ x[thighs[side]]
+            free = knee_basis @ (knee[side] + x[knees[side]])
+            k = norm.stopped(free, norm.KNEE_STOP_DEG)
+            slope = (norm.stopped(free + _STEP, norm.KNEE_STOP_DEG) - k) / _STEP
+            l1, l2 = person.thigh[side], person.shank[side]
+            reach, length = l1 * np.sin(e) + l2 * np.sin(e - k), l1 * np.cos(e) + l2 * np.cos(e - k)
+            upright = np.sqrt(1.0 - (across / length) ** 2)
+            ahead = x[surge] @ waves[:, :4].T + belt - x[places][side] + hip[1] + reach - foot[0]
+            above = x[level] + waves @ x[bob] + hip[2] - length * upright - foot[1]
+            slopes = (length, -l2 * np.cos(e - k)), (reach * upright, -l2 * np.sin(e - k) * upright)
+            for direction, (error, (by_thigh, by_knee)) in enumerate(
+                zip((ahead, above), slopes, strict=True)
+            ):
+                rows = np.zeros((stance.size, x.size))
+                rows[:, thighs[side]] = by_thigh[:, None] * thigh_basis
+                rows[:, scale] = (by_thigh * own)[:, None]
+                rows[:, knees[side]] = (by_knee * slope)[:, None] * knee_basis
+                rows[:, gains] = np.stack([foot[direction] - m[direction] for m in more], axis=1)
+                rows[:, gains] *= person.foot_gains / _STEP
+                if direction == 0:
+                    rows[:, surge], rows[:, places.start + side] = waves[:, :4], -1.0
+                else:
+                    rows[:, bob], rows[:, level] = waves, 1.0
+                jacobian.append(rows / norm.FLOOR_SD_MM)
+                residual.append(error / norm.FLOOR_SD_MM)
+        j = np.vstack(jacobian)
+        x -= np.linalg.solve(j.T @ j, j.T @ np.concatenate(residual))
+
+    moved = {
+        "thigh": centre[:, None] + (1.0 + x[scale]) * (thigh - centre[:, None]) + [x[s] for s in thighs],
+        "knee": knee + [x[s] for s in knees],
+    }
+    manner = {n: replace(m, values=moved.get(n, m.values)) for n, m in person.manner.items()}
+    return replace(person, manner=manner, foot_gains=person.foot_gains * (1.0 + x[gains]))

@@ -1,0 +1,189 @@
+"""A person who walks, drawn from published spreads: body, pace and manner.
+
+The numbers stand in `pipeline.core.anthropometry` (bodies) and `pipeline.core.normative_gait` (gait).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.core import anthropometry as body
+from pipeline.synthetic.walkers import normative_gait as norm
+
+GRAVITY_MM_S2 = 9806.65
+SIDE = np.array([[-1.0], [1.0]])
+"""Sign of x on the left and on the right, a column."""
+
+
+@dataclass(frozen=True)
+class Manner:
+    """One person's own curve: landmark values (2, n) in radians, and how much earlier it comes, in cycles."""
+
+    values: np.ndarray
+    shift: float
+
+
+@dataclass(frozen=True)
+class Person:
+    """One walker: lengths in mm, angles in radians; left and right as columns (2, 1).
+
+    `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
+    """
+
+    male: bool
+    age_years: float
+    stature: float
+    thigh: np.ndarray
+    shank: np.ndarray
+    trunk: float
+    head: float
+    shoulder_drop: float
+    half_hips: float
+    half_shoulders: float
+    upper_arm: float
+    forearm: float
+    speed: float
+    frequency: float
+    start_phase: float
+    step_asymmetry: float
+    ankle_lines: np.ndarray
+    sway: float
+    foot_gains: np.ndarray
+    knee_out: np.ndarray
+    arm_out: np.ndarray
+    forearm_in: np.ndarray
+    manner: dict[str, Manner]
+
+    @property
+    def leg_length(self) -> float:
+        """Hip to floor, mean of the sides, mm."""
+        return float(np.mean(self.thigh + self.shank)) + body.SEGMENTS["ankle_height"] * self.stature
+
+    def basis(self, name: str, phase: np.ndarray) -> np.ndarray:
+        """What each landmark value weighs at these phases: (P,) cycles → (P, n)."""
+        return np.asarray(norm.CURVES[name].basis((phase + self.manner[name].shift) % 1.0))
+
+    def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
+        """Each side's angle at its own phase, its excursion times `gain`: (2, T) cycles → (2, T) radians."""
+        values, shift = self.manner[name].values, self.manner[name].shift
+        centre = values.mean(axis=1, keepdims=True)
+        # The person's own two splines: the basis's polynomials weighted by the landmark values.
+        spline = norm.CURVES[name].basis
+        own = spline.c @ (values - centre).T
+        place = phase + (shift - spline.x[0])
+        within = place - np.floor(place) + spline.x[0]
+        piece = np.searchsorted(spline.x[1:-1], within, side="right")
+        past = within - spline.x[piece]
+        c3, c2, c1, c0 = own.reshape(4, -1).take(2 * piece + [[0], [1]], axis=1)
+        return centre + gain * (((c3 * past + c2) * past + c1) * past + c0)
+
+    def opposed(self, name: str, phase: np.ndarray) -> np.ndarray:
+        """Half of right less left: a curve that changes sign when the sides change places, (T,)."""
+        left, right = self.curve(name, phase)
+        return (right - left) / 2.0
+
+    def shared(self, name: str, phase: np.ndarray) -> np.ndarray:
+        """Mean of the sides: a curve that both steps repeat, (T,)."""
+        left, right = self.curve(name, phase)
+        return (left + right) / 2.0
+
+    def hips(self, phase: np.ndarray) -> np.ndarray:
+        """Hips from the pelvis, (3, 2, T) mm."""
+        yaw = self.opposed("pelvic_rotation", phase)
+        roll = self.opposed("pelvic_obliquity", phase)
+        axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])
+        return self.half_hips * SIDE * axis[:, None]
+
+    def sideways(self, phase: np.ndarray) -> np.ndarray:
+        """Sideways path of the pelvis, (T,) mm."""
+        return self.sway * np.degrees(self.opposed("pelvic_sway", phase))
+
+
+def draw_person(rng: np.random.Generator, male: bool) -> Person:
+    """A person's body, pace and manner; the number of draws is the same for everyone."""
+
+    def positive(mean: float, cv: float, size: int | None = None) -> Any:
+        return mean * np.exp(cv * rng.standard_normal(size))
+
+    low, high = body.AGE_RANGE_YEARS
+    age = low + (high - low) * rng.beta(*body.AGE_BETA)
+    growth = float(np.interp(age, body.GROWTH_AGE_YEARS, body.GROWTH[male]))
+    build = rng.standard_normal()
+    mean, sd = body.STATURE_MM[male]
+    stature = growth * (mean + sd * build)
+
+    # Longer legs mean a shorter trunk at the same stature; the sides differ by a few millimetres.
+    leg = rng.standard_normal()
+    knee_height = body.SEGMENT_CV * rng.standard_normal()
+    unequal = np.sqrt(0.125) * body.LEG_INEQUALITY_SD_MM * rng.standard_normal(2)
+    share = stature * np.exp(body.LEG_SHARE_CV * leg)
+    thigh = share * body.SEGMENTS["thigh"] * np.exp(-knee_height) + unequal[0] * SIDE
+    shank = share * body.SEGMENTS["shank"] * np.exp(knee_height) + unequal[1] * SIDE
+    trunk = stature * body.TRUNK * np.exp(body.TRUNK_SHARE_CV * (0.4 * rng.standard_normal() - 0.9 * leg))
+    arm = stature * positive(1.0, body.ARM_SHARE_CV)
+    elbow = body.SEGMENT_CV * rng.standard_normal()
+
+    def breadth(table: dict[bool, tuple[float, float]]) -> float:
+        mean, sd = table[male]
+        c = body.BREADTH_STATURE_CORRELATION
+        return growth * (mean + sd * (c * build + np.sqrt(1 - c**2) * rng.standard_normal()))
+
+    hips, shoulders = breadth(body.HIP_CENTRES_MM), breadth(body.BIACROMIAL_MM)
+
+    pace = rng.normal(*norm.DIMENSIONLESS_SPEED)
+    leg_length = np.mean(thigh + shank) + body.SEGMENTS["ankle_height"] * stature
+    speed = float(pace * np.sqrt(GRAVITY_MM_S2 * leg_length))
+    cadence = norm.STRIDES_PER_MINUTE * (speed / stature) ** norm.SPEED_EXPONENT
+    frequency = float(cadence / 60.0 * positive(1.0, norm.FREQUENCY_CV))
+
+    gains = {
+        "pelvic_obliquity": norm.PELVIC_OBLIQUITY_BY_SEX[male],
+        "trunk_sway": norm.TRUNK_SWAY_BY_SEX[male],
+        "upper_arm": pace / norm.ARM_SPEED_REFERENCE,
+        "elbow": pace / norm.ARM_SPEED_REFERENCE,
+    }
+    manner: dict[str, Manner] = {}
+    for name, curve in norm.CURVES.items():
+        spread, mean_deg = curve.spread, np.array(curve.mean_deg)
+        middle = mean_deg.mean()
+        gain = gains.get(name, 1.0) * positive(1.0, spread.gain)
+        own = middle + gain * (mean_deg - middle)
+        posture = spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
+        own = own + spread.shape_deg * rng.standard_normal(own.size)
+        apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
+        manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())
+
+    width = max(norm.STEP_WIDTH_LEAST_MM, rng.normal(norm.STEP_WIDTH_MM, norm.STEP_WIDTH_SD_MM))
+
+    def pair(mean: float, sd: float) -> np.ndarray:
+        # The sides of one person correlate: 0.8² = 0.64.
+        return np.radians(mean + sd * (0.8 * rng.standard_normal() + 0.6 * rng.standard_normal((2, 1))))
+
+    return Person(
+        male=male,
+        age_years=float(age),
+        stature=float(stature),
+        thigh=thigh,
+        shank=shank,
+        trunk=float(trunk),
+        head=float(stature * body.NECK_AND_HEAD * positive(1.0, body.HEAD_CV)),
+        shoulder_drop=float(stature * body.SHOULDER_DROP * positive(1.0, 0.3)),
+        half_hips=hips / 2.0,
+        half_shoulders=shoulders * body.BIACROMIAL_TO_SHOULDER_CENTRES / 2.0,
+        upper_arm=float(arm * body.SEGMENTS["upper_arm"] * np.exp(-elbow)),
+        forearm=float(arm * body.SEGMENTS["forearm"] * np.exp(elbow)),
+        speed=speed,
+        frequency=frequency,
+        start_phase=float(rng.uniform()),
+        step_asymmetry=float(norm.STEP_TIME_ASYMMETRY_SD * rng.standard_normal()),
+        ankle_lines=SIDE * width / 2.0,
+        sway=float(positive(norm.SWAY_MM[0], norm.SWAY_MM[1] / norm.SWAY_MM[0])),
+        foot_gains=positive(1.0, norm.FOOT_GAIN_CV, 2),
+        knee_out=pair(*norm.KNEE_TURNED_OUT_DEG),
+        arm_out=pair(*norm.ARM_ABDUCTION_DEG[male]),
+        forearm_in=pair(*norm.FOREARM_TURNED_IN_DEG),
+        manner=manner,
+    )

@@ -1,0 +1,167 @@
+"""A population of walkers on a treadmill, made by kinematics alone.
+
+No walker is drawn from a linear model of positions: each has a body (stature, proportions, the two sides
+unlike), a speed and a rhythm, and joint angles through published landmarks with published spreads.  Positions
+follow by a chain of rigid segments.
+
+How one walker walks
+--------------------
+1. A person is drawn: `pipeline.core.person`, from the numbers of `pipeline.core.anthropometry` and
+   `pipeline.core.normative_gait`.
+2. The drawn angles are moved as little as will let the feet keep to the floor and to the belt
+   (`pipeline.core.footfall`).
+3. Phase φ of each leg runs on with stride times that vary and remember; right and left half a cycle apart
+   (`pipeline.core.strides`).
+4. Thigh and knee angles at φ give the leg in its plane; the plane leans so that the ankle keeps to its line
+   (`pipeline.core.kinematics`, and so on to 6).
+5. The standing foot rolls over heel, sole and ball and otherwise rides on the belt.  The pelvis is carried by
+   the standing leg (while both stand, by both, in shares that change over smoothly): so it bobs and surges.
+6. Pelvic sway, rotation and obliquity, the trunk, the head and the arms are added on top; then marker noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.synthetic.walkers.footfall import settled
+from pipeline.synthetic.walkers.kinematics import walk
+from pipeline.synthetic.walkers.person import Person, draw_person
+from pipeline.synthetic.walkers.strides import draw_strides
+from pipeline.validation import InvalidInput
+
+LEAST_CYCLES = 1.5
+LEAST_FRAME_RATE_HZ = 20.0
+
+
+@dataclass(frozen=True)
+class WalkingPopulation:
+    """Walkers with known answers.
+
+    Attributes
+    ----------
+    positions_mm : (R, T, 15, 3) float64
+        WALKER15 order, world frame; the floor is z = 0 and the walkers stay about x = y = 0.
+    frame_rate_hz : float
+    male : (R,) bool
+    stature_mm, age_years : (R,) float64
+    leg_length_mm : (R,) float64
+        Hip to floor, mean of the two sides.
+    speed_mm_s : (R,) float64
+        Of the belt, which moves towards −y.
+    stride_frequency_hz : (R,) float64
+        Intended; what eight seconds show differs by the stride-to-stride variability.
+    """
+
+    positions_mm: np.ndarray
+    frame_rate_hz: float
+    male: np.ndarray
+    stature_mm: np.ndarray
+    age_years: np.ndarray
+    leg_length_mm: np.ndarray
+    speed_mm_s: np.ndarray
+    stride_frequency_hz: np.ndarray
+
+
+def walking_population(
+    generator: np.random.Generator,
+    *,
+    male: int = 32,
+    female: int = 48,
+    duration_s: float = 8.0,
+    frame_rate_hz: float = 120.0,
+    marker_noise_mm: float = 0.5,
+) -> WalkingPopulation:
+    """Walkers on a treadmill, men and women in the order of 2 to 3 while both last [zhang2007 section 2].
+
+    Parameters
+    ----------
+    generator : numpy.random.Generator
+        One number is drawn from it; every walker's own generators grow from that.  The k-th man and the k-th
+        woman are the same people whatever the counts, and a shorter recording is the beginning of a longer.
+    male, female : int
+    duration_s : float
+    frame_rate_hz : float
+    marker_noise_mm : float
+        Standard deviation of white noise on each coordinate.
+
+    Returns
+    -------
+    WalkingPopulation
+
+    Raises
+    ------
+    InvalidInput
+        If there is nobody, a count or the noise is negative, the frame rate is under 20 Hz, or a walker makes
+        less than 1.5 cycles in the time given.
+
+    Examples
+    --------
+    >>> walkers = walking_population(np.random.default_rng(1), male=2, female=3, duration_s=3.0)
+    >>> walkers.positions_mm.shape, walkers.male.tolist()
+    ((5, 360, 15, 3), [False, True, False, True, False])
+    """
+    _refuse_bad_sizes(male, female, duration_s, frame_rate_hz, marker_noise_mm)
+    frames = round(duration_s * frame_rate_hz)
+    entropy = int(generator.integers(2**63))
+    people: list[Person] = []
+    positions = np.empty((male + female, frames, 15, 3))
+    for number, (is_male, index) in enumerate(_order(male, female)):
+        seeds = np.random.SeedSequence(entropy, spawn_key=(int(is_male), index)).spawn(3)
+        traits, strides, noise = (np.random.default_rng(seed) for seed in seeds)
+        person = settled(draw_person(traits, is_male))
+        if duration_s * person.frequency < LEAST_CYCLES:
+            raise InvalidInput(
+                "the recording is too short",
+                where=f"walker {number}",
+                expected=f"{LEAST_CYCLES} cycles, here {LEAST_CYCLES / person.frequency:.2f} s",
+                received=f"{duration_s:g} s",
+            )
+        people.append(person)
+        noise.standard_normal(out=positions[number])
+        positions[number] *= marker_noise_mm
+        positions[number] += walk(person, draw_strides(person, strides, frames, frame_rate_hz), frame_rate_hz)
+    return WalkingPopulation(
+        positions_mm=positions,
+        frame_rate_hz=float(frame_rate_hz),
+        male=np.array([p.male for p in people]),
+        stature_mm=np.array([p.stature for p in people]),
+        age_years=np.array([p.age_years for p in people]),
+        leg_length_mm=np.array([p.leg_length for p in people]),
+        speed_mm_s=np.array([p.speed for p in people]),
+        stride_frequency_hz=np.array([p.frequency for p in people]),
+    )
+
+
+def _refuse_bad_sizes(male: int, female: int, duration_s: float, rate: float, noise: float) -> None:
+    where = "synthetic walkers"
+    if male < 0 or female < 0 or male + female == 0:
+        raise InvalidInput(
+            "there is nobody to walk",
+            where=where,
+            expected="counts of men and women, at least one in all",
+            received=f"{male} and {female}",
+        )
+    for what, value, least, unit in (
+        ("the duration is too short", duration_s, 0.0, "s"),
+        ("the frame rate is too low", rate, LEAST_FRAME_RATE_HZ, "Hz"),
+        ("the marker noise is negative", noise, 0.0, "mm"),
+    ):
+        if not (np.isfinite(value) and value >= least):
+            raise InvalidInput(
+                what, where=where, expected=f"{least:g} {unit} or more", received=f"{value:g} {unit}"
+            )
+
+
+def _order(male: int, female: int) -> list[tuple[bool, int]]:
+    """(is male, index within the sex) in the fixed order F M F M F, then whoever is left."""
+    order: list[tuple[bool, int]] = []
+    taken = {True: 0, False: 0}
+    wanted = {True: male, False: female}
+    while len(order) < male + female:
+        turn = len(order) % 5 in (1, 3)
+        sex = turn if taken[turn] < wanted[turn] else not turn
+        order.append((sex, taken[sex]))
+        taken[sex] += 1
+    return order

@@ -1,0 +1,209 @@
+"""Invalid input, reported in one sentence: what is wrong, where, what was expected, what was received.
+
+Everything that a person can get wrong (a file, a value, a clip) raises `InvalidInput`.  The command line prints its
+sentence and exits with status 1; a stage that handles many clips lists it beside the clip and goes on.  The
+``require_*`` functions are the checks that everyone shares; each returns the value it was given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+Value = TypeVar("Value")
+
+
+class InvalidInput(ValueError):
+    """Input that cannot be used, in one sentence.
+
+    Parameters
+    ----------
+    what : str
+        What is wrong, e.g. ``"the file is truncated"``; or, of an option, what it must be, e.g.
+        ``"must be at least 1"``.
+    where : str
+        The file, option or clip, e.g. ``"walk.c3d, byte 512"``.
+    expected, received : str
+        What would have been right, and what came instead; both optional.
+
+    Examples
+    --------
+    >>> print(InvalidInput("the rate is not positive", where="a.trc", expected="hertz > 0", received="-1"))
+    a.trc: the rate is not positive (expected hertz > 0, received -1)
+    >>> print(InvalidInput("must be at least 1", where="sweep.trials", received="0"))
+    sweep.trials must be at least 1 (got 0)
+    """
+
+    def __init__(self, what: str, *, where: str = "", expected: str = "", received: str = "") -> None:
+        if where and what.startswith("must "):
+            sentence, got = f"{where} {what}", "got"
+        else:
+            sentence, got = f"{where}: {what}" if where else what, "received"
+        details = ", ".join(
+            f"{label} {value}" for label, value in (("expected", expected), (got, received)) if value
+        )
+        super().__init__(f"{sentence} ({details})" if details else sentence)
+        self.what = what
+        self.where = where
+        self.expected = expected
+        self.received = received
+
+    def __reduce__(self) -> tuple:
+        return (_rebuild, (self.what, self.where, self.expected, self.received))
+
+
+def _rebuild(what: str, where: str, expected: str, received: str) -> InvalidInput:
+    return InvalidInput(what, where=where, expected=expected, received=received)
+
+
+def require_range(
+    name: str,
+    value: float,
+    *,
+    at_least: float | None = None,
+    above: float | None = None,
+    at_most: float | None = None,
+    below: float | None = None,
+    whole: bool = False,
+    unit: str = "",
+) -> Any:
+    """Return a finite number that lies within the bounds given.
+
+    Parameters
+    ----------
+    name : str
+        Full name of the option or argument, e.g. ``"sweep.trials"``.
+    value : float
+    at_least, above, at_most, below : float, optional
+        Bounds, closed and open.
+    whole : bool
+        Refuse numbers with a fraction.
+    unit : str
+        Written after the bounds.
+
+    Raises
+    ------
+    InvalidInput
+        If the value is not a finite number, not whole though it must be, or outside the bounds.
+
+    Examples
+    --------
+    >>> require_range("sweep.trials", 3, at_least=1)
+    3
+    >>> require_range("sweep.trials", 0, at_least=1)
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
+    """
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    fits = (
+        number
+        and bool(np.isfinite(value))
+        and (at_least is None or value >= at_least)
+        and (above is None or value > above)
+        and (at_most is None or value <= at_most)
+        and (below is None or value < below)
+        and not (whole and value % 1)
+    )
+    if not fits:
+        bounds = [
+            f"{word} {bound:g}"
+            for word, bound in (
+                ("at least", at_least),
+                ("above", above),
+                ("at most", at_most),
+                ("below", below),
+            )
+            if bound is not None
+        ]
+        words = ("a whole number " if whole else "") + " and ".join(bounds) + (f" {unit}" if unit else "")
+        received = f"{value:g}" if number else repr(value)
+        raise InvalidInput(f"must be {words.strip() or 'a finite number'}", where=name, received=received)
+    return value
+
+
+def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
+    """Return a value that is one of a few.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none of them.
+
+    Examples
+    --------
+    >>> require_choice("penalty", "printed", ("change", "as_printed"))
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: penalty must be change or as_printed (got printed)
+    """
+    allowed = list(choices)
+    if value not in allowed:
+        words = [str(choice) for choice in allowed]
+        listed = " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
+        raise InvalidInput(f"must be {listed}", where=name, received=str(value))
+    return value
+
+
+def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> np.ndarray:
+    """Return an array whose shape fits a pattern, as `numpy.ndarray`.
+
+    Parameters
+    ----------
+    name : str
+        What the array is, e.g. ``"positions"``.
+    array : array_like
+    shape : sequence of int, str or None
+        A size for each axis; a letter stands for any size, the same for the same letter, `None` for any.
+
+    Raises
+    ------
+    InvalidInput
+        If the number of axes or a size differs.
+
+    Examples
+    --------
+    >>> require_shape("positions", np.zeros((4, 15, 2)), ("T", 15, 3))
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: positions must have shape (T, 15, 3) (got (4, 15, 2))
+    """
+    array = np.asarray(array)
+    sizes: dict[str, int] = {}
+    fits = array.ndim == len(shape)
+    for actual, wanted in zip(array.shape, shape, strict=False):
+        if isinstance(wanted, str):
+            fits = fits and sizes.setdefault(wanted, actual) == actual
+        elif wanted is not None:
+            fits = fits and actual == wanted
+    if not fits:
+        pattern = ", ".join("any" if size is None else str(size) for size in shape)
+        pattern += "," if len(shape) == 1 else ""
+        raise InvalidInput(f"must have shape ({pattern})", where=name, received=str(array.shape))
+    return array
+
+
+def require_finite(name: str, array: Any) -> np.ndarray:
+    """Return an array of finite numbers, as `numpy.ndarray`.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is NaN or infinite; the sentence gives the index of the first.
+
+    Examples
+    --------
+    >>> require_finite("weights", [1.0, float("nan")])
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: weights must be finite (got nan at index 1)
+    """
+    array = np.asarray(array)
+    bad = ~np.isfinite(array)
+    if bad.any():
+        at = tuple(int(i) for i in np.argwhere(bad)[0])
+        where = str(at[0]) if len(at) == 1 else str(at)
+        raise InvalidInput("must be finite", where=name, received=f"{array[at]} at index {where}")
+    return array
