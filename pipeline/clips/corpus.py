@@ -1,13 +1,10 @@
-"""Which recordings a data set names, and where they are: the table of public ones, or the user's folder.
-
-A data set names a corpus for each purpose: walks, performances of one action, clips of varied motion.
-"""
+"""Which recordings a data set names, and where they are: the table of public ones, or the user's folder."""
 
 from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,7 +16,6 @@ from pipeline import fetch, formats
 from pipeline.formats.acclaim import amc as asf_amc
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
 from pipeline.storage import tables
-from pipeline.studies.options import Data, FolderData, RecordedData
 from pipeline.validation import InvalidInput
 
 
@@ -51,74 +47,77 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     return motion, *map_joints(motion, clip.mapping)
 
 
-def require(data: Data, purpose: str) -> None:
-    """Nothing; a InvalidInput if a data set holds nothing for this purpose (walks, performances or clips)."""
-    if not isinstance(data, RecordedData):
-        return
-    sources = {
-        "walks": data.sources,
-        "performances": data.performances.sources,
-        "clips": data.clips.sources,
-    }[purpose]
-    if not sources:
-        what = {"walks": "walks", "performances": "performances of one action", "clips": "varied motion"}
-        raise InvalidInput(f"the data set {data.name} holds no {what[purpose]}", where="data")
+@dataclass(frozen=True)
+class Listing:
+    """The table of public recordings, and where they may lie on this machine.
+
+    Attributes
+    ----------
+    table : Path
+        ``data/sources.csv``.
+    raw : Path
+        Folder that ``make data`` fills.
+    mirror : Path or None
+        A folder that holds the same files; read where `raw` lacks one.
+    skeletons : mapping of str to SourceMapping
+        By the table's skeleton column.
+    same_person : sequence of sequence of str
+        Subjects that are one person.
+    """
+
+    table: Path
+    raw: Path
+    mirror: Path | None
+    skeletons: Mapping[str, SourceMapping]
+    same_person: Sequence[Sequence[str]] = ()
 
 
-def clips_of(options: Data, skeleton: SourceMapping, purpose: str) -> list[Clip]:
-    """The recordings that a data set names for a purpose, those that are not on this machine last."""
-    require(options, purpose)
-    match options, purpose:
-        case RecordedData(), "walks":
-            present, absent = _listed(options, options.sources, options.action)
-            return _first_people(present, options.walkers) + absent
-        case RecordedData(), _:
-            corpus = options.performances if purpose == "performances" else options.clips
-            present, absent = _listed(options, corpus.sources, corpus.action)
-            return in_turn(present, corpus.limit) + absent
-        case FolderData(), "walks":
-            return _first_people(folder_clips(options, skeleton), options.walkers)
-        case FolderData(), _:
-            corpus = options.performances if purpose == "performances" else options.clips
-            return in_turn(folder_clips(options, skeleton), corpus.limit)
-        case _:
-            raise TypeError(f"no recordings for {type(options).__name__}")
+def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
+    """Return the clips of the table that are on this machine, in order, and those that are not, as listed.
 
+    Parameters
+    ----------
+    listing : Listing
+    sources : sequence of str
+    action : str
+        The beginning of the table's action up to a colon, or the whole of it.
 
-def _listed(options: RecordedData, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
-    """Clips of the table that are on this machine, in order, and those that are not, as the table has them."""
-    clips = _clips_of_table(options, sources, action)
+    Raises
+    ------
+    InvalidInput
+        If the table lists none, or none is on this machine.
+    """
+    clips = _clips_of_table(listing, sources, action)
     present = [clip for clip in clips if clip.path]
     if not present:
         raise InvalidInput(
             f"none of the {len(clips)} recordings is on this machine",
-            where=options.raw,
+            where=str(listing.raw),
             expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
         )
     absent = [clip for clip in clips if not clip.path]
     return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
 
 
-def _clips_of_table(options: RecordedData, sources: Sequence[str], action: str) -> list[Clip]:
+def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> list[Clip]:
     """Clips of the table, each of those on this machine with its digest, which reads the whole file."""
     rows = [
         row
-        for row in tables.read_rows(Path(options.table))
+        for row in tables.read_rows(listing.table)
         if row["source"] in sources
         and (row["action"] == action or row["action"].startswith(f"{action}:"))
-        and row["skeleton"] in options.skeletons
+        and row["skeleton"] in listing.skeletons
     ]
     if not rows:
         raise InvalidInput(
             f"no recording of {action or 'an action without a name'} by these sources is listed",
-            where=options.table,
+            where=str(listing.table),
             expected=", ".join(sources),
         )
-    same = {subject: group[0] for group in options.same_person for subject in group}
-    mirror = Path(options.mirror) if options.mirror else None
+    same = {subject: group[0] for group in listing.same_person for subject in group}
     clips: list[Clip] = []
     for row in rows:
-        path = fetch.resolve(row, raw=Path(options.raw), mirror=mirror)
+        path = fetch.resolve(row, raw=listing.raw, mirror=listing.mirror)
         clips.append(
             Clip(
                 name=row["trial"],
@@ -127,7 +126,7 @@ def _clips_of_table(options: RecordedData, sources: Sequence[str], action: str) 
                 action=row["action"].partition(":")[2].strip() or row["action"],
                 path=path,
                 sha256=_digest(path) if path else "",
-                mapping=options.skeletons[row["skeleton"]],
+                mapping=listing.skeletons[row["skeleton"]],
                 frame_rate_hz=float(row["frame_rate_hz"]),
                 units="",
             )
@@ -135,51 +134,71 @@ def _clips_of_table(options: RecordedData, sources: Sequence[str], action: str) 
     return clips
 
 
-def folder_clips(options: FolderData, skeleton: SourceMapping) -> list[Clip]:
-    """Readable files below the user's folder."""
-    if not options.path:
+def folder_clips(
+    path: str, pattern: str, person: str, *, skeleton: SourceMapping, frame_rate_hz: float, units: str
+) -> list[Clip]:
+    """Return the readable files below the user's folder.
+
+    Parameters
+    ----------
+    path, pattern : str
+        The folder, and the pattern of files below it.
+    person : str
+        Regular expression on the file's name; its first group names the person.
+    skeleton : SourceMapping
+    frame_rate_hz : float
+        For files that do not say; 0: the file's own.
+    units : str
+        For files that do not say.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such folder, no motion capture in it, or a pattern is not one.
+    """
+    if not path:
         raise InvalidInput("no folder is given", expected="data.path=<folder>", received="nothing")
-    folder = Path(options.path)
+    folder = Path(path)
     if not folder.is_dir():
-        raise InvalidInput("there is no such folder", where=options.path)
+        raise InvalidInput("there is no such folder", where=path)
     try:
-        files = sorted(p for p in folder.glob(options.pattern) if p.is_file() and not p.name.startswith("."))
+        files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
         raise InvalidInput(
             "not a pattern below the folder",
             where="data.pattern",
             expected="**/*.c3d, say",
-            received=options.pattern,
+            received=pattern,
         ) from None
     readable = [p for p in files if p.suffix.lower() in formats.READERS]
     if not readable:
         raise InvalidInput(
             "no motion capture in the folder",
-            where=f"{options.path}/{options.pattern}",
+            where=f"{path}/{pattern}",
             expected="files ending in " + " ".join(formats.READERS),
             received=", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
         )
     try:
-        pattern = re.compile(options.person)
+        names = re.compile(person)
     except re.error as error:
         raise InvalidInput(
-            f"not a regular expression: {error}", where="data.person", received=options.person
+            f"not a regular expression: {error}", where="data.person", received=person
         ) from None
     clips = []
-    for path in readable:
-        found = pattern.search(path.stem)
-        person = (found.group(1) if found.groups() else found.group(0)) if found else ""
+    for file in readable:
+        found = names.search(file.stem)
+        who = (found.group(1) if found.groups() else found.group(0)) if found else ""
         clips.append(
             Clip(
-                name=str(path.relative_to(folder)),
-                person=person or path.stem,
+                name=str(file.relative_to(folder)),
+                person=who or file.stem,
                 source="folder",
                 action="",
-                path=path,
-                sha256=_digest(path),
+                path=file,
+                sha256=_digest(file),
                 mapping=skeleton,
-                frame_rate_hz=options.frame_rate_hz,
-                units=options.units,
+                frame_rate_hz=frame_rate_hz,
+                units=units,
             )
         )
     return clips
@@ -198,7 +217,8 @@ def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
     return [clip for place, clip in enumerate(clips) if place in chosen]
 
 
-def _first_people(clips: list[Clip], limit: int) -> list[Clip]:
+def first_people(clips: list[Clip], limit: int) -> list[Clip]:
+    """Return the clips of the first so many people; all if there is no limit."""
     people = list(dict.fromkeys(clip.person for clip in clips))
     chosen = set(people[:limit] if limit > 0 else people)
     return [clip for clip in clips if clip.person in chosen]

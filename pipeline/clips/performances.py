@@ -5,20 +5,30 @@ Every clip ends in the report, kept or refused, with the reason; nothing is drop
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import dataclasses
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from pipeline.clips.corpus import Clip, read_clip
+from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
+from pipeline.clips.options import (
+    Cut,
+    FolderData,
+    RecordedData,
+    RecordedPerformances,
+    Steady,
+    SyntheticData,
+    SyntheticPerformances,
+)
 from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
 from pipeline.clips.walks import steady_walk
 from pipeline.core import fourier, posture
 from pipeline.core.resampling import interpolate
 from pipeline.core.walking import usable_clip
-from pipeline.storage.store import derive_generator
-from pipeline.studies.options import RecordedPerformances, Steady, SyntheticPerformances
+from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
 from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
@@ -32,6 +42,22 @@ LEAST_FRAMES = 8
 """Of a performance: fewer show no course of an action."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Performances(Clips):
+    """Performances of one action.
+
+    Attributes
+    ----------
+    phase : (sum of T,), optional
+        True course of the action at each frame, where it is known.
+    moving_phase : (2,), optional
+        The course between which the actor moves.
+    """
+
+    phase: np.ndarray | None = None
+    moving_phase: np.ndarray | None = None
+
+
 @dataclass(frozen=True)
 class Performance:
     """One performance, or the row of the report that says why there is none."""
@@ -41,10 +67,8 @@ class Performance:
     frame_rate_hz: float
 
 
-def synthetic_performances(
-    options: SyntheticPerformances, seed: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays and notes of synthetic bending; ``phase`` is the truth that synchronization is to find."""
+def synthetic_performances(options: SyntheticPerformances, seed: int) -> Performances:
+    """Return synthetic bending; its phase is the truth that synchronization is to find."""
     count = min(options.limit or options.performances, options.performances)
     made = bending_performances(
         derive_generator(seed, "ingest"),
@@ -64,23 +88,17 @@ def synthetic_performances(
         }
         whole = np.ones(positions.shape[:2], dtype=bool)
         performances.append(_performance(row, positions, whole, options.frame_rate_hz, gap_s=0.0))
-    arrays, notes = _packed(performances, inputs={})
-    arrays["phase"] = np.concatenate(made.phase)
-    arrays["moving_phase"] = np.array(made.moving_phase)
-    return arrays, notes
+    return dataclasses.replace(
+        _packed(performances, inputs={}),
+        phase=np.concatenate(made.phase),
+        moving_phase=np.array(made.moving_phase),
+    )
 
 
 def recorded_performances(
     clips: Iterable[Clip], options: RecordedPerformances, steady: Steady, workers: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays and notes of recorded performances."""
-    if options.cut not in ("whole", "cycles"):
-        raise InvalidInput(
-            "how to cut performances is unknown",
-            where="data.performances.cut",
-            expected="whole or cycles",
-            received=options.cut,
-        )
+) -> Performances:
+    """Return recorded performances."""
 
     def one(clip: Clip) -> Performance:
         row = dict.fromkeys(REPORT_COLUMNS, "") | {
@@ -90,7 +108,7 @@ def recorded_performances(
         }
         try:
             motion, positions, valid = read_clip(clip)
-            if options.cut == "cycles":
+            if options.cut is Cut.cycles:
                 return _middle_cycle(row, positions, valid, motion.frame_rate_hz, steady)
             return _performance(row, positions, valid, motion.frame_rate_hz, gap_s=steady.gap_s)
         except InvalidInput as refusal:
@@ -164,9 +182,7 @@ def _middle_cycle(
     return Performance(made.row | kept, made.positions, frame_rate_hz)
 
 
-def _packed(
-    performances: list[Performance], *, inputs: dict[str, str]
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def _packed(performances: list[Performance], *, inputs: dict[str, str]) -> Performances:
     kept = [p for p in performances if p.positions is not None]
     rows = [p.row for p in performances]
     if len(kept) < 3:
@@ -177,13 +193,34 @@ def _packed(
             received=f"{len(kept)} of {len(rows)}" + (f" ({reasons[:300]})" if reasons else ""),
         )
     positions = [p.positions for p in kept if p.positions is not None]
-    arrays = {
-        "positions": np.concatenate(positions),
-        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
-        "frame_rate_hz": np.array([p.frame_rate_hz for p in kept]),
-        **{
-            name: np.array([p.row[name] for p in kept])
-            for name in ("person", "clip", "source", "leg_length_mm")
-        },
-    }
-    return arrays, {"report": rows, "report_columns": list(REPORT_COLUMNS), "inputs": inputs}
+    return Performances(
+        **packed_clips([p.row for p in kept], positions, [p.frame_rate_hz for p in kept]),
+        report=rows,
+        report_columns=list(REPORT_COLUMNS),
+        inputs=inputs,
+    )
+
+
+class PerformancesCorpus(Corpus):
+    """Performances of one action: mozerov2006."""
+
+    name = "performances"
+    words = "performances of one action"
+    sample = "performance"
+    world = "World: right-handed, metres, z up; actors stand over the origin, facing +y at the first frame."
+    result = Performances
+
+    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
+        """Return the request for synthetic bending."""
+        chosen = data.performances
+        return Request({"performances": chosen, "seed": seed}, lambda: synthetic_performances(chosen, seed))
+
+    def recorded(self, data: RecordedData | FolderData, clips: Sequence[Clip], workers: int) -> Request:
+        """Return the request for recorded performances."""
+        wanted, steady = data.performances, data.steady
+        options = {"performances": wanted, "steady": steady, "clips": [clip.identity for clip in clips]}
+        return Request(options, lambda: recorded_performances(clips, wanted, steady, workers))
+
+
+PERFORMANCES = PerformancesCorpus()
+"""The one corpus of performances."""

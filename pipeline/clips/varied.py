@@ -5,16 +5,17 @@ Every clip ends in the report, kept or refused, with the reason; nothing is drop
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from pipeline.clips.corpus import Clip, read_clip
+from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
+from pipeline.clips.options import FolderData, RecordedData, SyntheticClips, SyntheticData
 from pipeline.core.walking import usable_clip
-from pipeline.storage.store import derive_generator
-from pipeline.studies.options import SyntheticClips
+from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
 from pipeline.synthetic.limbs import synthetic_body
 from pipeline.synthetic.walkers import walking_population
@@ -30,6 +31,18 @@ LEAST_FRAMES = 8
 """Of a clip: fewer show no motion."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class VariedClips(Clips):
+    """Clips of varied motion.
+
+    Attributes
+    ----------
+    action : (W,) text
+    """
+
+    action: np.ndarray
+
+
 @dataclass(frozen=True)
 class VariedClip:
     """A clip, or the row of the report that says why there is none."""
@@ -39,8 +52,8 @@ class VariedClip:
     frame_rate_hz: float
 
 
-def synthetic_clips(options: SyntheticClips, seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays and notes of synthetic clips: walking, bending and bodies of smooth angles in turn."""
+def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
+    """Return synthetic clips: walking, bending and bodies of smooth angles in turn."""
     count = min(options.limit or options.clips, options.clips)
     if count < 1:
         raise InvalidInput("no clips", where="data.clips.clips", expected="1 or more", received=str(count))
@@ -87,10 +100,8 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> tuple[dict[str, Any],
     return _packed(made, inputs={})
 
 
-def recorded_clips(
-    clips: Iterable[Clip], gap_s: float, workers: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays and notes of recorded clips: of each the longest stretch that shows all joints."""
+def recorded_clips(clips: Iterable[Clip], gap_s: float, workers: int) -> VariedClips:
+    """Return recorded clips: of each the longest stretch that shows all joints."""
 
     def one(clip: Clip) -> VariedClip:
         row = dict.fromkeys(REPORT_COLUMNS, "") | {
@@ -145,20 +156,42 @@ def _longest(whole: np.ndarray) -> tuple[int, int]:
     return int(starts[longest]), int(stops[longest])
 
 
-def _packed(made: list[VariedClip], *, inputs: dict[str, str]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _packed(made: list[VariedClip], *, inputs: dict[str, str]) -> VariedClips:
     kept = [clip for clip in made if clip.positions is not None]
     rows = [clip.row for clip in made]
     if not kept:
         reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
         raise InvalidInput(f"none of the {len(rows)} clips can be used", received=reasons)
     positions = [clip.positions for clip in kept if clip.positions is not None]
-    arrays = {
-        "positions": np.concatenate(positions),
-        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
-        "frame_rate_hz": np.array([clip.frame_rate_hz for clip in kept]),
-        **{
-            name: np.array([clip.row[name] for clip in kept])
-            for name in ("person", "clip", "source", "action", "leg_length_mm")
-        },
-    }
-    return arrays, {"report": rows, "report_columns": list(REPORT_COLUMNS), "inputs": inputs}
+    return VariedClips(
+        **packed_clips([clip.row for clip in kept], positions, [clip.frame_rate_hz for clip in kept]),
+        action=np.array([clip.row["action"] for clip in kept]),
+        report=rows,
+        report_columns=list(REPORT_COLUMNS),
+        inputs=inputs,
+    )
+
+
+class VariedCorpus(Corpus):
+    """Clips of varied motion: park2011."""
+
+    name = "clips"
+    words = "varied motion"
+    sample = "clip_name"
+    world = "World: right-handed, metres, z up, as recorded."
+    result = VariedClips
+
+    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
+        """Return the request for synthetic clips."""
+        chosen = data.clips
+        return Request({"clips": chosen, "seed": seed}, lambda: synthetic_clips(chosen, seed))
+
+    def recorded(self, data: RecordedData | FolderData, clips: Sequence[Clip], workers: int) -> Request:
+        """Return the request for recorded clips."""
+        gap_s = data.steady.gap_s
+        options = {"gap_s": gap_s, "clips": [clip.identity for clip in clips]}
+        return Request(options, lambda: recorded_clips(clips, gap_s, workers))
+
+
+VARIED = VariedCorpus()
+"""The one corpus of varied motion."""

@@ -6,18 +6,19 @@ Every clip ends in the report, kept or refused, with what was cut and why; nothi
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from pipeline.clips.corpus import Clip, read_clip
+from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
+from pipeline.clips.options import FolderData, Locomotion, RecordedData, Steady, SyntheticData
 from pipeline.core import fourier, walking
 from pipeline.core.walking import usable_clip
-from pipeline.storage.store import derive_generator
-from pipeline.studies.options import Steady, SyntheticData
-from pipeline.synthetic import walkers as synthetic
+from pipeline.seeding import derive_generator
+from pipeline.synthetic import walkers
 from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
@@ -32,6 +33,21 @@ AS_WELL = 1.5
 """A residual up to so many times another's describes the walk as well."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Walks(Clips):
+    """Steady walks, as their treadmill equivalents.
+
+    Attributes
+    ----------
+    frequency_hz, residual_share, stature_mm : (W,)
+        Fundamental frequency; share of the variance that two harmonics leave; head above the lower ankle.
+    """
+
+    frequency_hz: np.ndarray
+    residual_share: np.ndarray
+    stature_mm: np.ndarray
+
+
 @dataclass(frozen=True)
 class Walk:
     """A steady walk, or the row of the report that says why there is none."""
@@ -41,14 +57,14 @@ class Walk:
     frame_rate_hz: float
 
 
-def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays and notes of the embedded population's walks."""
+def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
+    """Return the embedded population's walks."""
     count = min(options.walkers or options.population, options.population)
     if count < 1:
         where = "data.population" if options.population < 1 else "data.walkers"
         raise InvalidInput("no walkers", where=where, expected="1 or more", received=str(count))
     male = round(count * options.male_share)
-    population = synthetic.walking_population(
+    population = walkers.walking_population(
         derive_generator(seed, "ingest"),
         male=male,
         female=count - male,
@@ -56,7 +72,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> tuple[di
         frame_rate_hz=options.frame_rate_hz,
         marker_noise_mm=options.marker_noise_mm,
     )
-    steady = Steady(locomotion="treadmill")
+    steady = Steady(locomotion=Locomotion.treadmill)
 
     def one(r: int) -> Walk:
         name = f"synthetic_{r + 1:03d}"
@@ -67,10 +83,8 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> tuple[di
     return _packed(map_threads(one, range(count), workers), steady, inputs={})
 
 
-def recorded_walks(
-    clips: Iterable[Clip], steady: Steady, workers: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Arrays and notes of the steady walks in recordings."""
+def recorded_walks(clips: Iterable[Clip], steady: Steady, workers: int) -> Walks:
+    """Return the steady walks in recordings."""
 
     def one(clip: Clip) -> Walk:
         row = dict.fromkeys(REPORT_COLUMNS, "") | {
@@ -190,9 +204,7 @@ def _against_population(walks: list[Walk], ratio: float) -> list[Walk]:
     return judged
 
 
-def _packed(
-    walks: list[Walk], steady: Steady, *, inputs: dict[str, str]
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def _packed(walks: list[Walk], steady: Steady, *, inputs: dict[str, str]) -> Walks:
     walks = _against_population(walks, steady.frequency_ratio)
     kept = [w for w in walks if w.positions is not None]
     rows = [w.row for w in walks]
@@ -202,19 +214,41 @@ def _packed(
         raise InvalidInput(f"none of the {len(rows)} clips can be used", received=reasons + more)
     positions = [w.positions for w in kept if w.positions is not None]
 
-    def column(name: str) -> np.ndarray:
-        return np.array([w.row[name] for w in kept])
+    return Walks(
+        **packed_clips([w.row for w in kept], positions, [w.frame_rate_hz for w in kept]),
+        stature_mm=np.array([usable_clip.stature(p) for p in positions]),
+        frequency_hz=np.array([w.row["frequency_hz"] for w in kept]),
+        residual_share=np.array([w.row["residual_share"] for w in kept]),
+        report=rows,
+        report_columns=list(REPORT_COLUMNS),
+        inputs=inputs,
+    )
 
-    arrays: Mapping[str, np.ndarray] = {
-        "positions": np.concatenate(positions),
-        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
-        "frame_rate_hz": np.array([w.frame_rate_hz for w in kept]),
-        "stature_mm": np.array([usable_clip.stature(p) for p in positions]),
-        "frequency_hz": column("frequency_hz"),
-        "residual_share": column("residual_share"),
-        "leg_length_mm": column("leg_length_mm"),
-        "person": column("person"),
-        "clip": column("clip"),
-        "source": column("source"),
-    }
-    return dict(arrays), {"report": rows, "report_columns": list(REPORT_COLUMNS), "inputs": inputs}
+
+class WalksCorpus(Corpus):
+    """Walks: zhang2004, zhang2007."""
+
+    name = "walks"
+    words = "walks"
+    sample = "walker"
+    world = (
+        "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are lifted from "
+        "the tables' origin, the mean pelvis, to stand on the ground.\n"
+        "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the walker's "
+        "right at 0, so a video taken from the front has to be mirrored."
+    )
+    result = Walks
+
+    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
+        """Return the request for the embedded population."""
+        alone = {name: value for name, value in vars(data).items() if name not in ("performances", "clips")}
+        return Request({"data": alone, "seed": seed}, lambda: synthetic_walks(data, seed, workers))
+
+    def recorded(self, data: RecordedData | FolderData, clips: Sequence[Clip], workers: int) -> Request:
+        """Return the request for steady walks in recordings."""
+        options = {"steady": data.steady, "clips": [clip.identity for clip in clips]}
+        return Request(options, lambda: recorded_walks(clips, data.steady, workers))
+
+
+WALKS = WalksCorpus()
+"""The one corpus of walks."""

@@ -1,0 +1,229 @@
+"""Data sets: where clips of each kind come from.
+
+A data set names a corpus for each kind of clips; `Data.request` turns its options into the request for one of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import ClassVar
+
+from pipeline.clips.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
+from pipeline.clips.kinds import Corpus, Request
+from pipeline.skeleton import SourceMapping
+from pipeline.validation import InvalidInput, require_range
+
+
+class Cut(StrEnum):
+    """What a performance is."""
+
+    whole = "whole"
+    """A clip."""
+    cycles = "cycles"
+    """The cycle in the middle of a steady walk."""
+
+
+class Locomotion(StrEnum):
+    """How people walked."""
+
+    auto = "auto"
+    overground = "overground"
+    treadmill = "treadmill"
+
+
+class HorizontalPath(StrEnum):
+    """The horizontal path that is taken out of a walk."""
+
+    cubic = "cubic"
+    moving_average = "moving_average"
+
+
+@dataclass(kw_only=True)
+class NamedClips:
+    """Which recordings hold clips of one kind."""
+
+    sources: list[str] = field(default_factory=list)
+    action: str = ""  # beginning of the table's action, or the whole of it
+    limit: int = 0  # at most so many clips; 0: all
+
+    def choose(self, clips: list[Clip]) -> list[Clip]:
+        """Return at most `limit` clips, people taking turns."""
+        return in_turn(clips, self.limit)
+
+
+@dataclass(kw_only=True)
+class NamedWalks(NamedClips):
+    """Which recordings hold walks; the limit is one of people."""
+
+    def choose(self, clips: list[Clip]) -> list[Clip]:
+        """Return the clips of the first `limit` people."""
+        return first_people(clips, self.limit)
+
+
+@dataclass(kw_only=True)
+class RecordedPerformances(NamedClips):
+    """Which recordings hold performances of one action."""
+
+    cut: Cut = Cut.whole
+
+
+@dataclass(kw_only=True)
+class SyntheticPerformances:
+    """Bending to the floor, each performance at a rate of its own that is known [mozerov2006 section 4]."""
+
+    performances: int = 40
+    subjects: int = 5
+    frames_mean: float = 100.0
+    frame_rate_hz: float = 30.0
+    rate_spread: float = 0.3
+    marker_noise_mm: float = 0.5
+    limit: int = 0  # at most so many performances; 0: all
+
+
+@dataclass(kw_only=True)
+class SyntheticClips:
+    """Walking, bending and bodies of smooth angles in turn: motion with known answers for park2011."""
+
+    clips: int = 12
+    seconds: float = 6.8
+    frame_rate_hz: float = 30.0
+    bandwidth: int = 10  # cosines of the angles of the smooth bodies, over the whole clip
+    limit: int = 0  # at most so many clips; 0: all
+
+
+@dataclass(kw_only=True)
+class Steady:
+    """What counts as steady walking, and as a usable Fourier series of it."""
+
+    locomotion: Locomotion = Locomotion.auto
+    path: HorizontalPath = HorizontalPath.cubic
+    speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
+    turn_deg_s: float = 45.0
+    cycles: float = 1.5
+    gap_s: float = 0.1  # longer gaps end a stretch, shorter ones are bridged
+    fundamental_share: float = 0.6
+    residual_share: float = 0.15
+    frequency_ratio: float = 1.6  # to the population's median, leg length allowed for
+
+
+@dataclass(kw_only=True)
+class Data:
+    """Where clips come from."""
+
+    knows_true_course: ClassVar[bool] = False
+    """Whether the true course of an action is known beside its performances."""
+
+    name: str
+    walkers: int = 0  # at most so many people; 0: all
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("data.walkers", self.walkers, at_least=0)
+
+    def require(self, corpus: Corpus) -> None:
+        """Raise InvalidInput, with ``data`` as its `where`, if this data set holds no clips of this kind."""
+
+    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+        """Return the request for the clips of one kind.
+
+        Parameters
+        ----------
+        corpus : Corpus
+        skeleton : SourceMapping
+            How points become joints, for files that have no mapping of their own.
+        seed, workers : int
+
+        Raises
+        ------
+        InvalidInput
+            If there are none, or their recordings are not on this machine.
+        """
+        raise NotImplementedError
+
+
+@dataclass(kw_only=True)
+class SyntheticData(Data):
+    """The embedded population."""
+
+    knows_true_course: ClassVar[bool] = True
+
+    population: int = 80
+    male_share: float = 0.4  # the papers' 32 men of 80
+    duration_s: float = 8.0
+    frame_rate_hz: float = 120.0
+    marker_noise_mm: float = 0.5
+    performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
+    clips: SyntheticClips = field(default_factory=SyntheticClips)
+
+    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+        """Return the request for embedded people."""
+        return corpus.synthetic(self, seed, workers)
+
+
+@dataclass(kw_only=True)
+class RecordedData(Data):
+    """Public recordings listed in `data/sources.csv`."""
+
+    sources: list[str]  # of walks
+    action: str = "walk"
+    table: str = "data/sources.csv"
+    raw: str = "data/raw"
+    mirror: str = ""  # a folder that holds the same files; read where raw lacks one
+    skeletons: dict[str, SourceMapping] = field(default_factory=dict)  # by the table's skeleton column
+    same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
+    steady: Steady = field(default_factory=Steady)
+    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
+    clips: NamedClips = field(default_factory=NamedClips)
+
+    def require(self, corpus: Corpus) -> None:
+        """Raise InvalidInput if no source is named for this kind of clips."""
+        if not self._named(corpus).sources:
+            raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", where="data")
+
+    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+        """Return the request for the recordings of the table, those that are not on this machine last."""
+        self.require(corpus)
+        listing = Listing(
+            Path(self.table),
+            Path(self.raw),
+            Path(self.mirror) if self.mirror else None,
+            self.skeletons,
+            self.same_person,
+        )
+        named = self._named(corpus)
+        present, absent = listed_clips(listing, named.sources, named.action)
+        return corpus.recorded(self, named.choose(present) + absent, workers)
+
+    def _named(self, corpus: Corpus) -> NamedClips:
+        walks = NamedWalks(sources=self.sources, action=self.action, limit=self.walkers)
+        return {"walks": walks, "performances": self.performances, "clips": self.clips}[corpus.name]
+
+
+@dataclass(kw_only=True)
+class FolderData(Data):
+    """The user's own files."""
+
+    path: str = ""
+    pattern: str = "**/*"
+    person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
+    frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
+    units: str = ""  # for files that do not say: mm, cm, m, in
+    steady: Steady = field(default_factory=Steady)
+    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
+    clips: NamedClips = field(default_factory=NamedClips)
+
+    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+        """Return the request for the files below the folder."""
+        clips = folder_clips(
+            self.path,
+            self.pattern,
+            self.person,
+            skeleton=skeleton,
+            frame_rate_hz=self.frame_rate_hz,
+            units=self.units,
+        )
+        walks = NamedWalks(limit=self.walkers)
+        chosen = {"walks": walks, "performances": self.performances, "clips": self.clips}[corpus.name]
+        return corpus.recorded(self, chosen.choose(clips), workers)

@@ -1,0 +1,78 @@
+"""Digests of source code: of a module together with every module of the package that it imports.
+
+The key of an artefact holds the digest of the sources that its study imports, so that a word changed elsewhere
+recomputes nothing.  Comments and docstrings are no part of it.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def sources_digest(modules: Iterable[str]) -> str:
+    """Return the sha256 of these modules and of all that they import, directly or not.
+
+    Parameters
+    ----------
+    modules : iterable of str
+        Dotted names below the package, e.g. ``"pipeline.core.fourier"``.
+    """
+    reached: set[str] = set()
+    waiting = [name for name in modules if _path(name)]
+    while waiting:
+        name = waiting.pop()
+        if name in reached:
+            continue
+        reached.add(name)
+        waiting += _module(name)[1] - reached
+    lines = (f"{name}\0{_module(name)[0]}\n" for name in sorted(reached))
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+def _path(name: str) -> Path | None:
+    """The file of a module of this package, None if there is none."""
+    first, _, rest = name.partition(".")
+    if first != PACKAGE.name:
+        return None
+    base = PACKAGE.joinpath(*rest.split(".")) if rest else PACKAGE
+    candidates = (base / "__init__.py", base.with_suffix(".py"))
+    return next((path for path in candidates if path.is_file()), None)
+
+
+@functools.cache
+def _module(name: str) -> tuple[str, frozenset[str]]:
+    """Digest of a module's code, and the modules of the package that it imports, packages above them included."""
+    path = _path(name)
+    assert path is not None
+    tree = ast.parse(path.read_bytes())
+    imported: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            wanted = [node.module or "", *(f"{node.module}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Import):
+            wanted = [alias.name for alias in node.names]
+        else:
+            _drop_docstring(node)
+            continue
+        for full in wanted:
+            parts = full.split(".")
+            imported |= {above for n in range(2, len(parts) + 1) if _path(above := ".".join(parts[:n]))}
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), frozenset(imported - {name})
+
+
+def _drop_docstring(node: ast.AST) -> None:
+    """Remove the docstring of a module, class or function from its syntax tree."""
+    if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+        first = node.body[0] if node.body else None
+        if (
+            isinstance(first, ast.Expr)
+            and isinstance(first.value, ast.Constant)
+            and isinstance(first.value.value, str)
+        ):
+            node.body = node.body[1:] or [ast.Pass()]

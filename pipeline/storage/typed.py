@@ -1,0 +1,120 @@
+"""Frozen dataclasses of arrays, taken apart for the store and put together again.
+
+What goes from stage to stage is a dataclass with a shape and a unit beside each field.  Its arrays become the
+arrays of an artefact, named by the path to the field (``space.mean``); everything else becomes its notes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+
+def result_type(method: Callable[..., Any]) -> type:
+    """Return the dataclass that a function is annotated to return."""
+    return typing.get_type_hints(method)["return"]
+
+
+def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Return the arrays of a dataclass by path, and everything else in it as a tree of plain values.
+
+    Parameters
+    ----------
+    value : dataclass
+        Its fields are arrays, dataclasses, `None`, mappings from text to arrays or dataclasses, or plain values
+        (numbers, text, lists and mappings of such).
+
+    Examples
+    --------
+    >>> @dataclasses.dataclass(frozen=True)
+    ... class Walks:
+    ...     frequency_hz: np.ndarray
+    ...     source: str
+    >>> pack(Walks(np.array([1.0]), "cmu"))
+    ({'frequency_hz': array([1.])}, {'source': 'cmu'})
+    """
+    arrays: dict[str, np.ndarray] = {}
+
+    def without_arrays(part: Any, path: str) -> Any:
+        inner = _parts(part)
+        if inner is None:
+            return part
+        arrays.update({path + name: item for name, item in inner.items() if isinstance(item, np.ndarray)})
+        return {
+            name: without_arrays(item, f"{path}{name}.")
+            for name, item in inner.items()
+            if not isinstance(item, np.ndarray)
+        }
+
+    notes = without_arrays(value, "")
+    return arrays, notes
+
+
+def _parts(part: Any) -> dict[str, Any] | None:
+    """Fields of a dataclass, or items of a mapping that holds arrays or dataclasses; else None."""
+    if dataclasses.is_dataclass(part) and not isinstance(part, type):
+        return {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
+    if isinstance(part, Mapping) and any(
+        isinstance(item, np.ndarray) or dataclasses.is_dataclass(item) for item in part.values()
+    ):
+        return dict(part)
+    return None
+
+
+def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any]) -> Any:
+    """Return the dataclass that `pack` took apart.
+
+    Parameters
+    ----------
+    kind : type
+        The dataclass, or a generic alias of one.
+    arrays, notes : mapping
+        As `pack` returned them, also after a round trip through files.
+    """
+    return _whole(kind, arrays, notes, "")
+
+
+def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -> Any:
+    kind = _without_none(kind)
+    if path in arrays:
+        return arrays[path]
+    prefix = f"{path}." if path else ""
+    origin: Any = typing.get_origin(kind) or kind
+    if notes is None and not any(name.startswith(prefix) for name in arrays if path):
+        return None
+    if dataclasses.is_dataclass(origin):
+        hints = typing.get_type_hints(origin)
+        found = notes or {}
+        build: Any = origin
+        return build(
+            **{
+                field.name: _whole(hints[field.name], arrays, found.get(field.name), prefix + field.name)
+                for field in dataclasses.fields(origin)
+            }
+        )
+    if origin in (dict, Mapping, Mapping.__mro__[0]) and path:
+        below = {name[len(prefix) :] for name in arrays if name.startswith(prefix)}
+        inner = typing.get_args(kind)[1] if typing.get_args(kind) else Any
+        if dataclasses.is_dataclass(typing.get_origin(inner) or inner):
+            names = list(dict.fromkeys([*(notes or {}), *(name.split(".")[0] for name in sorted(below))]))
+            return {name: _whole(inner, arrays, (notes or {}).get(name), prefix + name) for name in names}
+        if below:
+            return {name[len(prefix) :]: arrays[name] for name in arrays if name.startswith(prefix)}
+        return dict(notes)
+    if origin is tuple and isinstance(notes, list):
+        return tuple(notes)
+    return notes
+
+
+def _without_none(kind: Any) -> Any:
+    """``X`` of ``X | None``."""
+    if isinstance(kind, types.UnionType) or typing.get_origin(kind) is typing.Union:
+        parts = [part for part in typing.get_args(kind) if part is not type(None)]
+        if len(parts) == 1:
+            return parts[0]
+    return kind
