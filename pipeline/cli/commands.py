@@ -16,33 +16,30 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, Trans
 from rich.text import Text
 
 from pipeline import papers
-from pipeline.cli.figures import claims_table, open_console
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import lacking
+from pipeline.cli.presets import presets
+from pipeline.cli.summary import claims_table, open_console
+from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.validation import InvalidInput
 
-Compose = Callable[[Sequence[str]], Any]
-
 
 def built_figures() -> list[str]:
     """Presets of the papers that exist, in the papers' order."""
-    presets = {path.stem for path in (provenance.PROJECT / "conf" / "experiment").glob("*.yaml")}
+    there = set(presets())
     return [
-        name
-        for paper in papers.PAPERS.values()
-        for name in (*paper.figures, *paper.beyond)
-        if name in presets
+        name for paper in papers.PAPERS.values() for name in (*paper.figures, *paper.beyond) if name in there
     ]
 
 
-def figures_for(arguments: Sequence[str], compose: Compose) -> list[str]:
+def figures_for(arguments: Sequence[str]) -> list[str]:
     """Those of them that the data set has something for."""
-    from pipeline.cli.figures import not_for
-
-    return [name for name in built_figures() if not not_for(compose([f"experiment={name}", *arguments]))]
+    return [name for name in built_figures() if not lacking(compose([f"experiment={name}", *arguments]))]
 
 
-def fetch(arguments: Sequence[str], compose: Compose) -> int:
+def fetch(arguments: Sequence[str]) -> int:
     """Fetch the public recordings; 1 if some could not be had."""
     from pipeline.fetch import Progress as Progress_
     from pipeline.fetch import fetch as fetch_files
@@ -52,7 +49,7 @@ def fetch(arguments: Sequence[str], compose: Compose) -> int:
     data = compose(
         ["experiment=zhang2007_fig2", *([] if _names(options, "data") else ["data=optical"]), *options]
     ).data
-    if not hasattr(data, "mirror"):
+    if not isinstance(data, RecordedData):
         raise InvalidInput(
             "this data set needs no fetching",
             received=f"data={data.name}",
@@ -93,15 +90,15 @@ def _names(options: Sequence[str], name: str) -> bool:
     return any(item.split("=", 1)[0] == name for item in options)
 
 
-def _results_folder(arguments: Sequence[str], compose: Compose) -> tuple[Any, Path]:
+def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
     config = compose(["experiment=zhang2007_fig2", *arguments])
     return config, Path(config.results) / config.data.name / config.scale.name
 
 
-def claims(arguments: Sequence[str], compose: Compose) -> int:
+def claims(arguments: Sequence[str]) -> int:
     """Print the papers' claims beside our numbers, and write claims.csv beside the figures."""
-    config, folder = _results_folder(arguments, compose)
-    verdicts = judge_folder(folder, config.data.name, figures_for(arguments, compose))
+    config, folder = _results_folder(arguments)
+    verdicts = judge_folder(folder, config.data.name, figures_for(arguments))
     if folder.is_dir():
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
@@ -116,7 +113,7 @@ def claims(arguments: Sequence[str], compose: Compose) -> int:
     return 0
 
 
-def equations(arguments: Sequence[str], compose: Compose) -> int:
+def equations(arguments: Sequence[str]) -> int:
     """Print every numbered equation with its words, file and line, and test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
     out = open_console()
@@ -146,7 +143,7 @@ def _where(home: str) -> str:
     return f"{module_name.replace('.', '/')}.py:{line} {attribute}"
 
 
-def view(arguments: Sequence[str], compose: Compose) -> int:
+def view(arguments: Sequence[str]) -> int:
     """Open a figure's recording in the rerun viewer."""
     if not arguments or "=" in arguments[0]:
         raise InvalidInput(
@@ -154,7 +151,7 @@ def view(arguments: Sequence[str], compose: Compose) -> int:
         )
     path = Path(arguments[0])
     if path.suffix != ".rrd":
-        _, folder = _results_folder(arguments[1:], compose)
+        _, folder = _results_folder(arguments[1:])
         path = folder / arguments[0] / "recording.rrd"
     if not path.is_file():
         raise InvalidInput(
@@ -174,9 +171,9 @@ def view(arguments: Sequence[str], compose: Compose) -> int:
     ).returncode
 
 
-def keep(arguments: Sequence[str], compose: Compose) -> int:
+def keep(arguments: Sequence[str]) -> int:
     """Keep full-scale results of this commit under results/archive."""
-    config, folder = _results_folder(arguments, compose)
+    config, folder = _results_folder(arguments)
     made_with = provenance.provenance()
     kept = archive.keep(
         folder,
@@ -184,13 +181,13 @@ def keep(arguments: Sequence[str], compose: Compose) -> int:
         date=date.today().isoformat(),
         commit=made_with["commit"],
         dirty=made_with["dirty"],
-        figures_expected=figures_for(arguments, compose),
+        figures_expected=figures_for(arguments),
     )
     open_console().print(f"kept in {kept}")
     return 0
 
 
-def verify(arguments: Sequence[str], compose: Compose) -> int:
+def verify(arguments: Sequence[str]) -> int:
     """Re-hash an archive and name every file that changed, is missing or was added."""
     if not arguments:
         raise InvalidInput(
@@ -208,7 +205,7 @@ def verify(arguments: Sequence[str], compose: Compose) -> int:
     return status
 
 
-VERBS: dict[str, Callable[[Sequence[str], Compose], int]] = {
+COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "claims": claims,
     "equations": equations,

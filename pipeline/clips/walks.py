@@ -121,7 +121,7 @@ def steady_walk(
             filled,
             whole,
             frame_rate_hz,
-            locomotion=steady.locomotion,
+            locomotion=steady.locomotion.value,
             speed_band=steady.speed_band,
             turn_rad_s=np.radians(steady.turn_deg_s),
             cycles=steady.cycles,
@@ -137,7 +137,7 @@ def steady_walk(
             filled[stretch.start : stretch.stop],
             frame_rate_hz,
             locomotion=stretch.locomotion,
-            path=steady.path,
+            path=steady.path.value,
         )
         series = fourier.represent(level, frame_rate_hz)
         row |= {

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import importlib.metadata
 import os
 import platform
-import re
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,20 +17,8 @@ PACKAGE = Path(__file__).resolve().parent.parent
 PROJECT = PACKAGE.parent
 LOCK = PROJECT / "requirements.lock"
 
-_ONLY_DRAW_OR_DESCRIBE = re.compile(r"(pictures|recording|papers)(_\w+)?\.py|ledger\.py|figures/\w+\.py")
 _PACKAGES = ("numpy", "scipy", "pandas", "hydra-core", "omegaconf", "rerun-sdk", "matplotlib")
 _THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_CORETYPE")
-
-
-@functools.cache
-def code_hash() -> str:
-    """The sha256 of the package's sources, except those that only draw or describe."""
-    sources = hashlib.sha256()
-    for path in sorted(PACKAGE.rglob("*.py")):
-        relative = path.relative_to(PACKAGE).as_posix()
-        if not _ONLY_DRAW_OR_DESCRIBE.fullmatch(relative):
-            sources.update(f"{relative}\0{file_digest(path)}\n".encode())
-    return sources.hexdigest()
 
 
 @functools.cache

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.provenance import code_hash, versions
+from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,
     FULL,
@@ -126,7 +126,7 @@ class Store:
         self.results = Path(results)
         self.cache = self.results / "cache"
         self._memory: dict[str, Artefact] = {}
-        self._made_by = {"code": code_hash(), "libraries": versions(_KEYED_LIBRARIES)}
+        self._libraries = versions(_KEYED_LIBRARIES)
         remove_stale(self.cache)
 
     def artefact(
@@ -135,6 +135,8 @@ class Store:
         options: Any,
         inputs: Sequence[Artefact | str],
         compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        *,
+        code: str,
     ) -> Artefact:
         """The artefact that this stage makes from these options and inputs, computed only if need be.
 
@@ -148,6 +150,8 @@ class Store:
             Artefacts, or digests of files.
         compute : callable
             Returns (arrays, notes).  Called at most once.
+        code : str
+            Digest of the sources that do the work.
 
         Raises
         ------
@@ -163,7 +167,8 @@ class Store:
             "stage": stage,
             "options": canonical(options),
             "inputs": [item.name if isinstance(item, Artefact) else str(item) for item in inputs],
-            **self._made_by,
+            "code": code,
+            "libraries": self._libraries,
         }
         key = digest(compact(made_from))[:16]
         name = f"{stage}-{key}"
@@ -360,9 +365,3 @@ def _leaves(value: Any, path: str) -> dict[str, str]:
     if isinstance(value, dict):
         return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
     return {path: json.dumps(value)}
-
-
-def derive_generator(seed: int, stage_name: str) -> np.random.Generator:
-    """A generator of random numbers that depends on the seed and the stage, and on nothing else."""
-    entropy = int(digest(f"{seed}:{stage_name}".encode()), 16)
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(entropy)))

@@ -24,13 +24,13 @@ _NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|")
 _SHOWN_DIFFERENCES = 10
 
 
-def write(path: Path, columns: Mapping[str, Any], *, sort_by: Sequence[str]) -> None:
+def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Sequence[str] = ()) -> None:
     """Write a table, whole or not at all.
 
     Parameters
     ----------
     path : Path
-    columns : mapping of str to array-like
+    columns : mapping of str to array-like, or DataFrame
         One-dimensional, of one length: numbers (floats to ten significant digits, NaN as an empty cell),
         booleans or text.
     sort_by : sequence of str
@@ -43,9 +43,9 @@ def write(path: Path, columns: Mapping[str, Any], *, sort_by: Sequence[str]) -> 
         column that is not there, or the file cannot be written.
     """
     path = Path(path)
-    if not columns:
+    if not len(list(columns)):
         raise InvalidInput("the table has no columns", where=path.name)
-    arrays = {name: _column(name, values, path.name) for name, values in columns.items()}
+    arrays = {name: _column(name, columns[name], path.name) for name in columns}
     lengths = {name: len(array) for name, array in arrays.items()}
     if len(set(lengths.values())) > 1:
         raise InvalidInput(
@@ -151,6 +151,8 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
         raise InvalidInput(
             f"the column {name!r} is not one-dimensional", where=where, received=f"shape {array.shape}"
         )
+    if array.dtype.kind == "O" and array.size and all(isinstance(value, str) for value in array):
+        array = array.astype(str)  # as a DataFrame holds text
     mixed = array.dtype.kind == "U" and not all(isinstance(value, str) for value in values)
     if array.dtype.kind not in "biufU" or mixed:
         raise InvalidInput(

@@ -102,6 +102,11 @@ def tidy(columns: Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
     return frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)
 
 
+def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Return the columns of a table as arrays."""
+    return {str(name): table[name].to_numpy() for name in table}
+
+
 def sd(values: np.ndarray, axis: int) -> np.ndarray:
     """Return the standard deviation along an axis, divisor n - 1 (0 for a single value)."""
     return values.std(axis=axis, ddof=1) if values.shape[axis] > 1 else np.zeros_like(values.mean(axis=axis))

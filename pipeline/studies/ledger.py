@@ -13,10 +13,10 @@ from pipeline.storage import tables
 
 
 def judge_figure(figure: str, made_tables: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
-    """Verdicts on the claims that one figure backs alone; `made_tables` as `pipeline.figures.Tables`."""
+    """Verdicts on the claims that one figure backs alone."""
     by_name = {
-        _name(figure, table): {column: np.asarray(values) for column, values in columns.items()}
-        for table, (columns, _) in made_tables.items()
+        _name(figure, name): {column: np.asarray(values) for column, values in table.items()}
+        for name, table in made_tables.items()
     }
     alone = [
         claim for claim in _claims([figure]) if all(name.split("/")[0] == figure for name in claim.tables)

@@ -70,7 +70,7 @@ class Grid:
         return self.start + self.step * np.arange(int(count), dtype=float)
 
 
-def scaled(**fields: str) -> Any:
+def scaled(**fields: str | float) -> Any:
     """Return a field whose value, or parts of whose value, the scale sets unless the user does.
 
     Parameters
@@ -88,7 +88,7 @@ def scaled(**fields: str) -> Any:
 
 
 @dataclass(kw_only=True)
-class Dataset(ABC, Generic[ClipsT]):
+class Dataset(ABC):
     """How clips become samples."""
 
     corpus: ClassVar[Corpus]
@@ -98,12 +98,12 @@ class Dataset(ABC, Generic[ClipsT]):
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
     @abstractmethod
-    def build(self, clips: ClipsT, *, workers: int) -> Any:
+    def build(self, clips: Any, *, workers: int) -> Any:
         """Return the samples: a frozen dataclass with `clip`, `source` and `words` among its fields."""
 
 
 @dataclass(kw_only=True)
-class Model(ABC, Generic[DatasetT]):
+class Model(ABC):
     """What is learnt."""
 
     dataset: ClassVar[type[Dataset]]
@@ -113,7 +113,7 @@ class Model(ABC, Generic[DatasetT]):
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
     @abstractmethod
-    def learn(self, dataset: DatasetT, *, workers: int) -> Any:
+    def learn(self, dataset: Any, *, workers: int) -> Any:
         """Return what is learnt: a frozen dataclass with `words` among its fields."""
 
 
@@ -146,7 +146,7 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
 
 
 @dataclass(kw_only=True)
-class Sweep(ABC, Generic[ClipsT, DatasetT, ModelT]):
+class Sweep(ABC):
     """What is tried on every fold."""
 
     draws_random_numbers: ClassVar[bool] = False
@@ -161,7 +161,7 @@ class Sweep(ABC, Generic[ClipsT, DatasetT, ModelT]):
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
     @abstractmethod
-    def measure(self, inputs: SweepInputs[ClipsT, DatasetT, ModelT]) -> Any:
+    def measure(self, inputs: SweepInputs) -> Any:
         """Return what was measured: a frozen dataclass."""
 
 

@@ -80,7 +80,7 @@ class FourierSamples:
 
 
 @dataclass(kw_only=True)
-class FourierDataset(Dataset[Walks]):
+class FourierDataset(Dataset):
     """Fourier representations of steady walks."""
 
     corpus = WALKS

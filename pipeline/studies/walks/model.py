@@ -69,7 +69,7 @@ class Eigenwalkers:
 
 
 @dataclass(kw_only=True)
-class EigenwalkersModel(Model[FourierSamples]):
+class EigenwalkersModel(Model):
     """Average walker and eigenwalkers."""
 
     dataset = FourierDataset

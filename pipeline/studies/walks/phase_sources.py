@@ -8,26 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.clips.walks import Walks
 from pipeline.core import errors, fourier, observation, reconstruction
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import noise_path
 from pipeline.core.reconstruction import unknown_phase as observed_phase
-from pipeline.storage.store import Artefact
+from pipeline.studies.walks.dataset import FourierSamples
 
 PHASES = ("phase_rad", "phase_error_rad")
 """What only the observed source finds, beside the reconstruction."""
-
-
-def fold(model: Artefact, r: int) -> LinearModel:
-    """The model without walker `r`, out of the model stage's artefact."""
-    arrays = model.arrays
-    return LinearModel(
-        mean=arrays["fold_mean"][r],
-        components=arrays["fold_components"][r],
-        eigenvalues=arrays["fold_eigenvalues"][r],
-        total_variance=float(arrays["fold_total_variance"][r]),
-        last_scale=float(arrays["fold_last_scale"][r]),
-    )
 
 
 class Motion3d:
@@ -62,24 +51,23 @@ class Observed2d:
     """One walker from A views, phase and frequency from each view alone: what a 2D input allows."""
 
     def __init__(
-        self, fold: LinearModel, ingest: Artefact, dataset: Artefact, r: int, view: np.ndarray
+        self, fold: LinearModel, clips: Walks, data: FourierSamples, r: int, view: np.ndarray
     ) -> None:
-        data, first = dataset.arrays, ingest.arrays["first"]
-        walk = int(data["walk"][r])
-        motion = ingest.arrays["positions"][first[walk] : first[walk + 1]]
-        rate = float(ingest.arrays["frame_rate_hz"][walk])
+        walk = int(data.walk[r])
+        motion = clips.motion(walk)
+        rate = float(clips.frame_rate_hz[walk])
         self.fold = fold
         self.clip = observation.observe(
-            data["scale"][r] * (motion - data["origin_mm"][r]),
+            data.scale[r] * (motion - data.origin_mm[r]),
             rate,
             view,
-            harmonics=data["coefficients"].shape[1] // 2,
+            harmonics=data.coefficients.shape[1] // 2,
         )
         self.residual_power = self.clip.residual_power
         # Series of slightly different frequencies agree in the middle of the clip, not at its first frame.
         to_middle_s = (len(motion) - 1) / (2 * rate)
-        drift = 2 * np.pi * (data["frequency_hz"][r] - self.clip.frequency_hz) * to_middle_s
-        self._phase = data["phase_rad"][r] + drift
+        drift = 2 * np.pi * (data.frequency_hz[r] - self.clip.frequency_hz) * to_middle_s
+        self._phase = data.phase_rad[r] + drift
 
     def missing_variance(
         self, temporal: np.ndarray, average: np.ndarray, kind: str, of_motion: bool

@@ -1,0 +1,187 @@
+"""Composing an experiment from presets and overrides: the only module with Hydra and OmegaConf.
+
+The option classes are registered as schemas, so that an unknown key, a wrong type, a wrong choice or a missing value
+ends the run before it begins, naming the full key.  An option class without a YAML of its own is an option by itself.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, Field, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import hydra
+from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import MissingConfigException, OverrideParseException
+from hydra.types import RunMode
+from omegaconf import OmegaConf
+from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+
+from pipeline import skeleton
+from pipeline.cli.presets import CONF, presets
+from pipeline.clips.options import FolderData, RecordedData, SyntheticData
+from pipeline.studies import registry
+from pipeline.studies.experiment import Experiment, Scale
+from pipeline.validation import InvalidInput
+
+DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
+
+
+def register() -> None:
+    """Tell Hydra the option classes.
+
+    An option that has a YAML file of its own extends its schema, ``base_<name>``; another is chosen by its name.
+    """
+    store = ConfigStore.instance()
+    store.store(name="experiment_schema", node=Experiment)
+    store.store(group="scale", name="base_scale", node=Scale)
+    store.store(group="skeleton", name="base_skeleton", node=skeleton.SourceMapping)
+    for name, kind in DATA.items():
+        store.store(group="data", name=f"base_{name}", node=kind)
+    for group in registry.GROUPS:
+        for name, option in registry.options(group).items():
+            alone = not (CONF / group / f"{name}.yaml").is_file()
+            store.store(group=group, name=name if alone else f"base_{name}", node=_schema(option))
+
+
+def _schema(option: type[Any]) -> Any:
+    """The structured configuration of an option class, with the sizes that the scale sets."""
+    schema = OmegaConf.structured(option)
+    for field in fields(option):
+        if sizes := field.metadata.get("scale"):
+            OmegaConf.update(schema, field.name, _from_scale(field, sizes))
+    return schema
+
+
+def _from_scale(field: Field, sizes: dict[str, Any]) -> Any:
+    assert field.default is MISSING, f"{field.name}: the scale sets it"
+    values = {name: f"${{scale.{size}}}" if isinstance(size, str) else size for name, size in sizes.items()}
+    return values.get("value", values)
+
+
+def compose(overrides: Sequence[str]) -> Experiment:
+    """Return the experiment that these overrides name, as on the command line.
+
+    Raises
+    ------
+    InvalidInput
+        If an override cannot be read, or names no option; `sentence` puts Hydra's own errors into words.
+    """
+    register()
+    GlobalHydra.instance().clear()
+    with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
+        return _typed(hydra.compose("config", overrides=list(overrides)))
+
+
+def _typed(composed: Any) -> Experiment:
+    missing = OmegaConf.missing_keys(composed)
+    if "name" in missing:
+        raise InvalidInput(
+            "no experiment is chosen", expected="experiment=" + "|".join(presets()), received="none"
+        )
+    if missing:
+        raise InvalidInput("a value is missing", where=", ".join(sorted(missing)))
+    OmegaConf.resolve(composed)
+    experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
+    _refuse_additions(experiment, "")
+    _name_folder(experiment)
+    return experiment
+
+
+def _name_folder(experiment: Experiment) -> None:
+    """Call the user's own data after their folder, so that two folders do not share results."""
+    if isinstance(experiment.data, FolderData) and experiment.data.name == "folder" and experiment.data.path:
+        experiment.data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(experiment.data.path).resolve().name)
+
+
+def _refuse_additions(options: Any, path: str) -> None:
+    """Refuse keys that ``+key=value`` added: no stage would ever read them."""
+    if not is_dataclass(options):
+        return
+    known = [field.name for field in fields(options)]
+    for name, value in vars(options).items():
+        if name not in known:
+            raise InvalidInput(
+                "there is no such option", where=path + name, expected="one of " + ", ".join(known)
+            )
+        _refuse_additions(value, f"{path}{name}.")
+
+
+def sentence(error: Exception) -> str:
+    """What a person should read of an error in place of a traceback; empty for one that is ours to mend."""
+    if isinstance(error, InvalidInput):
+        return str(error)
+    if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
+        return str(_of_composition(error))
+    if isinstance(error, OSError) and error.strerror and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return ""
+
+
+def _of_composition(error: Exception) -> Exception:
+    """A InvalidInput that says what Hydra or OmegaConf found wrong with an override, naming the full key."""
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        group, _, name = error.missing_cfg_file.rpartition("/")
+        options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
+        if group == "hydra/launcher":
+            options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
+        return InvalidInput("there is no such option", where=group, expected=options, received=name)
+    if isinstance(error, OverrideParseException):
+        return InvalidInput(
+            "this is not an override", expected="option=value", received=repr(error.override or error.message)
+        )
+    cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
+    if isinstance(cause, OmegaConfBaseException) and cause.full_key:
+        if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
+            known = "one of " + ", ".join(field.name for field in fields(cause.object_type))
+            return InvalidInput("there is no such option", where=cause.full_key, expected=known)
+        return InvalidInput(str(cause).splitlines()[0], where=cause.full_key)
+    first = str(error).splitlines()[0]
+    several = "one value; several values are a multirun: -m in front" if first.startswith("Ambiguous") else ""
+    return InvalidInput(first, expected=several)
+
+
+def run_hydra(arguments: Sequence[str], make: Callable[[Experiment, Sequence[str], Path | None], str]) -> int:
+    """Run one experiment, or a multirun of variants, through Hydra's own command line; return the exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        Hydra's flags and overrides.
+    make : callable
+        Makes an experiment, given its overrides and, for a variant of a multirun, its folder; returns why it was
+        refused, or nothing.
+    """
+    register()
+    status = 0
+
+    @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
+    def one(composed: Any) -> None:
+        nonlocal status
+        settings = HydraConfig.get()
+        variant = settings.mode == RunMode.MULTIRUN
+        try:
+            experiment = _typed(composed)
+        except InvalidInput as error:
+            if variant:
+                raise
+            status = 1
+            print(error, file=sys.stderr)
+            return
+        folder = Path(settings.runtime.output_dir) / experiment.name if variant else None
+        refused = make(experiment, settings.overrides.task, folder)
+        if refused and variant:
+            # The other variants are made all the same; the launcher hands this one's error to the caller.
+            raise InvalidInput(refused, where=settings.job.override_dirname)
+        status = 1 if refused else 0
+
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to the caller, which puts them into a sentence
+    sys.argv[1:] = arguments
+    one()
+    return status

@@ -1,0 +1,18 @@
+"""The presets: one YAML file in ``conf/experiment`` for each figure of a paper, and for each of our own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+CONF = Path(__file__).resolve().parents[2] / "conf"
+
+
+def presets() -> list[str]:
+    """Return the names of the presets, sorted."""
+    return sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
+
+
+def first_comment(name: str) -> str:
+    """Return what a preset says of itself: paper, figure and what the reader should see."""
+    lines = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    return next((line[2:].strip() for line in lines if line.startswith("# ") and "@package" not in line), "")

@@ -1,0 +1,99 @@
+"""What a person reads when figures are made: files, seconds, the verdicts on the papers' claims, remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from pipeline.papers import Verdict
+
+STAGES = ("ingest", "dataset", "model", "sweep", "figure")
+
+
+def open_console() -> Console:
+    """A console; as wide as its tables where the output is not a terminal."""
+    terminal = Console(highlight=False)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=160)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one figure.
+
+    Attributes
+    ----------
+    figure : str
+    folder : Path
+    seconds : dict
+        Wall time of each stage.
+    reused : tuple of str
+        Stages whose artefact was found in the cache.
+    verdicts : list of Verdict
+        On the claims that the figure backs.
+    remarks : tuple of str
+        What a person should know, one sentence each.
+    """
+
+    figure: str
+    folder: Path
+    seconds: dict[str, float]
+    reused: tuple[str, ...]
+    verdicts: list[Verdict]
+    remarks: tuple[str, ...]
+
+
+def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console) -> None:
+    """Print what was made, where, in how many seconds, and the verdicts on the papers' claims."""
+    figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
+    for heading in ("figure", "seconds", "of which figure", "reused", "folder", "files"):
+        figures.add_column(heading, justify="right" if "second" in heading or "which" in heading else "left")
+    for outcome in outcomes:
+        files = sorted(p.name for p in outcome.folder.iterdir() if p.suffix in {".rrd", ".svg", ".png"})
+        tables = sorted(p.name for p in outcome.folder.glob("table*.csv"))
+        figures.add_row(
+            outcome.figure,
+            f"{sum(outcome.seconds.values()):.2f}",
+            f"{outcome.seconds['report']:.2f}",
+            " ".join(outcome.reused) or "-",
+            f"{outcome.folder}/",
+            f"{len(tables)} tables, {' '.join(files)}",
+        )
+    console.print(figures)
+    total: dict[str, float] = {}
+    for outcome in outcomes:
+        for stage, seconds in outcome.seconds.items():
+            total[stage] = total.get(stage, 0.0) + seconds
+    computed = sum(v for stage, v in total.items() if stage != "figure")
+    console.print(
+        f"Computed in {computed:.1f} s ("
+        + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES if stage != "figure")
+        + f"), tabulated, drawn and logged in {total['report']:.1f} s."
+    )
+    if verdicts:
+        console.print(claims_table(verdicts))
+    for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):
+        console.print(Text(remark, style="yellow"), soft_wrap=True)
+
+
+_STYLES = {"reproduced": "green", "direction only": "yellow", "differs": "red"}
+
+
+def claims_table(verdicts: Sequence[Verdict]) -> Table:
+    """The claims with the published number, ours and the verdict."""
+    table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
+    for heading in ("claim", "published", "ours", "unit", "verdict"):
+        table.add_column(heading, justify="right" if heading in ("published", "ours") else "left")
+    for v in verdicts:
+        table.add_row(
+            v.claim.name,
+            "" if v.claim.published is None else f"{v.claim.published:g}",
+            "" if v.ours is None else f"{v.ours:.4g}",
+            v.claim.unit,
+            Text(v.verdict, style=_STYLES.get(v.verdict, "dim")),
+        )
+    return table

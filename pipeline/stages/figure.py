@@ -1,0 +1,94 @@
+"""Figure: tables, picture and recordings of an experiment, with the verdicts on the paper's claims; published whole."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.papers import OVERRIDDEN, Verdict
+from pipeline.stages.artefacts import Stored
+from pipeline.storage import tables
+from pipeline.storage.provenance import provenance
+from pipeline.storage.sealed_folders import canonical
+from pipeline.storage.store import Store, packed
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import FigureInputs
+from pipeline.studies.ledger import judge_figure, write_claims
+
+PRIVATE_PATHS = ("mirror", "raw", "path")
+"""Options of a data set that name folders of one machine."""
+
+
+def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, store: Store) -> list[Verdict]:
+    """Publish the figure in `folder` and return the verdicts on the claims that it backs.
+
+    Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``, ``recording*.rrd``,
+    ``arrays.npz`` and, last, ``manifest.json``.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    stages : sequence of Stored
+        Clips, dataset, model and sweep.
+    folder : Path
+    store : Store
+    """
+    clips, dataset, model, sweep = stages
+    inputs = FigureInputs(experiment, clips.value, dataset.value, model.value, sweep.value)
+    figure = experiment.figure
+    started = time.perf_counter()
+    with store.publish(folder) as publication:
+        made = figure.tables(inputs)
+        for name, table in made.items():
+            tables.write(publication.folder / f"{name}.csv", table)
+        report = {
+            name: _column([row[name] for row in clips.value.report]) for name in clips.value.report_columns
+        }
+        tables.write(publication.folder / "table_ingest.csv", report, sort_by=["source", "person", "clip"])
+        as_preset = folder.parent == Path(experiment.results) / experiment.data.name / experiment.scale.name
+        verdicts = judge_figure(experiment.name, made, experiment.data.name if as_preset else OVERRIDDEN)
+        write_claims(publication.folder / "claims.csv", verdicts)
+        (publication.folder / "arrays.npz").write_bytes(packed(inputs.arrays))
+        tabulated = time.perf_counter()
+        if figure.picture:
+            figure.draw(inputs, made, publication.folder / "figure")
+        if figure.recording:
+            figure.record(inputs, made, publication.folder)
+        artefacts = [kept.artefact for kept in stages]
+        publication.manifest(
+            {
+                "figure": experiment.name,
+                "paper": experiment.paper,
+                "title": experiment.title,
+                "data": experiment.data.name,
+                "scale": experiment.scale.name,
+                "seed": experiment.seed,
+                "configuration": _without_paths(canonical(experiment)),
+                "stages": {a.stage: {"key": a.key, "seconds": a.seconds} for a in artefacts},
+                "inputs": clips.value.inputs,
+                "tabulate_seconds": round(tabulated - started, 3),
+                "draw_seconds": round(time.perf_counter() - tabulated, 3),
+                "provenance": provenance(),
+            }
+        )
+    return verdicts
+
+
+def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
+    """The configuration as it may be published: folders of this machine reduced to their last name."""
+    data = dict(configuration["data"])
+    for option in PRIVATE_PATHS:
+        if data.get(option):
+            data[option] = Path(data[option]).name
+    return {**configuration, "data": data, "results": Path(configuration["results"]).name}
+
+
+def _column(values: list[Any]) -> np.ndarray:
+    """Numbers where there are any, with NaN for what a refused clip never reached; else text."""
+    if any(isinstance(value, int | float) for value in values):
+        return np.array([np.nan if value == "" else float(value) for value in values])
+    return np.array([str(value) for value in values])

@@ -1,0 +1,22 @@
+"""The list of studies: the only file that names them all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pipeline.studies import walks
+from pipeline.studies.study import NoSweep, Study
+
+STUDIES: tuple[Study, ...] = (walks.STUDY,)
+
+GROUPS = ("dataset", "model", "sweep", "figure")
+"""Groups of options that the studies fill."""
+
+
+def options(group: str) -> Mapping[str, type[Any]]:
+    """Return the option classes of a group by the word that chooses them, over all studies."""
+    found: dict[str, type[Any]] = {"none": NoSweep} if group == "sweep" else {}
+    for study in STUDIES:
+        found |= getattr(study, f"{group}s")
+    return found
