@@ -58,7 +58,7 @@ def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console:
         figures.add_row(
             outcome.figure,
             f"{sum(outcome.seconds.values()):.2f}",
-            f"{outcome.seconds['report']:.2f}",
+            f"{outcome.seconds['figure']:.2f}",
             " ".join(outcome.reused) or "-",
             f"{outcome.folder}/",
             f"{len(tables)} tables, {' '.join(files)}",
@@ -72,7 +72,7 @@ def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console:
     console.print(
         f"Computed in {computed:.1f} s ("
         + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES if stage != "figure")
-        + f"), tabulated, drawn and logged in {total['report']:.1f} s."
+        + f"), tabulated, drawn and logged in {total['figure']:.1f} s."
     )
     if verdicts:
         console.print(claims_table(verdicts))
