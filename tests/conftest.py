@@ -25,9 +25,12 @@ from hypothesis import settings
 from hypothesis.configuration import set_hypothesis_home_dir
 from rich.console import Console
 
-from pipeline import __main__ as command_line
 from pipeline import papers
-from pipeline.cli.figures import Outcome, make_figure, make_figures
+from pipeline.cli import main as command_line
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import make_figure, make_figures
+from pipeline.cli.presets import presets
+from pipeline.cli.summary import Outcome
 from pipeline.storage import tables
 from pipeline.storage.store import Store
 
@@ -40,7 +43,7 @@ settings.load_profile(
     os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") == "true" else "dev")
 )
 
-QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
+QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
 """Tables alone, of twelve walkers."""
 
 FEW_TRIALS = {
@@ -83,8 +86,7 @@ def figure() -> Callable[..., Outcome]:
 
     def figure(results: Path, name: str, *overrides: str, quick: bool = True) -> Outcome:
         given = [f"experiment={name}", f"results={results}", *(QUICK if quick else ()), *overrides]
-        config = command_line.compose(given)
-        return make_figure(config, results / "figures" / name, store=Store(results))
+        return make_figure(compose(given), results / "figures" / name, store=Store(results))
 
     return figure
 
@@ -97,9 +99,9 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     """
     results = tmp_path_factory.mktemp("synthetic")
     coarse = ["scale.view_step_deg=15", "scale.sigma2_step_mm2=23"]
-    plain = ["report.picture=false", "report.recording=false"]
+    plain = ["figure.picture=false", "figure.recording=false"]
     judged = {claim.figure for paper in papers.PAPERS.values() for claim in paper.claims if claim.value}
-    names = [name for name in command_line.presets() if name in judged]
+    names = [name for name in presets() if name in judged]
     _make(results, results, names, ["data=synthetic", "scale=full", *coarse, *plain], FEW_TRIALS)
     found = {}
     for name in names:
@@ -164,8 +166,5 @@ def _make(
 ) -> None:
     """Make presets below `folder`, in one process; some with overrides of their own."""
     given = [f"results={results}", *overrides]
-    jobs = [
-        (command_line.compose([f"experiment={name}", *given, *own.get(name, ())]), folder / name)
-        for name in names
-    ]
+    jobs = [(compose([f"experiment={name}", *given, *own.get(name, ())]), folder / name) for name in names]
     assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []

@@ -1,4 +1,4 @@
-"""The house is still the house: who imports whom, who touches what, how large a room may be.
+"""The structure of the package: who imports whom, who touches what, how large a stage may be.
 
 Reads the syntax trees of the sources, so imports inside functions and under TYPE_CHECKING count too.
 """
@@ -6,6 +6,7 @@ Reads the syntax trees of the sources, so imports inside functions and under TYP
 from __future__ import annotations
 
 import ast
+import fnmatch
 import inspect
 import re
 import subprocess
@@ -59,124 +60,98 @@ INSIDE = {name: imports(tree)[0] for name, tree in TREES.items()}
 OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 
-def family(module: str) -> str:
-    """``formats`` for formats.c3d, ``recording`` for recording_check, ``store`` for what it is built of."""
-    head = module.split(".")[0]
-    if head in ("store", "archive", "provenance", "sealed_folders"):
-        return "store"
-    return re.sub(r"^(fetch|papers|recording|pictures)_\w+$", r"\1", head)
+LAYERS = (
+    {"validation"},
+    {"skeleton", "palette", "threads", "seeding"},
+    {"core"},
+    {"formats", "fetch", "storage", "pictures", "recordings", "papers"},
+    {"synthetic"},
+    {"clips"},
+    {"studies"},
+    {"stages"},
+    {"cli"},
+    {"__main__"},
+)
+"""Modules and packages from the ground up; each imports from lower layers, and within itself."""
 
-
-LAYERS = {
-    "refusal": 0,
-    "skeleton": 0,
-    "papers": 0,
-    "core": 1,
-    "formats": 2,
-    "store": 2,
-    "fetch": 2,
-    "tables": 2,
-    "recording": 2,
-    "pictures": 2,
-    "threads": 2,
-    "config": 3,
-    "actions": 3.2,
-    "sweep_checks": 3.1,
-    "limb_trials": 3.2,
-    "limb_scores": 3.3,
-    "clips": 3.5,
-    "experiments": 3.5,
-    "ledger": 3.5,
-    "figures": 3.5,
-    "stages": 4,
-    "run": 5,
-    "commands": 5,
-    "__main__": 5,
-}
-"""Layer of each family of modules; a module imports from lower layers, and in its own only as `NEIGHBOURS` say."""
-
-NEIGHBOURS = {
-    "refusal": set(),
-    "skeleton": {"refusal"},
-    "papers": {"papers", "refusal"},
-    "core": {"core"},
-    "formats": {"formats"},
-    "store": {"store"},
-    "fetch": {"fetch"},
-    "tables": set(),
-    "recording": {"recording"},
-    "pictures": {"pictures"},
+GROUND = {"validation", "skeleton", "palette"}
+NARROW = {
+    "validation": set(),
+    "skeleton": {"validation"},
+    "palette": set(),
     "threads": set(),
-    "config": set(),
-    "actions": set(),
-    "sweep_checks": set(),
-    "limb_trials": set(),
-    "limb_scores": set(),
-    "clips": {"clips"},
-    "experiments": {"experiments"},
-    "ledger": set(),
-    "figures": {"figures"},
-    "stages": set(),
-    "run": set(),
-    "commands": {"run"},
-    "__main__": {"run", "commands"},
+    "seeding": set(),
+    "core": {"validation", "skeleton"},
+    "formats": GROUND,
+    "fetch": GROUND,
+    "storage": GROUND,
+    "pictures": GROUND,
+    "recordings": GROUND,
+    "papers": GROUND,
+    "synthetic": GROUND | {"core"},
 }
-"""Families of its own layer that a family may import."""
+"""Those that may import less than all lower layers: interfaces to the outside do not know each other."""
 
-ONLY_THESE = {
-    "core": {"core", "skeleton", "refusal"},
-    "ledger": {"papers", "tables"},
-    "threads": set(),
+FROM_OUTSIDE = {
+    "pandas": {"storage", "studies", "stages", "cli"},
+    "matplotlib": {"pictures"},
+    "rerun": {"recordings"},
+    "pyarrow": {"recordings"},
+    "hydra": {"cli"},
+    "omegaconf": {"cli"},
+    "rich": {"cli"},
+    "yaml": {"papers"},
+    "numba": {"core"},
+    "threadpoolctl": {"threads"},
+    "scipy": {"core", "synthetic", "studies"},
+    "numpy": {"*"},
 }
-"""Families that may import less than their layer allows."""
+"""Which packages may import a package from outside."""
 
-PACKAGES = {
-    "refusal": set(),
-    "skeleton": {"numpy"},
-    "papers": {"numpy"},
-    "core": {"numpy", "scipy", "numba"},
-    "formats": {"numpy"},
-    "store": {"numpy"},
-    "fetch": set(),
-    "tables": {"numpy", "pandas"},
-    "recording": {"numpy", "rerun", "pyarrow"},
-    "pictures": {"numpy", "matplotlib"},
-    "threads": {"threadpoolctl"},
-    "config": {"numpy"},
-    "actions": {"numpy"},
-    "sweep_checks": {"numpy"},
-    "limb_trials": {"numpy"},
-    "limb_scores": {"numpy"},
-    "clips": {"numpy"},
-    "experiments": {"numpy"},
-    "ledger": {"numpy"},
-    "figures": {"numpy"},
-    "stages": {"numpy"},
-    "run": {"rich"},
-    "commands": {"rich"},
-    "__main__": {"hydra", "omegaconf", "rich"},
-}
-"""Packages from outside that a family may import; each is imported through this one door."""
+STUDIES = {"walks", "actions", "limbs", "face_off"}
+COMPARES_STUDIES = {"face_off"}
+
+
+def package(module: str) -> str:
+    """``core`` for core.fourier.series."""
+    return module.split(".")[0]
+
+
+def study(module: str) -> str:
+    """``walks`` for studies.walks.model; empty for what belongs to no study."""
+    parts = module.split(".")
+    return parts[1] if parts[0] == "studies" and len(parts) > 1 and parts[1] in STUDIES else ""
+
+
+def layer(module: str) -> int:
+    """Number of a module's layer, from 0."""
+    return next(n for n, names in enumerate(LAYERS) if package(module) in names)
 
 
 def broken_rules(module: str, inside: set[str], outside: set[str]) -> list[str]:
-    """What a module imports that its place in the house does not allow, one sentence each."""
-    own = family(module)
+    """What a module imports that its place does not allow, one sentence each."""
+    own = package(module)
     told = []
     for other in sorted(inside):
-        theirs = family(other)
-        allowed = LAYERS[theirs] < LAYERS[own] or theirs in NEIGHBOURS[own]
-        if own in ONLY_THESE:
-            allowed = theirs in ONLY_THESE[own]
-        if not allowed:
-            told.append(f"{module} (layer {LAYERS[own]}) imports {other} (layer {LAYERS[theirs]})")
-    told += [f"{module} imports {package}" for package in sorted(outside - PACKAGES[own])]
+        theirs = package(other)
+        below = layer(other) < layer(module) and theirs in NARROW.get(own, {theirs})
+        if theirs != own and not below:
+            told.append(f"{module} imports {other}")
+        elif study(other) and study(other) != study(module) and module != "studies.registry":
+            if study(module) not in COMPARES_STUDIES and theirs == own:
+                told.append(f"{module} imports {other}, of another study")
+            elif theirs != own:
+                told.append(f"{module} names the study of {other}")
+    for name in sorted(outside):
+        allowed = FROM_OUTSIDE.get(name, set())
+        if "*" not in allowed and own not in allowed:
+            told.append(f"{module} imports {name}")
     return told
 
 
-def test_every_family_has_a_place_in_every_table() -> None:
-    families = {family(module) for module in MODULES}
-    assert families == set(LAYERS) == set(NEIGHBOURS) == set(PACKAGES)
+def test_every_module_and_package_has_a_layer() -> None:
+    names = {package(module) for module in MODULES}
+    assert names == {name for names in LAYERS for name in names}
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -187,28 +162,36 @@ def test_a_module_imports_only_what_its_layer_allows(module: str) -> None:
 @pytest.mark.parametrize(
     ("module", "code"),
     [
-        ("core.fourier", "from pipeline import store"),
-        ("core.fourier", "def f():\n    import pandas"),
-        ("core.fourier", "from pipeline.config import Grid"),
-        ("formats.trc", "from pipeline.tables import write"),
-        ("formats.trc", "import scipy.signal"),
+        ("core.camera", "from pipeline.storage import store"),
+        ("core.camera", "def f():\n    import pandas"),
+        ("core.camera", "from pipeline.studies.study import Grid"),
+        ("formats.text", "from pipeline.storage.tables import write"),
+        ("formats.text", "import scipy.signal"),
         (
-            "tables",
-            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from pipeline.config import Config",
+            "storage.tables",
+            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from pipeline.studies.study import Grid",
         ),
-        ("store", "from pipeline.tables import read"),
-        ("recording", "import matplotlib"),
-        ("figures.spectrum", "from pipeline.stages import sweep"),
-        ("stages.sweep", "from pipeline.stages.ingest import run"),
+        ("recordings.check", "import matplotlib"),
+        ("recordings.check", "from pipeline.pictures import style"),
+        ("studies.walks.model", "from pipeline.stages import sweep"),
+        ("studies.walks.model", "from pipeline.studies.limbs import dataset"),
+        ("studies.study", "from pipeline.studies.walks import model"),
+        ("stages.sweep", "from pipeline.studies.walks import model"),
         ("stages.sweep", "import rerun as rr"),
         ("stages.sweep", "from omegaconf import OmegaConf"),
-        ("ledger", "from pipeline.config import Config"),
-        ("run", "from pipeline.commands import VERBS"),
-        ("commands", "import hydra"),
+        ("papers", "import pandas"),
+        ("papers", "from pipeline.storage import tables"),
+        ("clips.walks", "from pipeline.studies.study import Study"),
     ],
 )
 def test_a_wrong_import_is_noticed(module: str, code: str) -> None:
     assert len(broken_rules(module, *imports(ast.parse(code)))) == 1
+
+
+def test_the_comparison_may_look_into_other_studies_and_only_the_registry_names_them_all() -> None:
+    wanted = imports(ast.parse("from pipeline.studies.walks import model"))
+    assert broken_rules("studies.face_off.methods", *wanted) == []
+    assert broken_rules("studies.registry", *wanted) == []
 
 
 def test_no_circle_of_imports() -> None:
@@ -226,7 +209,7 @@ def test_no_circle_of_imports() -> None:
     assert done == set(MODULES)
 
 
-def test_no_room_is_called_a_heap() -> None:
+def test_no_module_is_called_after_a_heap() -> None:
     heaps = {"utils", "util", "helpers", "helper", "common", "manager", "managers", "misc"}
     folders = {path.name for path in PACKAGE.rglob("*") if path.is_dir()}
     parts = {word for name in [*MODULES, *folders] for word in re.split(r"[._]", name)}
@@ -283,16 +266,12 @@ def outside_world(tree: ast.AST) -> list[str]:
     return told
 
 
-CORE = [module for module in MODULES if family(module) == "core"]
+CORE = [module for module in MODULES if package(module) == "core"]
 
 
 @pytest.mark.parametrize("module", CORE)
 def test_core_knows_no_clock_file_environment_or_global_generator(module: str) -> None:
-    told = outside_world(TREES[module])
-    if module == "core.binary_quadratic":
-        # Its time limit is part of its contract; what is proved never depends on it.
-        told = [complaint for complaint in told if not complaint.endswith(": time")]
-    assert told == []
+    assert outside_world(TREES[module]) == []
 
 
 @pytest.mark.parametrize(
@@ -411,9 +390,9 @@ def lines(path: Path) -> int:
     return len(path.read_text(encoding="utf-8").splitlines())
 
 
-@pytest.mark.parametrize("module", [m for m in MODULES if family(m) in ("core", "stages", "figures")])
-def test_a_module_of_core_or_of_the_stages_holds_one_subject(module: str) -> None:
-    assert lines(SOURCES[module]) <= 300
+@pytest.mark.parametrize("module", [m for m in MODULES if package(m) == "stages"])
+def test_a_stage_is_thin(module: str) -> None:
+    assert lines(SOURCES[module]) <= 120
 
 
 @pytest.mark.parametrize(
@@ -445,7 +424,11 @@ def test_every_package_from_outside_is_a_dependency() -> None:
 def test_every_folder_of_the_package_is_installed() -> None:
     folders = {"pipeline." + name if name != "__init__" else "pipeline" for name, path in SOURCES.items()
                if path.name == "__init__.py"}  # fmt: skip
-    assert set(PROJECT["tool"]["setuptools"]["packages"]) == folders
+    found = PROJECT["tool"]["setuptools"]["packages"]["find"]
+    assert found == {"include": ["pipeline*"]}
+    assert all(any(fnmatch.fnmatch(name, pattern) for pattern in found["include"]) for name in folders)
+    without = {"pipeline." + _module_name(path.parent / "__init__.py") for path in SOURCES.values()} - folders
+    assert without - {"pipeline.__init__"} == set(), "a folder without __init__.py is not installed"
 
 
 def test_every_dependency_is_locked_to_one_version() -> None:
@@ -488,24 +471,9 @@ def test_no_path_of_one_machine_in_tracked_files() -> None:
     assert found == []
 
 
-def test_the_map_of_the_house_names_every_room() -> None:
+def test_the_map_names_every_package() -> None:
     words = (PACKAGE / "__init__.py").read_text(encoding="utf-8")
-    rooms = {name.split(".")[0] for name in MODULES} | {"core." + m.split(".")[1] for m in CORE if "." in m}
-    families = {room if room.startswith("core.") else family(room) for room in rooms}
-    on_the_map = {room.removeprefix("core.") for room in families} - _SYNTHETIC_DETAILS
-    missing = [room for room in sorted(on_the_map) if not re.search(rf"\b{room}", words)]
-    assert missing == []
-
-
-_SYNTHETIC_DETAILS = {
-    "anthropometry",
-    "footfall",
-    "kinematics",
-    "normative_gait",
-    "person",
-    "strides",
-    "bending_kinematics",
-    "bending_manner",
-    "curvature",
-}
-"""Rooms of core behind ``synthetic …``."""
+    names = {package(m) for m in MODULES} | {
+        m.split(".")[1] for m in MODULES if m.startswith(("core.", "studies."))
+    }
+    assert sorted(name for name in names if not re.search(rf"\b{name}\b", words)) == []

@@ -34,9 +34,6 @@ from pipeline.validation import InvalidInput, require_range
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pipeline.studies.experiment import Experiment
-    from pipeline.studies.figure_inputs import FigureInputs
-
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
@@ -181,7 +178,10 @@ class NoSweep(Sweep):
 
 @dataclass(kw_only=True)
 class Figure(ABC):
-    """What is tabulated, drawn and logged."""
+    """What is tabulated, drawn and logged.
+
+    `validate` is given the `Experiment`, the other methods its `FigureInputs`.
+    """
 
     model: ClassVar[type[Model]]
     """The model that this figure shows."""
@@ -193,19 +193,19 @@ class Figure(ABC):
     picture: bool = True
     recording: bool = True
 
-    def validate(self, experiment: Experiment) -> None:
+    def validate(self, experiment: Any) -> None:
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
 
     @abstractmethod
-    def tables(self, inputs: FigureInputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Any) -> dict[str, pd.DataFrame]:
         """Return the tables by file name without suffix, ``table`` and ``table_…``, sorted."""
 
     @abstractmethod
-    def draw(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Write the picture as ``<stem>.svg`` and ``<stem>.png``, of what the tables hold."""
 
     @abstractmethod
-    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Write ``recording.rrd``, and further recordings, into a folder."""
 
     def check_sequence(self, sweep: Sweep) -> None:

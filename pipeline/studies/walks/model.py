@@ -15,7 +15,7 @@ from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_range
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
-"""What the covariance is divided by; the papers do not say."""
+Divisor.__doc__ = """What the covariance is divided by; the papers do not say."""
 
 
 @dataclass(frozen=True)

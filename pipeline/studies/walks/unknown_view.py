@@ -23,7 +23,7 @@ from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_range
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
-"""How the view angle is found: over the whole range, or as appendix B has it."""
+Solver.__doc__ = """How the view angle is found: over the whole range, or as appendix B has it."""
 
 
 @dataclass(frozen=True)
