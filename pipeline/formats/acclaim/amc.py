@@ -102,7 +102,8 @@ def skeleton_of(path: Path) -> Path:
         try:
             found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
-            raise damaged("the folder cannot be read", str(folder), received=error.strerror or "") from None
+            what, received = "the folder of its skeleton cannot be read", error.strerror or ""
+            raise damaged(what, path.name, received=received) from None
         if found:
             break
     if len(found) > 1:

@@ -115,7 +115,7 @@ def read_header(table: Table) -> Columns:
         the same thing.
     """
     columns, place = Columns(), f"{table.where}, line 1"
-    twice, titles = "two columns hold the same thing", ", ".join(table.header[:8])
+    twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
     unread: list[str] = []
     coordinates: list[tuple[str, str, str, int]] = []
     for column, title in enumerate(table.header):
@@ -149,9 +149,9 @@ def read_header(table: Table) -> Columns:
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
     if not columns.axes or (is_long and "point" not in columns.roles):
         expected = "columns such as head_x, head_y, head_z; or joint, x, y, z"
-        raise damaged("the header names no points", place, expected, titles)
+        raise damaged("the header names no points", place, expected, beginning)
     if not {"time", "frame"} & set(columns.roles):
-        raise damaged("there is no column of times or frame numbers", place, "time or frame", titles)
+        raise damaged("there is no column of times or frame numbers", place, "time or frame", beginning)
     if unread:
         table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
     return columns
