@@ -1,21 +1,22 @@
-"""Joints, parents, mirror pairs and the world frame; how a source's points become joints.
+"""Joints, parents, mirror pairs and the world frame; source points to joints.
 
-Conventions, once for the whole house
--------------------------------------
+Conventions
+-----------
 World: right-handed, z up, the walk along +y, +x to the walker's right.  Lengths in millimetres.
 Axis order of every array of positions: ``(frame, joint, space)``.
 
-A *source mapping* (``conf/skeleton/*.yaml``) says which weighted source points make each joint, and which
-axis of the file points up.
+A *source mapping* (``conf/skeleton/*.yaml``) gives the weighted source points of each joint, and the axis of the
+file that points up.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 """Millimetres in one unit of length, by the unit's short name."""
@@ -42,19 +43,14 @@ class Skeleton:
     mirror: tuple[int, ...]
 
     def index(self, joint: str) -> int:
-        """Position of a joint in the array order.
+        """Index of a joint.  Raises InvalidInput if the skeleton has no such joint.
 
-        Raises
-        ------
-        InvalidInput
-            If the skeleton has no such joint.
+        Examples
+        --------
+        >>> WALKER15.index("left_knee")
+        10
         """
-        try:
-            return self.joints.index(joint)
-        except ValueError:
-            raise InvalidInput(
-                f"no joint {joint!r}", where=self.name, expected="one of " + ", ".join(self.joints)
-            ) from None
+        return self.joints.index(require_choice(f"a joint of {self.name}", joint, self.joints))
 
     @property
     def bones(self) -> tuple[tuple[int, int], ...]:
@@ -89,7 +85,7 @@ WALKER15 = Skeleton(
 
 @dataclass(frozen=True)
 class MotionCapture:
-    """What every reader in `pipeline.formats` returns, whatever the file.
+    """A recording as every reader of `pipeline.formats` returns it.
 
     Attributes
     ----------
@@ -107,7 +103,7 @@ class MotionCapture:
     angles_deg : (T, C) float64
         The channels as written in the file, before forward kinematics; ``(T, 0)`` for files of points.
     notes : tuple of str
-        What the reader wants a person to know, one sentence each (a frame count that disagrees, …).
+        What is odd in the file but readable, one sentence each (a frame count that disagrees, …).
     """
 
     names: tuple[str, ...]
@@ -122,142 +118,41 @@ class MotionCapture:
 
 @dataclass(kw_only=True)
 class Lowering:
-    """A vertical drop of a joint, as a fraction of the mean distance between two source points."""
+    """Vertical drop of a joint: a fraction `by` of the mean distance `between` two source points."""
 
     by: float
     between: list[str]
 
 
+class UpAxis(StrEnum):
+    """Axis of a file that points up."""
+
+    x = "x"
+    y = "y"
+    z = "z"
+
+
 @dataclass(kw_only=True)
 class SourceMapping:
-    """How a source's points become joints; one YAML file of ``conf/skeleton/`` each.
+    """Rules that turn the points of a source into joints; one file of ``conf/skeleton/`` each.
 
     Attributes
     ----------
     name : str
-    up : str
-        Which axis of the file points up: ``x``, ``y`` or ``z``.
+    up : UpAxis
     joints : dict
         joint → {source point: weight}; weights sum to one.
     otherwise : dict
-        Used for a joint whose source points in `joints` are not all in the file.
+        The same, for a joint whose source points in `joints` are not all in the file.
     lowered : dict
-        joint → `Lowering`, applied only where `otherwise` was used.
+        joint → `Lowering`, applied only to a joint made by `otherwise`.
     """
 
     name: str
-    up: str = "z"
+    up: UpAxis = UpAxis.z
     joints: dict[str, dict[str, float]] = field(default_factory=dict)
     otherwise: dict[str, dict[str, float]] = field(default_factory=dict)
     lowered: dict[str, Lowering] = field(default_factory=dict)
-
-
-_TO_Z_UP = {
-    "x": np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
-    "y": np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
-    "z": np.eye(3),
-}
-"""Rotations (cyclic permutations, so handedness is kept) that bring the named axis to z."""
-
-
-def _find(names: tuple[str, ...], wanted: str) -> int | None:
-    """Index of a source point: exact name, else case-insensitive, else after a ``Subject:`` prefix."""
-    for normalise in (lambda s: s, str.lower, lambda s: s.rsplit(":", 1)[-1].lower()):
-        target = normalise(wanted)
-        found = [i for i, name in enumerate(names) if normalise(name) == target]
-        if len(found) > 1:
-            raise InvalidInput(
-                f"{len(found)} points are called {wanted!r}",
-                expected="one person to a file",
-                received=", ".join(names[i] for i in found[:3]),
-            )
-        if found:
-            return found[0]
-    return None
-
-
-def map_joints(
-    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15
-) -> tuple[np.ndarray, np.ndarray]:
-    """Joint positions from source points, with z up.
-
-    Parameters
-    ----------
-    motion : MotionCapture
-        Positions (T, P, 3) in mm in the file's axes.
-    mapping : SourceMapping
-    skeleton : Skeleton
-
-    Returns
-    -------
-    positions : (T, J, 3) float64
-        Millimetres, z up, NaN where a source point is missing.
-    valid : (T, J) bool
-
-    Raises
-    ------
-    InvalidInput
-        If a joint has no rule, a rule names points that the file lacks, weights do not sum to one, or a
-        point stands twice in the file (two people).
-    """
-    if mapping.up not in _TO_Z_UP:
-        raise InvalidInput(
-            "the up axis is unknown", where=mapping.name, expected="x, y or z", received=mapping.up
-        )
-    unknown = set(mapping.joints) - set(skeleton.joints)
-    if unknown:
-        raise InvalidInput(
-            f"no joint {sorted(unknown)[0]!r} in {skeleton.name}",
-            where=mapping.name,
-            expected="one of " + ", ".join(skeleton.joints),
-        )
-    frames = motion.positions_mm.shape[0]
-    positions = np.empty((frames, len(skeleton.joints), 3))
-    rotation = _TO_Z_UP[mapping.up]
-    for j, joint in enumerate(skeleton.joints):
-        rules = [
-            (rule, which == "otherwise")
-            for which in ("joints", "otherwise")
-            if (rule := getattr(mapping, which).get(joint))
-        ]
-        if not rules:
-            raise InvalidInput(f"no rule for the joint {joint!r}", where=mapping.name)
-        for rule, fallback in rules:
-            is_fallback = fallback
-            found = [_find(motion.names, point) for point in rule]
-            indices = [i for i in found if i is not None]
-            if len(indices) == len(found):
-                break
-        else:
-            missing = [p for p, i in zip(rule, found, strict=True) if i is None]
-            raise InvalidInput(
-                f"the joint {joint!r} needs the point {missing[0]!r}, which the file does not have",
-                where=mapping.name,
-                received="points " + ", ".join(motion.names[:8]) + (", …" if len(motion.names) > 8 else ""),
-            )
-        weights = np.array(list(rule.values()), dtype=float)
-        if abs(weights.sum() - 1.0) > 1e-6:
-            raise InvalidInput(
-                f"the weights of {joint!r} do not sum to one",
-                where=mapping.name,
-                expected="1",
-                received=f"{weights.sum():g}",
-            )
-        source = motion.positions_mm[:, indices]
-        positions[:, j] = np.einsum("tpk,p->tk", source, weights) @ rotation.T
-        if is_fallback and joint in mapping.lowered:
-            lowering = mapping.lowered[joint]
-            pair = [i for point in lowering.between if (i := _find(motion.names, point)) is not None]
-            if len(pair) != 2:
-                raise InvalidInput(
-                    f"the lowering of {joint!r} needs two points of the file",
-                    where=mapping.name,
-                    received=", ".join(lowering.between),
-                )
-            ends = motion.positions_mm[:, pair]
-            distance = np.nanmean(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1))
-            positions[:, j, 2] -= lowering.by * distance
-    return positions, np.all(np.isfinite(positions), axis=-1)
 
 
 @dataclass(frozen=True)
@@ -321,3 +216,94 @@ POSTURE12 = LimbTree(
     skeleton=WALKER15,
 )
 """The twelve rigid parts of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""
+
+
+_TO_Z_UP = {
+    UpAxis.x: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
+    UpAxis.y: np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    UpAxis.z: np.eye(3),
+}
+"""Rotations (cyclic permutations, so handedness is kept) that bring the named axis to z."""
+
+
+def map_joints(
+    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute joint positions from source points, with z up.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+        Positions (T, P, 3) in mm in the file's axes.
+    mapping : SourceMapping
+    skeleton : Skeleton
+
+    Returns
+    -------
+    positions : (T, J, 3) float64
+        Millimetres, z up, NaN where a source point is missing.
+    valid : (T, J) bool
+
+    Raises
+    ------
+    InvalidInput
+        If a joint has no rule, a rule names points that the file lacks, weights do not sum to one, or a
+        point stands twice in the file (two people).
+    """
+    rotation = _TO_Z_UP[require_choice(f"{mapping.name}.up", mapping.up, _TO_Z_UP)]
+    for joint in (*mapping.joints, *mapping.otherwise, *mapping.lowered):
+        require_choice(f"{mapping.name}.joints", joint, skeleton.joints)
+    positions = np.empty((len(motion.positions_mm), len(skeleton.joints), 3))
+    for j, joint in enumerate(skeleton.joints):
+        rule, points = _rule_of(joint, motion.names, mapping)
+        weights = np.array(list(rule.values()), dtype=float)
+        if abs(weights.sum() - 1.0) > 1e-6:
+            what, received = f"the weights of {joint!r} do not sum to one", f"{weights.sum():g}"
+            raise InvalidInput(what, where=mapping.name, received=received)
+        source = motion.positions_mm[:, points]
+        positions[:, j] = np.einsum("tpk,p->tk", source, weights) @ rotation.T
+        if joint in mapping.lowered and rule is mapping.otherwise.get(joint):
+            lowering = mapping.lowered[joint]
+            pair = [i for point in lowering.between if (i := _find(motion.names, point)) is not None]
+            if len(pair) != 2:
+                what, received = (
+                    f"the lowering of {joint!r} needs two points of the file",
+                    str(lowering.between),
+                )
+                raise InvalidInput(what, where=mapping.name, received=received)
+            ends = motion.positions_mm[:, pair]
+            distance = np.nanmean(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1))
+            positions[:, j, 2] -= lowering.by * distance
+    return positions, np.all(np.isfinite(positions), axis=-1)
+
+
+def _rule_of(
+    joint: str, names: tuple[str, ...], mapping: SourceMapping
+) -> tuple[dict[str, float], list[int]]:
+    """The first rule of a joint whose source points are all in the file, and the indices of these points."""
+    rules = [rules[joint] for rules in (mapping.joints, mapping.otherwise) if rules.get(joint)]
+    if not rules:
+        raise InvalidInput(f"no rule for the joint {joint!r}", where=mapping.name)
+    for rule in rules:
+        found = {point: _find(names, point) for point in rule}
+        indices = [i for i in found.values() if i is not None]
+        if len(indices) == len(rule):
+            return rule, indices
+    missing = next(point for point, i in found.items() if i is None)
+    what = f"the joint {joint!r} needs the point {missing!r}, which the file does not have"
+    received = "points " + ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+    raise InvalidInput(what, where=mapping.name, received=received)
+
+
+def _find(names: tuple[str, ...], wanted: str) -> int | None:
+    """Index of a source point: exact name, else case-insensitive, else after a ``Subject:`` prefix."""
+    for normalise in (lambda s: s, str.lower, lambda s: s.rsplit(":", 1)[-1].lower()):
+        target = normalise(wanted)
+        found = [i for i, name in enumerate(names) if normalise(name) == target]
+        if len(found) > 1:
+            received = ", ".join(names[i] for i in found[:3])
+            what = f"{len(found)} points are called {wanted!r}"
+            raise InvalidInput(what, expected="one person to a file", received=received)
+        if found:
+            return found[0]
+    return None

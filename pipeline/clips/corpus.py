@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pipeline import fetch, formats
-from pipeline.formats.acclaim import amc as asf_amc
+from pipeline.formats import acclaim
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
 from pipeline.storage import tables
 from pipeline.validation import InvalidInput
@@ -230,7 +230,7 @@ def _digest(path: Path) -> str:
         total = hashlib.sha256(path.read_bytes())
         if path.suffix.lower() == ".amc":
             with suppress(InvalidInput):  # without its skeleton the clip is refused when it is read, by name
-                total.update(asf_amc.skeleton_of(path).read_bytes())
+                total.update(acclaim.skeleton_of(path).read_bytes())
     except OSError as error:
         raise InvalidInput(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
     return total.hexdigest()

@@ -1,51 +1,52 @@
-"""One reader to each file format; every reader returns the same value, `pipeline.skeleton.MotionCapture`."""
+"""Readers of motion files, one for each format.
+
+Contract
+--------
+Every reader is called as `read(path, frame_rate_hz=…, units=…)` and returns a `pipeline.skeleton.MotionCapture`:
+millimetres in the file's own axes, NaN where a point was not measured.  The two options are for what a file does
+not state; a reader says in its docstring what it does with them.  A file that is damaged or contradicts itself
+raises `InvalidInput` that names the file and the place in it; what is odd but readable is listed in `notes`.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-from pipeline.formats import bvh, c3d
-from pipeline.formats.acclaim import amc as asf_amc
+from pipeline.formats import acclaim, bvh, c3d
+from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import MotionCapture
-from pipeline.validation import InvalidInput
 
-READERS = {".amc": asf_amc, ".bvh": bvh, ".c3d": c3d, ".trc": trc, ".csv": csv}
+READERS: dict[str, Reader] = {
+    ".amc": acclaim.read,
+    ".bvh": bvh.read,
+    ".c3d": c3d.read,
+    ".trc": trc.read,
+    ".csv": csv.read,
+}
 """Reader of each suffix, lower case."""
 
-_WITHOUT_RATE = {".amc", ".csv"}
-_WITHOUT_UNITS = {".amc", ".bvh", ".c3d", ".csv"}
 
-
-def read(path: Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Whatever the file holds, by its suffix.
+def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read a motion file by the reader of its suffix.
 
     Parameters
     ----------
-    path : Path
-    frame_rate_hz, units : optional
-        For formats that do not say; a format that does say is believed.
+    path : str or Path
+    frame_rate_hz : float, optional
+        Frames per second (Hz), for a file that does not state it.
+    units : str, optional
+        Unit of length, for a file that does not state it: ``"mm"``, ``"cm"``, ``"m"``, ``"in/0.45"``…
 
     Raises
     ------
     InvalidInput
-        If the suffix is unknown, or the reader refuses the file.
+        If no reader has this suffix, or the reader refuses the file.
     """
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in READERS:
-        raise InvalidInput(
-            "the format is unknown",
-            where=path.name,
-            expected="one of " + " ".join(READERS),
-            received=suffix or "no suffix",
+        raise damaged(
+            "the format is unknown", path.name, "one of " + " ".join(READERS), suffix or "no suffix"
         )
-    if not path.is_file():
-        raise InvalidInput("there is no such file", where=str(path))
-    options: dict[str, Any] = {}
-    if frame_rate_hz and suffix in _WITHOUT_RATE:
-        options["frame_rate_hz"] = frame_rate_hz
-    if units and suffix in _WITHOUT_UNITS:
-        options["units"] = units
-    return READERS[suffix].read(path, **options)
+    return READERS[suffix](path, frame_rate_hz=frame_rate_hz, units=units)

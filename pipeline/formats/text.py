@@ -1,59 +1,100 @@
-"""What text files of motion share: their characters, their numbers and their unit of length."""
+"""Characters, numbers and units of length as motion files write them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.contract import LARGEST, damaged, read_bytes
 from pipeline.skeleton import MILLIMETRES
-from pipeline.validation import InvalidInput
-
-LARGEST = 1e9
-"""No length or angle of a recording is larger; a damaged file's may be, and would overflow later."""
 
 
-def read_text(path: Path) -> str:
-    """The file's text, lines ended by one character.
+def read_text(path: Path) -> tuple[str, list[str]]:
+    r"""Read the text of a file, UTF-8 or else Latin-1, with ``\n`` at the end of each line.
+
+    Returns
+    -------
+    text : str
+    notes : list of str
+        If the text is not UTF-8, or its last line has no end: then the file may have been cut.
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read or is empty.
+        If the file cannot be read, is empty or holds a zero byte.
+    """
+    data, notes = read_bytes(path), []
+    if (at := data.find(0)) >= 0:
+        raise damaged("this is not a text file", f"{path.name}, byte {at}", received="a zero byte")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+        notes.append("The text is not UTF-8; it was read as Latin-1.")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if not text.endswith("\n"):
+        notes.append("The last line has no line end: if the file was cut, its last number may be short.")
+    return text, notes
+
+
+def number(word: str) -> float:
+    """Number that a word of a file stands for; infinite if it is none.
+
+    Examples
+    --------
+    >>> number("-1.5"), number("nan"), number("1_0"), number("left")
+    (-1.5, nan, inf, inf)
     """
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InvalidInput(
-            "the file cannot be read", where=path.name, received=error.strerror or ""
-        ) from None
-    if not data.strip():
-        raise InvalidInput("the file is empty", where=path.name)
-    return data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
+        return float(word) if word.isascii() and "_" not in word else np.inf  # Python reads 1_0 as ten
+    except ValueError:
+        return np.inf
 
 
-def parse_numbers(words: Sequence[str]) -> list[float]:
-    """Numbers as a data file writes them: not Python's ``1_000`` nor digits of other scripts.
+def read_numbers(words: Sequence[str], place: Callable[[int], str]) -> np.ndarray:
+    """Numbers (N,) float64 that N words stand for; NaN stays.
+
+    Parameters
+    ----------
+    words : sequence of str
+    place : callable
+        Where in the file the n-th word stands, for the error.
 
     Raises
     ------
-    ValueError
-        If a word is no such number.
+    InvalidInput
+        If a word is no number, or its magnitude is above `LARGEST`.
     """
     joined = "".join(words)
-    if "_" in joined or not joined.isascii():
-        raise ValueError
-    return list(map(float, words))
-
-
-def is_number(word: str) -> bool:
-    """Whether `parse_numbers` takes the word."""
     try:
-        parse_numbers([word])
-    except ValueError:
-        return False
-    return True
+        if "_" in joined or not joined.isascii():
+            raise ValueError
+        numbers = np.array(list(map(float, words)))
+    except ValueError:  # the slow way, to find which one
+        numbers = np.array(list(map(number, words)))
+    wrong = np.flatnonzero(np.abs(numbers) > LARGEST)
+    if wrong.size:
+        n = int(wrong[0])
+        expected = f"a number of at most {LARGEST:g}"
+        raise damaged("a value is not a usable number", place(n), expected, f"{words[n]!r:.40}")
+    return numbers
+
+
+def read_vector(words: Sequence[str], count: int, where: str) -> np.ndarray:
+    """Finite numbers (count,) float64 of a line that must hold so many.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer or more, or one is no finite number.
+    """
+    numbers = np.array(list(map(number, words)))
+    if len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST):
+        expected = f"{count} numbers" if count > 1 else "one number"
+        raise damaged("the line cannot be used", where, expected, " ".join(words)[:60] or "nothing")
+    return numbers
 
 
 def millimetres_in(units: str, where: str) -> float:
@@ -70,13 +111,9 @@ def millimetres_in(units: str, where: str) -> float:
     56.444
     """
     name, slash, divisor = units.partition("/")
-    divided_by = float(divisor) if is_number(divisor) else 0.0 if slash else 1.0
+    divided_by = number(divisor) if slash else 1.0
     millimetres = MILLIMETRES[name] / divided_by if name in MILLIMETRES and divided_by > 0 else np.nan
     if not 1e-6 < millimetres < 1e6:
-        raise InvalidInput(
-            "the unit of length is unknown",
-            where=where,
-            expected="one of " + ", ".join(MILLIMETRES) + ", or e.g. in/0.45",
-            received=units,
-        )
+        expected = f"one of {', '.join(MILLIMETRES)}, or e.g. in/0.45, in the file or the option units"
+        raise damaged("the unit of length is unknown", where, expected, f"{units!r:.40}")
     return millimetres

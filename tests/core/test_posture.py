@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.core import linear_model
 from pipeline.core.posture import FRAMES, HEADINGS, PARAMETERS, LimbLengths, joints, limb_lengths, postures
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, REST, SHOULDER, THIGHS, TORSO
-from pipeline.formats.acclaim import amc as asf_amc
+from pipeline.formats import acclaim
 from pipeline.skeleton import POSTURE12, WALKER15, SourceMapping, map_joints
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
@@ -393,10 +393,7 @@ def recordings(action: str) -> list[np.ndarray]:
     rules = {joint: {point: 1.0} for joint, point in points.items()}
     rules["pelvis"] = {"lhipjoint": 0.5, "rhipjoint": 0.5}
     mapping = SourceMapping(name="hdm05", up="y", joints=rules)
-    return [
-        map_joints(asf_amc.read(path, skeleton_path=folder / f"{path.stem[:6]}.asf"), mapping)[0]
-        for path in sorted((folder / action).glob("*.amc"))
-    ]
+    return [map_joints(acclaim.read(path), mapping)[0] for path in sorted((folder / action).glob("*.amc"))]
 
 
 def dimensions(samples: np.ndarray) -> int:

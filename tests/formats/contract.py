@@ -1,26 +1,35 @@
-"""What every reader keeps to, and how the tests of text formats spoil a file."""
+"""The contract of every reader, one correct file of each format, and ways to damage a file."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+from omegaconf import OmegaConf
 
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton import MotionCapture, SourceMapping
+
+ROOT = Path(__file__).parents[2]
+FIXTURES = ROOT / "tests" / "fixtures"
+READABLE = sorted(p for p in FIXTURES.iterdir() if p.suffix in (".amc", ".bvh", ".c3d", ".csv", ".trc"))
+"""Files that are read without complaint; the skeleton of the AMC file is beside it."""
 
 
 def check_contract(motion: MotionCapture) -> None:
-    """Fail unless the shapes, names, gaps and rate of a reading fit each other."""
+    """Fail unless the shapes, names, gaps and rate of a recording fit each other."""
     frames, points = motion.valid.shape
     assert motion.positions_mm.shape == (frames, points, 3)
     assert motion.positions_mm.dtype == np.float64
-    assert points == len(motion.names) == len(set(motion.names))
+    assert points == len(motion.names)
+    assert len(set(motion.names)) == points or any("more than once" in note for note in motion.notes)
     assert frames > 0
+    assert points > 0
     assert np.array_equal(motion.valid, np.isfinite(motion.positions_mm).all(axis=-1))
     assert np.isnan(motion.positions_mm[~motion.valid]).all()
     assert motion.angles_deg.shape == (frames, len(motion.channels))
     assert np.isfinite(motion.frame_rate_hz)
     assert motion.frame_rate_hz > 0
+    assert motion.units
 
 
 def replace(path: Path, old: str, new: str) -> None:
@@ -28,3 +37,26 @@ def replace(path: Path, old: str, new: str) -> None:
     text = path.read_bytes().decode()
     assert text.count(old) == 1
     path.write_bytes(text.replace(old, new).encode())
+
+
+def source_mapping(name: str) -> SourceMapping:
+    """The mapping of ``conf/skeleton/<name>.yaml``, its types checked."""
+    content = OmegaConf.to_container(OmegaConf.load(ROOT / "conf" / "skeleton" / f"{name}.yaml"))
+    assert isinstance(content, dict)
+    assert content.pop("defaults") == ["base_skeleton"]
+    mapping = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(SourceMapping), content))
+    assert isinstance(mapping, SourceMapping)
+    return mapping
+
+
+def recording(names: tuple[str, ...], positions_mm: np.ndarray) -> MotionCapture:
+    """A recording (T, P, 3) of points in millimetres at 120 Hz."""
+    return MotionCapture(
+        names=names,
+        positions_mm=positions_mm,
+        valid=np.isfinite(positions_mm).all(axis=-1),
+        frame_rate_hz=120.0,
+        units="mm",
+        channels=(),
+        angles_deg=np.empty((len(positions_mm), 0)),
+    )

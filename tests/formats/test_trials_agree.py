@@ -12,13 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from omegaconf import OmegaConf
 
-from pipeline.formats import c3d
-from pipeline.formats.acclaim import amc as asf_amc
-from pipeline.skeleton import WALKER15, SourceMapping, map_joints
+from pipeline.formats import acclaim, c3d
+from pipeline.skeleton import WALKER15, map_joints
+from tests.formats.contract import source_mapping
 
-CONF = Path(__file__).parents[2] / "conf" / "skeleton"
 MAPPINGS = ("plugin_gait", "cmu_41_markers", "walker15")
 
 # Median distance over the frames in mm: what was measured (the worse side), plus a margin of about a quarter.
@@ -28,15 +26,6 @@ MEASURED_MM = {
     "02_01": dict(zip(JOINTS, (43, 22, 32, 61, 52, 16, 19, 26, 11), strict=True)),
     "49_04": dict(zip(JOINTS, (56, 28, 20, 73, 66, 38, 41, 52, 46), strict=True)),
 }
-
-
-def mapping_of(name: str) -> SourceMapping:
-    content = OmegaConf.to_container(OmegaConf.load(CONF / f"{name}.yaml"))
-    assert isinstance(content, dict)
-    assert content.pop("defaults") == ["base_skeleton"]
-    mapping = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(SourceMapping), content))
-    assert isinstance(mapping, SourceMapping)
-    return mapping
 
 
 def turned_onto(moved: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
@@ -65,10 +54,10 @@ def test_yaw_and_translation_are_found() -> None:
 def test_markers_and_skeleton_agree(trial: str) -> None:
     folder = Path(os.environ["MOCAP_MIRROR"]) / "cmu"
     markers = c3d.read(folder / "c3d" / f"{trial}.c3d")
-    skeleton = asf_amc.read(folder / trial[:2] / f"{trial}.amc")
+    skeleton = acclaim.read(folder / trial[:2] / f"{trial}.amc")
     assert markers.frame_rate_hz == skeleton.frame_rate_hz == 120.0
-    from_markers, _ = map_joints(markers, mapping_of("cmu_41_markers"))
-    from_skeleton, _ = map_joints(skeleton, mapping_of("cmu_asf"))
+    from_markers, _ = map_joints(markers, source_mapping("cmu_41_markers"))
+    from_skeleton, _ = map_joints(skeleton, source_mapping("cmu_asf"))
     assert from_markers.shape == from_skeleton.shape  # frame by frame, nothing resampled
     turned, yaw = turned_onto(from_skeleton, from_markers)
     assert abs(np.degrees(yaw)) < 1.0  # both have the laboratory's axes
@@ -82,7 +71,7 @@ def test_markers_and_skeleton_agree(trial: str) -> None:
 @pytest.mark.parametrize("name", MAPPINGS)
 def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
     """Left and right are treated alike, so no side is mixed up; each joint has a rule of weight one."""
-    mapping = mapping_of(name)
+    mapping = source_mapping(name)
     assert mapping.name == name
     other = {joint: WALKER15.joints[m] for joint, m in zip(WALKER15.joints, WALKER15.mirror, strict=True)}
 
@@ -110,7 +99,7 @@ def test_plug_in_gait_recordings_become_children() -> None:
     paths = sorted((Path(os.environ["MOCAP_MIRROR"]) / "biomechzoo").glob("*.c3d"))
     assert len(paths) == 16
     for path in paths:
-        positions, valid = map_joints(c3d.read(path), mapping_of("plugin_gait"))
+        positions, valid = map_joints(c3d.read(path), source_mapping("plugin_gait"))
         assert valid.mean() > 0.95, path
         height = dict(zip(WALKER15.joints, np.nanmedian(positions[..., 2], axis=0), strict=True))
         assert 950 < height["head"] < 1700, path
@@ -128,8 +117,8 @@ def test_plug_in_gait_recordings_become_children() -> None:
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
 def test_the_markers_alone_come_near_the_model() -> None:
     """Rules under `otherwise` against the model's segment origins: the distances that the file states."""
-    mapping = mapping_of("plugin_gait")
-    markers_only = mapping_of("plugin_gait")
+    mapping = source_mapping("plugin_gait")
+    markers_only = source_mapping("plugin_gait")
     markers_only.joints = {joint: mapping.joints[joint] for joint in ("head", "sternum")}
     distances = []
     for path in sorted((Path(os.environ["MOCAP_MIRROR"]) / "biomechzoo").glob("*.c3d")):

@@ -1,6 +1,7 @@
-"""Acclaim motions (AMC): joint angles in, positions of bone ends out, by the skeleton beside them.
+"""Acclaim motions (AMC): joint angles in, positions of bone ends out, by the skeleton (ASF) beside them.
 
-The conventions are those of `pipeline.formats.asf`; the root's translation is in the skeleton's unit of length.
+The conventions are those of `pipeline.formats.acclaim.asf`; the root's translation is in the skeleton's unit of
+length.
 """
 
 from __future__ import annotations
@@ -13,41 +14,35 @@ import numpy as np
 
 from pipeline.formats.acclaim.asf import SHIFTS, TURNS, AsfSkeleton, forward_kinematics, read_skeleton
 from pipeline.formats.acclaim.sections import text_without_comments
-from pipeline.formats.text import LARGEST, is_number, parse_numbers
+from pipeline.formats.contract import damaged, motion_capture
+from pipeline.formats.text import read_numbers
 from pipeline.skeleton import MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.validation import require_range
+
+FRAME_RATE_HZ = 120.0
+"""Frame rate of the public recordings in this format, which does not state it."""
 
 _FRAME_NUMBER = re.compile(r"^[ \t]*(\d{1,9})[ \t]*$", re.MULTILINE)
 
 
-def read(
-    path: str | Path,
-    *,
-    skeleton_path: str | Path | None = None,
-    frame_rate_hz: float = 120.0,
-    units: str | None = None,
-) -> MotionCapture:
-    """Positions of the bone ends in an AMC file, in the file's axes.
+def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read positions of the bone ends from an AMC file and its skeleton, in the file's axes.
 
     Parameters
     ----------
     path : str or Path
-        The motion (.amc).
-    skeleton_path : str or Path, optional
-        The skeleton (.asf).  By default the one beside the motion, or else one folder up: the only one, or the
-        one whose name is the longest beginning of the motion's name (``16.asf`` for ``16_11.amc``).
-    frame_rate_hz : float
-        The format does not state it.
+        The motion (.amc); `skeleton_of` says which skeleton belongs to it.
+    frame_rate_hz : float, optional
+        Frames per second; `FRAME_RATE_HZ` if not given.
     units : str, optional
         Unit of length to use in place of the skeleton's own, e.g. ``"cm"`` or ``"in/0.45"``.
 
     Returns
     -------
     MotionCapture
-        Points ``root`` and the bones as the skeleton lists them; `channels` in the order in which the motion
-        lists them, angles as written (converted to degrees if in radians), root translation left out
-        because it is the position of ``root``.  A NaN in the file makes the points that depend on it
-        invalid, and is noted.
+        Points: ``root``, then the bones as the skeleton lists them.  Channels: in the order of the motion,
+        without the root's translation, which is the position of ``root``.  Angles: degrees.  A NaN in the
+        file makes the points that depend on it invalid, and is noted.
 
     Raises
     ------
@@ -55,26 +50,21 @@ def read(
         If either file is missing, cut short or contradicts itself or the other.
     """
     path = Path(path)
-    if not (np.isfinite(frame_rate_hz) and frame_rate_hz > 0):
-        raise InvalidInput(
-            "the frame rate is not positive", where=path.name, expected="hertz", received=str(frame_rate_hz)
-        )
-    skeleton = read_skeleton(skeleton_path or skeleton_of(path), units=units)
-    text = text_without_comments(path)
+    rate = FRAME_RATE_HZ if frame_rate_hz is None else frame_rate_hz
+    require_range(f"{path.name}, option frame_rate_hz", rate, above=0, unit="Hz")
+    text, notes = text_without_comments(path)
+    skeleton = read_skeleton(skeleton_of(path), units=units)
     first = _FRAME_NUMBER.search(text)
     if first is None:
-        raise InvalidInput("no frame found", where=path.name, expected="an AMC motion with numbered frames")
-    radians, notes = _header(text[: first.start()], skeleton.radians, path.name)
+        raise damaged("no frame found", path.name, "an AMC motion with numbered frames")
+    radians = _header(text[: first.start()], skeleton.radians, path.name, notes)
     body = text[first.start() :]
     layout = _layout(body, skeleton, path.name)
-    found = _columns_at_fixed_places(body, layout) or _columns_by_line(body, layout, path.name)
-    numbers, columns = found
+    numbers, columns = _columns_at_fixed_places(body, layout) or _columns_by_line(body, layout, path.name)
     start = _check_numbering(numbers, path.name)
     values = _values(columns, layout, start, path.name)
     if start != 1:
         notes.append(f"Frames are numbered from {start}.")
-    if not text.endswith("\n"):
-        notes.append("The file does not end with a line break; its last number may have been cut short.")
 
     # The motion lists its bones in any order: its columns are put in the skeleton's order for the kinematics.
     written = [f"{name}.{freedom}" for name, freedoms in layout for freedom in freedoms]
@@ -84,32 +74,23 @@ def read(
     for axis, shift in enumerate(SHIFTS):
         if f"root.{shift}" in at:
             root_mm[:, axis] = values[:, at[f"root.{shift}"]] * skeleton.millimetres
-    positions = forward_kinematics(skeleton, angles, root_mm)
-    valid = np.isfinite(positions).all(axis=-1)
-    if not valid.all():
-        gaps = int((~valid).any(axis=1).sum())
-        notes.append(f"{gaps} of {len(values)} frames have NaN; the points that depend on them are invalid.")
-    positions[~valid] = np.nan
     turns = [c for c, channel in enumerate(written) if channel[-2:] in TURNS]
-    return MotionCapture(
-        names=skeleton.names,
-        positions_mm=positions,
-        valid=valid,
-        frame_rate_hz=float(frame_rate_hz),
-        units=skeleton.units,
-        channels=tuple(written[c] for c in turns),
+    return motion_capture(
+        skeleton.names,
+        forward_kinematics(skeleton, angles, root_mm),
+        rate,
+        skeleton.units,
+        notes,
+        channels=[written[c] for c in turns],
         angles_deg=values[:, turns] * (1.0 if radians == np.pi / 180 else np.degrees(radians)),
-        notes=tuple(notes),
     )
 
 
 def skeleton_of(path: Path) -> Path:
-    """The skeleton that belongs to a motion: in its folder, or else one folder up.
+    """Find the skeleton (.asf) of a motion (.amc): in its folder, or else one folder up.
 
-    Parameters
-    ----------
-    path : Path
-        The motion (.amc).
+    It is the only one there, or the one whose name is the longest beginning of the motion's name (``16.asf`` for
+    ``16_11.amc``).
 
     Raises
     ------
@@ -121,7 +102,8 @@ def skeleton_of(path: Path) -> Path:
         try:
             found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
-            raise InvalidInput("the folder cannot be read", where=str(folder), received=str(error)) from None
+            what, received = "the folder of its skeleton cannot be read", error.strerror or ""
+            raise damaged(what, path.name, received=received) from None
         if found:
             break
     if len(found) > 1:
@@ -129,32 +111,23 @@ def skeleton_of(path: Path) -> Path:
         longest = max((len(p.stem) for p in begins), default=0)
         found = [p for p in begins if len(p.stem) == longest] or found
     if len(found) != 1:
-        raise InvalidInput(
-            "the skeleton of this motion is not clear",
-            where=path.name,
-            expected="one .asf beside it or one folder up, or `skeleton_path`",
-            received=", ".join(p.name for p in found) or "none",
-        )
+        names, expected = ", ".join(p.name for p in found) or "none", "one .asf beside it or one folder up"
+        raise damaged("the skeleton of this motion is not clear", path.name, expected, names)
     return found[0]
 
 
-def _header(header: str, radians: float, where: str) -> tuple[float, list[str]]:
-    """Radians in one unit of angle of the motion, and notes on lines that are not used."""
-    notes = []
+def _header(header: str, radians: float, where: str, notes: list[str]) -> float:
+    """Radians in one unit of angle of the motion; lines that are not used are noted."""
     for line in filter(None, map(str.strip, header.split("\n"))):
         if not line.startswith(":"):
-            raise InvalidInput(
-                "the header has a line that is no keyword",
-                where=where,
-                expected=":FULLY-SPECIFIED, :DEGREES, then the frame's number",
-                received=repr(line[:40]),
-            )
+            expected = ":FULLY-SPECIFIED, :DEGREES, then the number of a frame"
+            raise damaged("the header has a line that is no keyword", where, expected, f"{line!r:.40}")
         keyword = line.upper()
         if keyword in (":DEGREES", ":RADIANS"):
             radians = np.pi / 180 if keyword == ":DEGREES" else 1.0
         elif keyword != ":FULLY-SPECIFIED":
             notes.append(f"The header line {line!r} is not used.")
-    return radians, notes
+    return radians
 
 
 _Layout = list[tuple[str, tuple[str, ...]]]
@@ -172,16 +145,13 @@ def _layout(body: str, skeleton: AsfSkeleton, where: str) -> _Layout:
         if words := line.split():
             p = known.get(words[0].lower())
             if p is None:
-                raise InvalidInput("the skeleton has no such bone", where=place, received=repr(words[0][:40]))
+                raise damaged("the skeleton has no such bone", place, received=f"{words[0]!r:.40}")
             layout.append((skeleton.names[p], skeleton.freedoms[p]))
     names = [name for name, _ in layout]
     for name, freedoms in zip(skeleton.names, skeleton.freedoms, strict=True):
         if names.count(name) > 1 or (freedoms and name not in names):
-            raise InvalidInput(
-                "a bone is missing or stands twice",
-                where=place,
-                expected=f"one line for {name}",
-                received=str(names.count(name)),
+            raise damaged(
+                "a bone is missing or stands twice", place, f"one line for {name}", names.count(name)
             )
     return layout
 
@@ -210,7 +180,7 @@ def _columns_at_fixed_places(body: str, layout: _Layout) -> tuple[list[str], lis
 
 
 def _columns_by_line(body: str, layout: _Layout, where: str) -> tuple[list[str], list[list[str]]]:
-    """Frame numbers and one column of words per channel, line by line: bones in any order, or a InvalidInput."""
+    """Frame numbers and one column of words per channel, line by line: bones in any order."""
     bones = {name.lower(): (name, len(freedoms)) for name, freedoms in layout}
     numbers: list[str] = []
     frames: list[dict[str, list[str]]] = []
@@ -224,61 +194,42 @@ def _columns_by_line(body: str, layout: _Layout, where: str) -> tuple[list[str],
             continue
         place = f"{where}, frame {numbers[-1]}"
         if words[0].lower() not in bones:
-            raise InvalidInput("no such bone in the first frame", where=place, received=repr(words[0][:40]))
+            raise damaged("no such bone in the first frame", place, received=f"{words[0]!r:.40}")
         name, width = bones[words[0].lower()]
-        if name in frames[-1] or len(words) != 1 + width:
-            raise InvalidInput(
-                "a bone stands twice" if name in frames[-1] else "a bone has a wrong number of values",
-                where=f"{place}, bone {name}",
-                expected=str(width),
-                received=str(len(words) - 1),
-            )
+        if name in frames[-1]:
+            raise damaged("a bone stands twice", f"{place}, bone {name}")
+        if len(words) != 1 + width:
+            place += f", bone {name}"
+            raise damaged("a bone has a wrong number of values", place, width, len(words) - 1)
         frames[-1][name] = words[1:]
     for number, frame in zip(numbers, frames, strict=True):
         missing = [name for name, _ in layout if name not in frame]
         if missing:
-            is_last = frame is frames[-1]
-            raise InvalidInput(
-                "the file is cut short: the last frame is not whole" if is_last else "a bone is missing",
-                where=f"{where}, frame {number}, bone {missing[0]}",
-            )
+            what = "the file is cut short" if frame is frames[-1] else "the frame is not whole"
+            raise damaged(f"{what}: a bone is missing", f"{where}, frame {number}, bone {missing[0]}")
     return numbers, [
         [frame[name][k] for frame in frames] for name, freedoms in layout for k in range(len(freedoms))
     ]
 
 
 def _check_numbering(words: list[str], where: str) -> int:
-    """The first frame's number; frames that are missing or repeated are refused, never closed up."""
+    """Return the first frame's number.  Raises InvalidInput if frames are missing or repeated."""
     numbers = [int(word) for word in words]
     for before, after in itertools.pairwise(numbers):
         if after != before + 1:
-            raise InvalidInput(
-                "frames are missing or repeated",
-                where=f"{where}, after frame {before}",
-                expected=str(before + 1),
-                received=str(after),
-            )
+            place = f"{where}, after frame {before}"
+            raise damaged("frames are missing or repeated", place, before + 1, after)
     return numbers[0]
 
 
 def _values(columns: list[list[str]], layout: _Layout, start: int, where: str) -> np.ndarray:
     """(T, C) float64 from columns of words; NaN stays."""
-    labels = [(name, freedom) for name, freedoms in layout for freedom in freedoms]
+    labels = [f"bone {name}, {freedom}" for name, freedoms in layout for freedom in freedoms]
     if not labels:
-        raise InvalidInput("nothing moves: the skeleton has no degrees of freedom", where=where)
-    values = np.empty((len(columns[0]), len(columns)))
-    for c, column in enumerate(columns):
-        try:
-            values[:, c] = parse_numbers(column)
-            wrong = np.flatnonzero(np.abs(values[:, c]) > LARGEST)
-        except ValueError:
-            wrong = np.array([t for t, word in enumerate(column) if not is_number(word)])
-        if wrong.size:
-            name, freedom = labels[c]
-            raise InvalidInput(
-                "a value cannot be used",
-                where=f"{where}, frame {start + wrong[0]}, bone {name}, {freedom}",
-                expected=f"a number of at most {LARGEST:g}",
-                received=repr(column[wrong[0]][:40]),
-            )
-    return values
+        raise damaged("nothing moves: the skeleton has no degrees of freedom", where)
+    frames = len(columns[0])
+
+    def place(n: int) -> str:
+        return f"{where}, frame {start + n % frames}, {labels[n // frames]}"
+
+    return read_numbers(list(itertools.chain(*columns)), place).reshape(-1, frames).T

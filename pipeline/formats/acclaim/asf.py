@@ -1,4 +1,4 @@
-"""Acclaim skeletons (ASF): bones, and the positions of their ends from joint angles.
+"""Acclaim skeletons (ASF): bones, and positions of their ends from joint angles.
 
 Conventions
 -----------
@@ -11,15 +11,14 @@ Conventions
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.formats.acclaim.sections import read_sections
-from pipeline.formats.text import LARGEST, millimetres_in, parse_numbers
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged
+from pipeline.formats.text import millimetres_in, read_vector
 
 TURNS = ("rx", "ry", "rz")
 SHIFTS = ("tx", "ty", "tz")
@@ -40,17 +39,17 @@ class AsfSkeleton:
     offsets_mm : (P, 3) float64
         From the proximal to the distal end of each bone in the base pose; zero for the root.
     axes : (P, 3, 3) float64
-        C of each bone: the frame in which its angles are counted.
+        C of each bone: the axes about which it turns.
     freedoms : tuple of tuple of str
-        What the motion gives for each point, in its order: ``tx ty tz`` (root only), ``rx ry rz``.
+        Channels of each point in the motion, in their order: ``tx ty tz`` (root only), ``rx ry rz``.
     position_mm : (3,) float64
         Added to every position of the root.
     units : str
         ``"in/0.45"`` for ``length 0.45``, or what the caller gave.
     millimetres : float
-        In one unit of length.
+        Millimetres in one unit of length.
     radians : float
-        In one unit of angle, as the skeleton declares it.
+        Radians in one unit of angle, as the skeleton declares it.
     """
 
     names: tuple[str, ...]
@@ -76,7 +75,7 @@ class AsfSkeleton:
 
 
 def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
-    """Bones of an ASF file, in millimetres.
+    """Read the bones of an ASF file.
 
     Parameters
     ----------
@@ -88,46 +87,43 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
     ------
     InvalidInput
         If the file is missing, incomplete or contradicts itself, has a bone that changes its length or its
-        place, or turns the root before the motion does (a preset that programs read differently).
+        place, or presets an orientation of the root (programs read it differently).
     """
     path = Path(path)
     where = path.name
     sections = read_sections(path)
+    declared = sections.units.get("length")
+    if units is None and declared is None:
+        raise damaged("the unit of length is unknown", where, "`length` under :units, or the option units")
     if units is None:
-        units = _declared_unit(sections.units.get("length"), where)
+        units = "in/" + " ".join(declared or [])
     millimetres = millimetres_in(units, where)
     angle = " ".join(sections.units.get("angle", [])).lower()
     if angle not in ("deg", "rad"):
-        raise InvalidInput("the unit of angle is unknown", where=where, expected="deg or rad", received=angle)
+        raise damaged("the unit of angle is unknown", f"{where}, :units", "deg or rad", f"{angle!r:.40}")
     radians = np.pi / 180 if angle == "deg" else 1.0
 
     root = sections.root
-    orientation = _floats(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
+    orientation = read_vector(root.get("orientation", ["0"] * 3), 3, f"{where}, :root, orientation")
     if np.any(orientation):
-        raise InvalidInput("the root has a preset orientation", where=f"{where}, :root", expected="0 0 0")
-    position = _floats(root.get("position", ["0"] * 3), 3, f"{where}, :root, position")
+        raise damaged("the root has a preset orientation", f"{where}, :root", "0 0 0")
+    position = read_vector(root.get("position", ["0"] * 3), 3, f"{where}, :root, position")
     names = ["root"]
     offsets, axes = [np.zeros(3)], [np.eye(3)]
     freedoms = [_freedoms(root.get("order", []), f"{where}, :root, order", root=True)]
     for bone in sections.bones:
         name = " ".join(bone.get("name", []))
         if not name or " " in name or name.lower() in (n.lower() for n in names):
-            raise InvalidInput(
-                "a bone has no name of its own",
-                where=f"{where}, bone {len(names)} of :bonedata",
-                expected="one word that no other bone has",
-                received=name or "nothing",
-            )
+            place = f"{where}, bone {len(names)} of :bonedata"
+            raise damaged("a bone has no name of its own", place, "one word, once", f"{name!r:.40}")
         place = f"{where}, bone {name}"
-        direction = _floats(bone.get("direction", []), 3, f"{place}, direction")
-        length = float(_floats(bone.get("length", []), 1, f"{place}, length")[0])
+        direction = read_vector(bone.get("direction", []), 3, f"{place}, direction")
+        length = float(read_vector(bone.get("length", []), 1, f"{place}, length")[0])
         norm = float(np.linalg.norm(direction))
         if length < 0 or (length > 0 and norm == 0):
-            raise InvalidInput(
-                "the bone has no direction or a negative length", where=place, received=f"{length:g}"
-            )
+            raise damaged("the bone has no direction or a negative length", place, received=f"{length:g}")
         axis = bone.get("axis", ["0", "0", "0", "XYZ"])
-        turn = _floats(axis[:3], 3, f"{place}, axis") * radians
+        turn = read_vector(axis[:3], 3, f"{place}, axis") * radians
         offsets.append(direction * (length / norm if norm else 0.0) * millimetres)
         axes.append(_rotation(turn, axis[3:], f"{place}, axis"))
         freedoms.append(_freedoms(bone.get("dof", []), f"{place}, dof"))
@@ -150,7 +146,7 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
 def forward_kinematics(
     skeleton: AsfSkeleton, angles_rad: np.ndarray, root_position_mm: np.ndarray
 ) -> np.ndarray:
-    """Positions of the root and of the distal ends of the bones.
+    """Compute positions of the root and of the distal ends of the bones.
 
     Parameters
     ----------
@@ -201,13 +197,11 @@ def _tree(
     for words in hierarchy:
         unknown = [word for word in words if word.lower() not in index]
         if unknown:
-            raise InvalidInput("a bone is not in :bonedata", where=place, received=unknown[0])
+            raise damaged("a bone is not in :bonedata", place, received=f"{unknown[0]!r:.40}")
         parent, *below = (index[word.lower()] for word in words)
         for child in below:
             if child == 0 or parents[child] >= 0:
-                raise InvalidInput(
-                    "a bone has two parents, or the root has one", where=place, received=names[child]
-                )
+                raise damaged("a bone has two parents, or the root has one", place, received=names[child])
             parents[child] = parent
         children.setdefault(parent, []).extend(below)
     order = [0]
@@ -215,7 +209,7 @@ def _tree(
         order.extend(children.get(p, []))
     if len(order) != len(names):
         lost = next(name for p, name in enumerate(names) if p not in order)
-        raise InvalidInput("a bone does not hang on the root", where=place, received=lost)
+        raise damaged("a bone has no path to the root", place, received=lost)
     return tuple(parents), tuple(order)
 
 
@@ -223,15 +217,9 @@ def _freedoms(words: list[str], where: str, *, root: bool = False) -> tuple[str,
     """Degrees of freedom in the order of the file, checked."""
     freedoms = tuple(word.lower() for word in words)
     allowed = TURNS + SHIFTS if root else TURNS
-    for freedom in freedoms:
-        if freedom not in allowed or freedoms.count(freedom) > 1:
-            raise InvalidInput(
-                "a degree of freedom cannot be used",
-                where=where,
-                expected=f"each of {' '.join(allowed)} at most once"
-                + ("" if root else " (a bone keeps its length and its place on its parent)"),
-                received=" ".join(words),
-            )
+    if len(set(freedoms) & set(allowed)) != len(freedoms):
+        expected = f"each of {' '.join(allowed)} at most once" + ("" if root else ", at a constant length")
+        raise damaged("a degree of freedom cannot be used", where, expected, " ".join(words)[:60])
     return freedoms
 
 
@@ -239,7 +227,7 @@ def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarra
     """The (3, 3) rotation of an ``axis`` line: three angles for x, y, z and the order in which they apply."""
     order = "".join(words).lower()
     if sorted(order) != ["x", "y", "z"]:
-        raise InvalidInput("the order of axes is unknown", where=where, expected="e.g. XYZ", received=order)
+        raise damaged("the order of axes is unknown", where, "e.g. XYZ", f"{order!r:.40}")
     rotation = np.eye(3)
     for letter in order:
         axis = "xyz".index(letter)
@@ -250,28 +238,3 @@ def _rotation(angles_rad: np.ndarray, words: list[str], where: str) -> np.ndarra
         turn[i, j] = -turn[j, i]
         rotation = turn @ rotation
     return rotation
-
-
-def _declared_unit(words: list[str] | None, where: str) -> str:
-    """Name of the unit of length that the :units section declares."""
-    if words is None:
-        raise InvalidInput(
-            "the unit of length is unknown", where=where, expected="`length` under :units, or `units`"
-        )
-    return f"in/{' '.join(words)}"
-
-
-def _floats(words: Sequence[str], count: int, where: str) -> np.ndarray:
-    """(count,) finite numbers of a line of the skeleton."""
-    try:
-        numbers = np.array(parse_numbers(words))
-    except ValueError:
-        numbers = np.full(1, np.nan)
-    if len(numbers) != count or not np.all(np.abs(numbers) <= LARGEST):
-        raise InvalidInput(
-            "the line cannot be used",
-            where=where,
-            expected=f"{count} numbers" if count > 1 else "one number",
-            received=" ".join(words)[:60] or "nothing",
-        )
-    return numbers

@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.formats.contract import damaged
 from pipeline.formats.text import read_text
-from pipeline.validation import InvalidInput
 
-_COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a broken number, not a comment
+_COMMENT = re.compile(r"#(?<!\S#)[^\n]*")  # not inside a word: `-1.#IND` is a broken number
 _KEYS = ["name", "direction", "length", "axis", "dof", "order", "position", "orientation", "angle"]
 
 
@@ -24,14 +24,14 @@ class Sections:
 
 
 def read_sections(path: Path) -> Sections:
-    """The words of an ASF file by section.
+    """Read the words of an ASF file by section.
 
     Raises
     ------
     InvalidInput
         If the file cannot be read, its ``begin`` and ``end`` do not match, or it has no bones or no hierarchy.
     """
-    where, text = path.name, text_without_comments(path)
+    where, (text, _) = path.name, text_without_comments(path)
     found = Sections({}, {}, [], [])
     section, is_open = "", False
     # Commas and brackets count as blanks in this format.
@@ -39,14 +39,14 @@ def read_sections(path: Path) -> Sections:
         words = line.split()
         if not words:
             continue
-        key = words[0].lower()
+        key, place = words[0].lower(), f"{where}, line {number}"
         if key.startswith(":"):
             if is_open:
-                raise InvalidInput("a `begin` has no `end`", where=f"{where}, line {number}", received=key)
+                raise damaged("a `begin` has no `end`", place, received=key)
             section = key
         elif section in (":bonedata", ":hierarchy") and key in ("begin", "end"):
             if is_open == (key == "begin"):
-                raise InvalidInput("`begin` and `end` do not alternate", where=f"{where}, line {number}")
+                raise damaged("`begin` and `end` do not alternate", place)
             is_open = key == "begin"
             if is_open and section == ":bonedata":
                 found.bones.append({})
@@ -54,19 +54,19 @@ def read_sections(path: Path) -> Sections:
             found.hierarchy.append(words)
         elif section in (":units", ":root", ":bonedata"):
             if section == ":bonedata" and not is_open:
-                raise InvalidInput("a line stands outside `begin` and `end`", where=f"{where}, line {number}")
+                raise damaged("a line stands outside `begin` and `end`", place)
             entries = found.bones[-1] if section == ":bonedata" else getattr(found, section[1:])
             if key in entries and key in _KEYS:
-                raise InvalidInput(f"`{key}` stands twice", where=f"{where}, line {number}, {section}")
+                raise damaged(f"`{key}` stands twice", f"{place}, {section}")
             entries[key] = words[1:]
     if is_open:
-        raise InvalidInput("the file is cut short: a `begin` has no `end`", where=where)
+        raise damaged("the file is cut short: a `begin` has no `end`", where)
     if not found.bones or not found.hierarchy:
-        raise InvalidInput("no bones or no hierarchy", where=where, expected=":bonedata and :hierarchy")
+        raise damaged("no bones or no hierarchy", where, ":bonedata and :hierarchy")
     return found
 
 
-def text_without_comments(path: Path) -> str:
-    """The text of an ASF or AMC file without its comments, lines ended by one character."""
-    text = read_text(path)
-    return _COMMENT.sub("", text) if "#" in text else text
+def text_without_comments(path: Path) -> tuple[str, list[str]]:
+    """Read the text of an ASF or AMC file without its comments, and notes, as `read_text` does."""
+    text, notes = read_text(path)
+    return _COMMENT.sub("", text) if "#" in text else text, notes

@@ -1,4 +1,4 @@
-"""Biovision hierarchies with motion (BVH): channels in, positions of joints out."""
+"""Biovision hierarchies with motion (BVH)."""
 
 from pipeline.formats.bvh.motion import read
 

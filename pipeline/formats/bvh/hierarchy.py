@@ -1,4 +1,4 @@
-"""Hierarchies of BVH files: joints, and their positions from the values of their channels.
+"""Hierarchies of BVH files: joints, and positions of joints from the values of their channels.
 
 Conventions
 -----------
@@ -15,8 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.formats.text import LARGEST, is_number, parse_numbers
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged
 
 _CHANNEL = re.compile(r"([xyz])(position|rotation)", re.IGNORECASE)
 
@@ -44,7 +43,7 @@ class BvhSkeleton:
 
 
 def forward_kinematics(skeleton: BvhSkeleton, values: np.ndarray) -> np.ndarray:
-    """Positions of joints and end sites.
+    """Compute positions of joints and end sites.
 
     Parameters
     ----------
@@ -87,7 +86,7 @@ def forward_kinematics(skeleton: BvhSkeleton, values: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Joint:
-    """A joint while the hierarchy is read."""
+    """A joint or end site as the file describes it; `line` is where it begins."""
 
     name: str
     parent: int
@@ -98,7 +97,13 @@ class Joint:
 
 
 def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
-    """Joints in the order of the file, and the index of the line ``MOTION``."""
+    """Read the joints in the order of the file, and the index of the line ``MOTION``.
+
+    Raises
+    ------
+    InvalidInput
+        If the hierarchy has no end, its braces do not match, or a line cannot be read.
+    """
     joints: list[Joint] = []
     names: set[str] = set()
     open_joints: list[int] = []
@@ -111,31 +116,21 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
             key = key.upper()
             if not started:
                 if key != "HIERARCHY" or words:
-                    raise InvalidInput(
-                        "not a BVH file", where=place, expected="HIERARCHY", received=repr(part[:40])
-                    )
+                    raise damaged("this is not a BVH file", place, "HIERARCHY", f"{part!r:.40}")
                 started = True
             elif awaits_brace != (key == "{"):
-                raise InvalidInput(
-                    "braces do not match",
-                    where=place,
-                    expected="{" if awaits_brace else "no {",
-                    received=repr(part[:40]),
-                )
+                expected = "{" if awaits_brace else "no {"
+                raise damaged("braces do not match", place, expected, f"{part!r:.40}")
             elif key == "{":
                 awaits_brace = False
             elif key == "}":
                 if not open_joints:
-                    raise InvalidInput("a } too many", where=place)
+                    raise damaged("a } too many", place)
                 open_joints.pop()
             elif key == "MOTION":
                 if open_joints:
                     lost = joints[open_joints[-1]]
-                    raise InvalidInput(
-                        f"the brace of {lost.name!r} (line {lost.line}) is not closed",
-                        where=place,
-                        expected="}",
-                    )
+                    raise damaged(f"the brace of {lost.name!r} (line {lost.line}) is not closed", place, "}")
                 return joints, number - 1
             elif key in ("ROOT", "JOINT", "END"):
                 joint = _new_joint(joints, open_joints, names, key, " ".join(words), place, number)
@@ -145,13 +140,9 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
             elif key in ("OFFSET", "CHANNELS") and open_joints:
                 _describe(joints[open_joints[-1]], key, words, place)
             else:
-                raise InvalidInput(
-                    "the hierarchy has a line that cannot be read",
-                    where=place,
-                    expected="ROOT, JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION",
-                    received=repr(part[:40]),
-                )
-    raise InvalidInput("the file is cut short: no MOTION", where=where)
+                expected = "ROOT, JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION"
+                raise damaged("a line of the hierarchy cannot be read", place, expected, f"{part!r:.40}")
+    raise damaged("the file is cut short: no MOTION", where)
 
 
 def _new_joint(
@@ -165,11 +156,8 @@ def _new_joint(
 ) -> Joint:
     """A joint or end site under the joint whose brace is open."""
     if (key == "ROOT") == bool(open_joints):
-        raise InvalidInput(
-            f"{key} stands {'inside' if open_joints else 'outside'} a joint",
-            where=place,
-            expected="ROOT around JOINT and End Site",
-        )
+        side = "inside" if open_joints else "outside"
+        raise damaged(f"{key} stands {side} a joint", place, "ROOT around JOINT and End Site")
     parent = open_joints[-1] if open_joints else -1
     if key == "END":
         # More than one end of the same joint is legal: the second is `<parent>_end2`.
@@ -177,48 +165,26 @@ def _new_joint(
         count = sum(joint.is_end and joint.parent == parent for joint in joints)
         name = base if count == 0 else f"{base}{count + 1}"
     if parent >= 0 and joints[parent].is_end:
-        raise InvalidInput("a joint stands inside an End Site", where=place, received=name)
+        raise damaged("a joint stands inside an End Site", place, received=f"{name!r:.40}")
     if not name or name in names:
-        raise InvalidInput(
-            "a joint has no name of its own", where=place, expected="a new name", received=repr(name[:40])
-        )
+        raise damaged("a joint has no name of its own", place, "a new name", f"{name!r:.40}")
     names.add(name)
     return Joint(name=name, parent=parent, line=number, is_end=key == "END")
 
 
 def _describe(joint: Joint, key: str, words: list[str], place: str) -> None:
     """Store the offset or the channels of a joint."""
+    received = " ".join(words)[:80]
     if key == "OFFSET":
         if joint.offset or len(words) != 3:
-            raise InvalidInput(
-                f"the offset of {joint.name!r} cannot be read",
-                where=place,
-                expected="three numbers, once",
-                received=" ".join(words)[:60],
-            )
+            what = f"the offset of {joint.name!r} cannot be read"
+            raise damaged(what, place, "three numbers, once", received)
         joint.offset = words
         return
     found = [_CHANNEL.fullmatch(word) for word in words[1:]]
     channels = [("r" if m[2].lower() == "rotation" else "t") + m[1].lower() for m in found if m]
     is_counted = bool(words) and words[0] == str(len(words) - 1)
     if joint.is_end or joint.channels or not is_counted or len(set(channels)) != len(words) - 1:
-        raise InvalidInput(
-            f"the channels of {joint.name!r} cannot be read",
-            where=place,
-            expected="their count, then each of Xposition … Zrotation at most once",
-            received=" ".join(words)[:80],
-        )
+        expected = "their count, then each of Xposition … Zrotation at most once"
+        raise damaged(f"the channels of {joint.name!r} cannot be read", place, expected, received)
     joint.channels = channels
-
-
-def usable_offset(joint: Joint, where: str) -> list[float]:
-    """The offset as three finite numbers."""
-    numbers = parse_numbers(joint.offset) if joint.offset and all(map(is_number, joint.offset)) else []
-    if not numbers or not all(abs(number) <= LARGEST for number in numbers):
-        raise InvalidInput(
-            f"the joint {joint.name!r} has no usable OFFSET",
-            where=f"{where}, line {joint.line}",
-            expected="three numbers",
-            received=" ".join(joint.offset)[:60] or "nothing",
-        )
-    return numbers

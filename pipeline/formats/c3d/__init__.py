@@ -1,4 +1,4 @@
-"""C3D files: the trajectories of 3D points, without any native code."""
+"""C3D files: trajectories of points, read without native code."""
 
 from pipeline.formats.c3d.points import read
 

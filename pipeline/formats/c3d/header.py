@@ -1,13 +1,12 @@
-"""The first block of a C3D file, and how its processor writes numbers."""
+"""The first block of a C3D file, and numbers as its processor writes them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import BinaryIO
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged
 
 BLOCK = 512
 _INTEL, _DEC, MIPS = 84, 85, 86
@@ -33,44 +32,30 @@ class Header:
     rate: float
 
 
-def read_header(handle: BinaryIO, size: int, where: str) -> Header:
-    """The header of an open file of `size` bytes.
+def read_header(data: bytes, where: str) -> Header:
+    """Read the header of a file.
 
     Raises
     ------
     InvalidInput
         If the file is not C3D, ends before its parameters, or was written by an unknown processor.
     """
-    head = np.frombuffer(handle.read(BLOCK), dtype=np.uint8)
-    if head.size < 2 or head[1] != 0x50 or head[0] < 2:
-        raise InvalidInput(
-            "this is not a C3D file",
-            where=f"{where}, byte 0",
-            expected="a block number above 1, then 0x50",
-            received=head[:2].tobytes().hex(" ") or "an empty file",
-        )
-    parameters_at = (int(head[0]) - 1) * BLOCK
-    if size < parameters_at + BLOCK:
-        raise InvalidInput(
-            "the file is truncated before the end of its parameters",
-            where=where,
-            expected=f"at least {parameters_at + BLOCK} bytes",
-            received=f"{size}",
-        )
-    handle.seek(parameters_at)
-    _, _, blocks, processor = handle.read(4)
+    if len(data) < 2 or data[1] != 0x50 or data[0] < 2:
+        place, received = f"{where}, byte 0", data[:2].hex(" ")
+        raise damaged("this is not a C3D file", place, "a block number above 1, then 0x50", received)
+    begin = (data[0] - 1) * BLOCK
+    if len(data) < begin + BLOCK:
+        expected = f"at least {begin + BLOCK} bytes"
+        raise damaged("the file is truncated before the end of its parameters", where, expected, len(data))
+    _, _, blocks, processor = data[begin : begin + 4]
     if processor not in _BYTE_ORDER:
-        raise InvalidInput(
-            "the processor type is unknown",
-            where=f"{where}, byte {parameters_at + 3}",
-            expected="84 (Intel), 85 (DEC) or 86 (MIPS)",
-            received=str(processor),
-        )
-    words = integers(head[:24], processor).astype(int)
-    scale, rate = (float(floats(head[at : at + 4], processor)[0]) for at in (12, 20))
+        place, expected = f"{where}, byte {begin + 3}", "84 (Intel), 85 (DEC) or 86 (MIPS)"
+        raise damaged("the processor type is unknown", place, expected, processor)
+    words = integers(data[:24], processor).astype(int)
+    scale, rate = (float(floats(data[at : at + 4], processor)[0]) for at in (12, 20))
     return Header(
         processor=processor,
-        parameters_at=parameters_at,
+        parameters_at=begin,
         parameter_blocks=blocks,
         points=int(words[1]),
         analog=int(words[2]),
@@ -83,18 +68,18 @@ def read_header(handle: BinaryIO, size: int, where: str) -> Header:
     )
 
 
-def integers(raw: np.ndarray, processor: int, *, signed: bool = False) -> np.ndarray:
+def integers(raw: bytes, processor: int, *, signed: bool = False) -> np.ndarray:
     """16-bit integers (N,) from 2N bytes, as float64: counts are unsigned, coordinates signed."""
-    return raw.view(f"{_BYTE_ORDER[processor]}{'i' if signed else 'u'}2").astype(float)
+    return np.frombuffer(raw, f"{_BYTE_ORDER[processor]}{'i' if signed else 'u'}2").astype(float)
 
 
-def floats(raw: np.ndarray, processor: int) -> np.ndarray:
+def floats(raw: bytes, processor: int) -> np.ndarray:
     """32-bit reals (N,) from 4N bytes, as float64."""
     if processor != _DEC:
         with np.errstate(invalid="ignore"):  # a signalling NaN in a damaged file
-            return raw.view(f"{_BYTE_ORDER[processor]}f4").astype(float)
+            return np.frombuffer(raw, f"{_BYTE_ORDER[processor]}f4").astype(float)
     # VAX F_floating: two little-endian words, the more significant first; value 0.1f (binary) 2^(e-128).
-    halves = raw.view("<u2").astype(np.int64).reshape(-1, 2)
+    halves = np.frombuffer(raw, "<u2").astype(np.int64).reshape(-1, 2)
     bits = halves[:, 0] << 16 | halves[:, 1]
     negative, exponent = bits >> 31, bits >> 23 & 0xFF
     magnitude = np.ldexp(1.0 + (bits & 0x7FFFFF) / 2.0**23, exponent - 129)

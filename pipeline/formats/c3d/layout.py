@@ -1,7 +1,7 @@
 """Where in a C3D file the frames stand, and how many there are.
 
-Numbers stand twice, in the header and among the parameters.  Where the two disagree, the size of the file is
-the referee: exactly one of the declared layouts must fill it.
+Counts stand twice, in the header and among the parameters.  Where the two disagree, the size of the file decides:
+exactly one of the declared layouts must fill it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from itertools import product
 
 from pipeline.formats.c3d.header import BLOCK, Header
 from pipeline.formats.c3d.parameters import Parameters
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged
 
 _COUNTER_LIMIT = 65535
 """Largest count that the 16-bit words of the header and of POINT:FRAMES can hold."""
@@ -47,7 +47,20 @@ class Layout:
 def find_layout(
     header: Header, parameters: Parameters, width: int, size: int, where: str, notes: list[str]
 ) -> Layout:
-    """How the data section is divided: the one declared layout that the file's size bears out.
+    """Find the one declared layout of the data section that fits the file's `size` in bytes.
+
+    Parameters
+    ----------
+    header : Header
+    parameters : Parameters
+    width : int
+        Bytes of one number.
+    size : int
+        Bytes of the file.
+    where : str
+        Name of the file.
+    notes : list of str
+        Contradictions between header and parameters are added.
 
     Raises
     ------
@@ -58,7 +71,7 @@ def find_layout(
     def counts(name: str, *values: float) -> list[int]:
         positive = sorted({int(value) for value in values if value >= 1})
         if not positive:
-            raise InvalidInput(f"the file declares no {name}", where=where)
+            raise damaged(f"the file declares no {name}", where)
         return positive
 
     points = counts("points", header.points, *parameters.numbers("POINT:USED")[:1])
@@ -74,41 +87,31 @@ def find_layout(
     )
     for n in long:
         if 0 < n <= _COUNTER_LIMIT and n not in frames:
-            notes.append(
-                f"A parameter gives {n:g} frames where the header gives {frames[0]}; it is not used."
-            )
+            notes.append(f"A parameter gives {n:g} frames, the header {frames[0]}; the former is not used.")
     begin = header.parameters_at + max(header.parameter_blocks, 1) * BLOCK
     blocks = counts("start of the data", header.data_block, *parameters.numbers("POINT:DATA_START")[:1])
     starts = [at for block in blocks if begin <= (at := (block - 1) * BLOCK) <= size]
     if not starts:
-        raise InvalidInput(
-            "the data do not begin between the parameters and the end of the file",
-            where=f"{where}, byte 16",
-            expected=f"a block from {begin // BLOCK + 1} to {size // BLOCK + 1}",
-            received=_either(blocks),
-        )
+        what = "the data do not begin between the parameters and the end of the file"
+        expected = f"a block from {begin // BLOCK + 1} to {size // BLOCK + 1}"
+        raise damaged(what, f"{where}, byte 16", expected, _either(blocks))
     layouts = [Layout(*choice, width) for choice in product(starts, points, analog, frames)]
     fitting = [layout for layout in layouts if layout.fills(size)]
     ends = sorted({layout.start + layout.needed for layout in layouts})
     declared = f"{_either(points)} points, {_either(analog)} analog samples a frame, {_either(frames)} frames"
     if len(layouts) == 1 and size >= ends[0] + BLOCK:
         if header.last == _COUNTER_LIMIT:
-            raise InvalidInput(
-                "the frame counter of the header is full and nothing gives the true count",
-                where=f"{where}, byte 8",
-                expected="TRIAL:ACTUAL_END_FIELD or POINT:LONG_FRAMES",
-            )
+            what = "the frame counter of the header is full and nothing gives the true count"
+            raise damaged(what, f"{where}, byte 8", "TRIAL:ACTUAL_END_FIELD or POINT:LONG_FRAMES")
         notes.append(f"{size - ends[0]} bytes after the last frame are not read.")
         return layouts[0]
     if len(fitting) != 1:
         what = (
-            "the file is truncated" if size < ends[0] else "the size does not settle what the file declares"
+            "the file is truncated" if size < ends[0] else "the file's size fits no or several declarations"
         )
-        raise InvalidInput(
-            f"{what}: {declared}", where=where, expected=f"{_either(ends)} bytes", received=f"{size}"
-        )
+        raise damaged(f"{what}: {declared}", where, f"{_either(ends)} bytes", size)
     if len(layouts) > 1 and fitting[0].frames <= _COUNTER_LIMIT:
-        notes.append(f"The header and the parameters disagree ({declared}); the file's size settles it.")
+        notes.append(f"The header and the parameters disagree ({declared}); the file's size decides.")
     return fitting[0]
 
 

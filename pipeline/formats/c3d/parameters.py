@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import BinaryIO
-
-import numpy as np
 
 from pipeline.formats.c3d.header import BLOCK, MIPS, Header, floats, integers
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The parameter section, and where in it each ``GROUP:NAME`` has its (kind, dimensions, first byte)."""
+    """The parameter section (first byte `at`), and kind, dimensions and first byte of each ``GROUP:NAME`` in it."""
 
     section: bytes
     at: int
@@ -22,27 +19,26 @@ class Parameters:
     where: str
     entries: dict[str, tuple[int, tuple[int, ...], int]]
 
-    def _content(self, key: str, width: int) -> np.ndarray:
+    def _content(self, key: str, width: int) -> bytes:
         _, dimensions, begin = self.entries[key]
         end = begin + math.prod(dimensions) * width
         if end > len(self.section):
-            raise InvalidInput(
+            what, place = (
                 f"the parameter {key} runs past the end of its section",
-                where=f"{self.where}, byte {self.at + begin}",
-                expected=f"{end - begin} bytes",
-                received=f"{len(self.section) - begin}",
+                f"{self.where}, byte {self.at + begin}",
             )
-        return np.frombuffer(self.section[begin:end], dtype=np.uint8)
+            raise damaged(what, place, f"{end - begin} bytes", len(self.section) - begin)
+        return self.section[begin:end]
 
     def numbers(self, key: str) -> list[float]:
         """The finite values of a numeric parameter, integers read as unsigned; empty if it is absent."""
         kind = self.entries[key][0] if key in self.entries else 0
         if kind == 1:
-            values = self._content(key, 1).astype(float)
+            values = list(self._content(key, 1))
         elif kind == 2:
-            values = integers(self._content(key, 2), self.processor)
+            values = integers(self._content(key, 2), self.processor).tolist()
         elif kind == 4:
-            values = floats(self._content(key, 4), self.processor)
+            values = floats(self._content(key, 4), self.processor).tolist()
         else:
             return []
         return [float(value) for value in values if math.isfinite(value)]
@@ -54,9 +50,13 @@ class Parameters:
         length, *counts = self.entries[key][1] or (1,)
         if length == 0:  # so many strings of no characters
             return []
-        content = self._content(key, 1).tobytes()
+        content = self._content(key, 1)
         pieces = [content[i * length : (i + 1) * length] for i in range(math.prod(counts))]
         return [_text(piece) for piece in pieces]
+
+
+def _signed(byte: int) -> int:
+    return byte - 256 if byte > 127 else byte
 
 
 def _text(raw: bytes) -> str:
@@ -67,8 +67,8 @@ def _text(raw: bytes) -> str:
     return text.split("\0", 1)[0].strip()
 
 
-def read_parameters(handle: BinaryIO, header: Header, size: int, where: str, notes: list[str]) -> Parameters:
-    """The parameters of an open file of `size` bytes; what is doubled in them is noted.
+def read_parameters(data: bytes, header: Header, where: str, notes: list[str]) -> Parameters:
+    """Read the parameters of a file; what is doubled in them is noted.
 
     Raises
     ------
@@ -77,44 +77,37 @@ def read_parameters(handle: BinaryIO, header: Header, size: int, where: str, not
     """
     begin = header.parameters_at
     end = begin + header.parameter_blocks * BLOCK
-    if end > size:
-        raise InvalidInput(
-            "the parameter section runs past the end of the file",
-            where=f"{where}, byte {begin + 2}",
-            expected=f"at least {end} bytes",
-            received=f"{size}",
-        )
+    if end > len(data):
+        what, place = "the parameter section runs past the end of the file", f"{where}, byte {begin + 2}"
+        raise damaged(what, place, f"at least {end} bytes", len(data))
     # The block count is one byte, so a long section is known only by where the data begin.
-    end = max(end, min((header.data_block - 1) * BLOCK, size))
-    handle.seek(begin)
-    section = handle.read(end - begin)
+    section = data[begin : max(end, (header.data_block - 1) * BLOCK)]
     groups: dict[int, str] = {}
     found: list[tuple[int, str, tuple[int, tuple[int, ...], int]]] = []
     at = 4
     while at + 2 <= len(section):
-        name_length, group = (np.frombuffer(section[at : at + 2], dtype=np.int8)).tolist()
+        name_length, group = _signed(section[at]), _signed(section[at + 1])
         if name_length == 0 or group == 0:
             break
         link = at + 2 + abs(name_length)  # where the distance to the next record stands
         if link + 4 > len(section):
-            raise InvalidInput("a parameter record is cut off", where=f"{where}, byte {begin + at}")
+            raise damaged("a parameter record is cut off", f"{where}, byte {begin + at}")
         name = _text(section[at + 2 : link]).upper()
         step = int.from_bytes(section[link : link + 2], "big" if header.processor == MIPS else "little")
         if group < 0:
             groups.setdefault(-group, name)
         else:
-            kind = int(np.frombuffer(section[link + 2 : link + 3], dtype=np.int8)[0])
-            rank = section[link + 3]
-            found.append((group, name, (kind, tuple(section[link + 4 : link + 4 + rank]), link + 4 + rank)))
+            content = link + 4 + section[link + 3]
+            entry = (_signed(section[link + 2]), tuple(section[link + 4 : content]), content)
+            found.append((group, name, entry))
         if step == 0:
             break
         if link + step > len(section):
-            raise InvalidInput(
+            what, place = (
                 f"the record {name!r} points past the end of the parameters",
-                where=f"{where}, byte {begin + link}",
-                expected=f"a step of at most {len(section) - link}",
-                received=str(step),
+                f"{where}, byte {begin + link}",
             )
+            raise damaged(what, place, f"a step of at most {len(section) - link}", step)
         at = max(link + step, link + 2)
     entries: dict[str, tuple[int, tuple[int, ...], int]] = {}
     for group, name, entry in found:

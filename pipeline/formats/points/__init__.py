@@ -1,1 +1,1 @@
-"""formats.points."""
+"""Tables of points as text: TRC and CSV, read and written."""

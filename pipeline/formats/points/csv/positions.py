@@ -1,4 +1,4 @@
-"""Tables of points as text, wide or long, recognised by their header.
+"""Tables of points as text, wide or long as their header says.
 
 Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_x, head_y, head_z``
 (``head.x``, ``head x``, ``HEAD_X`` and ``head_x_mm`` are read too).
@@ -15,23 +15,24 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.points.csv_table import read_header, read_table, unit_of_length
-from pipeline.formats.points.csv_times import frame_index, frame_rate
-from pipeline.formats.points.point_table import positions_to_write
-from pipeline.skeleton import MILLIMETRES, MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged, motion_capture
+from pipeline.formats.points.cells import positions_to_write
+from pipeline.formats.points.csv.table import read_header, read_table, unit_of_length
+from pipeline.formats.points.csv.times import frame_index, frame_rate
+from pipeline.formats.text import millimetres_in
+from pipeline.skeleton import MotionCapture
 
 
-def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str = "mm") -> MotionCapture:
-    """The points of a table, in millimetres and in the file's own axes.
+def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read the points of a table, in the file's axes.
 
     Parameters
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Needed when the table has no column of times; must agree with it within 1 % if it has.
-    units : str
-        The unit of length where the table itself names none.
+        Needed if the table has no column of times; must agree with the times within 1 % if it has.
+    units : str, optional
+        Unit of length if the table names none; ``"mm"`` if not given.
 
     Returns
     -------
@@ -46,7 +47,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str = "
     """
     table = read_table(Path(path))
     columns = read_header(table)
-    unit = unit_of_length(table, columns, units)
+    unit = unit_of_length(table, columns, "mm" if units is None else units)
+    millimetres = millimetres_in(unit, table.where)
     index = frame_index(table, columns)
     rate = frame_rate(table, columns, index, frame_rate_hz)
     frames = int(index.max()) + 1
@@ -62,40 +64,23 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str = "
         sample = (index[:, None] * len(names) + np.arange(len(names))).reshape(-1)
         values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
     if "" in names:
-        raise InvalidInput("a point has no name", where=f"{path}, line {table.lines[cells.index('')]}")
+        raise damaged("a point has no name", table.place(cells.index("")))
     # A row may name a far frame or a new point; memory stays in proportion to the file.
     if frames * len(names) > 1000 + 64 * len(sample):
-        raise InvalidInput(
-            "the table is nearly empty: frame numbers jump, or points have too many names",
-            where=str(path),
-            expected="a value for most frames and points",
-            received=f"{len(sample)} samples for {frames} frames of {len(names)} points",
-        )
+        what = "the table is nearly empty: frame numbers jump, or points have too many names"
+        received = f"{len(sample)} samples for {frames} frames of {len(names)} points"
+        raise damaged(what, table.where, "a value for most frames and points", received)
     order = np.argsort(sample, kind="stable")
     again = order[1:][np.diff(sample[order]) == 0]
     if again.size:
         k = int(again.min())
-        raise InvalidInput(
-            f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)",
-            where=f"{path}, line {table.lines[k * len(index) // len(sample)]}",
-            expected="one row for each frame and point",
-        )
+        what = f"the point {names[sample[k] % len(names)]!r} stands twice in one frame (two people?)"
+        raise damaged(what, table.place(k * len(index) // len(sample)), "one row for each frame and point")
     positions = np.full((frames * len(names), 3), np.nan)
-    positions[sample] = values * MILLIMETRES[unit]
-    valid = np.isfinite(positions).all(axis=-1)
-    positions[~valid] = np.nan
+    positions[sample] = values * millimetres
     if absent := len(positions) - len(sample):
         table.notes.append(f"{absent} of {len(positions)} samples have no row and are missing.")
-    return MotionCapture(
-        names=names,
-        positions_mm=positions.reshape(frames, len(names), 3),
-        valid=valid.reshape(frames, len(names)),
-        frame_rate_hz=rate,
-        units=unit,
-        channels=(),
-        angles_deg=np.empty((frames, 0)),
-        notes=tuple(table.notes),
-    )
+    return motion_capture(names, positions.reshape(frames, len(names), 3), rate, unit, table.notes)
 
 
 def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
@@ -107,7 +92,7 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     names : sequence of str
         P point names, all different.
     positions_mm : (T, P, 3) array
-        NaN where missing.
+        Millimetres; NaN where missing.
     frame_rate_hz : float
 
     Raises
@@ -115,14 +100,7 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     InvalidInput
         If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
     """
-    positions = positions_to_write(
-        names,
-        positions_mm,
-        frame_rate_hz,
-        str(path),
-        cannot_hold="the table cannot hold the point name",
-        distinct=True,
-    )
+    positions = positions_to_write(names, positions_mm, frame_rate_hz, Path(path).name, distinct=True)
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("frame", "time_s", "joint", "x_mm", "y_mm", "z_mm"))

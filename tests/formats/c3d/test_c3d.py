@@ -12,10 +12,10 @@ import pytest
 
 from pipeline.formats import c3d
 from pipeline.formats.c3d import header as c3d_header
-from pipeline.skeleton import MILLIMETRES
+from pipeline.skeleton import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
+from tests.formats.contract import FIXTURES
 
-FIXTURES = Path(__file__).parents[1] / "fixtures"
 INTEL, DEC, MIPS = 84, 85, 86
 ORDER = {INTEL: "<", DEC: "<", MIPS: ">"}
 
@@ -122,7 +122,7 @@ def steps(frames: int = 12, points: int = 4) -> np.ndarray:
 LABELS = ["head", "sternum", "left hip", "right hip"]
 
 
-def read(tmp_path: Path, data: bytes, **options: str) -> c3d.MotionCapture:
+def read(tmp_path: Path, data: bytes, **options: str) -> MotionCapture:
     path = tmp_path / "made.c3d"
     path.write_bytes(data)
     return c3d.read(path, **options)
@@ -157,7 +157,7 @@ def test_every_encoding_gives_the_same_recording(
 
 def test_vax_reals_by_the_published_examples() -> None:
     # 1.0 is 80 40 00 00 and -1.0 is 80 C0 00 00 in memory; exponent 0 is zero, and with the sign set a trap.
-    raw = np.frombuffer(bytes.fromhex("80400000 80c00000 00000000 00800000"), dtype=np.uint8)
+    raw = bytes.fromhex("80400000 80c00000 00000000 00800000")
     np.testing.assert_array_equal(c3d_header.floats(raw, DEC), [1.0, -1.0, 0.0, np.nan])
 
 
@@ -226,7 +226,7 @@ def test_labels_missing_doubled_padded_and_foreign(tmp_path: Path) -> None:
     motion = read(tmp_path, make(steps(), ["hüfte   ", "hüfte", ""]))
     assert motion.names == ("hüfte", "hüfte", "point_3", "point_4")
     assert "2 points have no label" in motion.notes[0]
-    assert "1 labels stand more than once" in motion.notes[1]
+    assert "1 names of points stand more than once" in motion.notes[1]
     assert read(tmp_path, make(steps(), LABELS, point={"LABELS": None})).names[0] == "point_1"
     assert "dropped" in read(tmp_path, make(steps(), [*LABELS, "spare"])).notes[0]
 
@@ -311,7 +311,7 @@ def test_a_file_cut_anywhere_is_refused_with_the_bytes(tmp_path: Path) -> None:
     needed = len(data) - 1536 + 12 * 4 * (16 + 6)  # the frames fill 1056 of the last three blocks
     for size in range(0, len(data), 7):
         if size < needed:
-            with pytest.raises(InvalidInput, match=r"received"):
+            with pytest.raises(InvalidInput, match="received" if size else "empty"):
                 read(tmp_path, data[:size])
         else:  # only padding is gone
             np.testing.assert_array_equal(read(tmp_path, data[:size]).positions_mm, steps())
@@ -327,7 +327,7 @@ def test_a_file_cut_anywhere_is_refused_with_the_bytes(tmp_path: Path) -> None:
         ({0: b"\xff"}, "truncated before the end of its parameters"),
         ({514: b"\xff"}, "byte 514: the parameter section runs past the end"),
         ({515: b"\x01"}, "byte 515: the processor type is unknown"),
-        ({516: b"\x7f"}, "does not give its unit"),
+        ({516: b"\x7f"}, "unit of length is unknown"),
         ({523: b"\xff\x7f"}, "points past the end of the parameters"),
         ({16: b"\0\0"}, "no start of the data"),
         ({16: b"\xff\xff"}, "the data do not begin between"),
@@ -349,18 +349,6 @@ def test_a_parameter_that_runs_past_its_section_is_refused(tmp_path: Path) -> No
     data[at : at + 2] = b"\xff\xff"
     with pytest.raises(InvalidInput, match=r"the parameter POINT:LABELS runs past .*expected 65025 bytes"):
         read(tmp_path, bytes(data))
-
-
-@pytest.mark.parametrize("content", [b"", b"\2", b"time,x\n0,1\n", bytes(4096)])
-def test_what_is_not_c3d_is_refused(tmp_path: Path, content: bytes) -> None:
-    with pytest.raises(InvalidInput, match=r"made\.c3d"):
-        read(tmp_path, content)
-
-
-def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
-    for path in (tmp_path, tmp_path / "absent.c3d"):
-        with pytest.raises(InvalidInput, match="no such file"):
-            c3d.read(path)
 
 
 # --- outside judges ----------------------------------------------------------------------------------------

@@ -1,18 +1,18 @@
-"""Which frame each row of a table belongs to, and how many frames there are in a second."""
+"""Frame of each row of a table, and frame rate from its times."""
 
 from __future__ import annotations
 
-import math
 import re
 
 import numpy as np
 
-from pipeline.formats.points.csv_table import Columns, Table
-from pipeline.validation import InvalidInput
+from pipeline.formats.contract import damaged
+from pipeline.formats.points.csv.table import Columns, Table
+from pipeline.validation import require_range
 
 
 def frame_index(table: Table, columns: Columns) -> np.ndarray:
-    """The frame of each row (R,), counted from the first: by number if there is one, else by time.
+    """Frame of each row (R,), counted from the first: by its number if there is one, else by its time.
 
     Raises
     ------
@@ -25,31 +25,33 @@ def frame_index(table: Table, columns: Columns) -> np.ndarray:
     fractional = np.flatnonzero(frames != np.round(frames))
     if fractional.size:
         k = int(fractional[0])
-        raise InvalidInput(
-            "the frame number is not whole",
-            where=f"{table.where}, line {table.lines[k]}",
-            received=f"{frames[k]:g}",
-        )
+        raise damaged("the frame number is not whole", table.place(k), received=f"{frames[k]:g}")
     return (frames - frames.min()).astype(int)
 
 
 def frame_rate(table: Table, columns: Columns, index: np.ndarray, given: float | None) -> float:
-    """Frames per second from the times, or as given.
+    """Frames per second (Hz) from the times, or as given.
+
+    Parameters
+    ----------
+    table : Table
+    columns : Columns
+    index : (R,) int
+        Frame of each row.
+    given : float or None
+        Frames per second that the caller states.
 
     Raises
     ------
     InvalidInput
         If the rate is unknown, times are not uniform within 1 %, or they contradict the rate that was given.
     """
-    if given is not None and not (math.isfinite(given) and given > 0):
-        raise InvalidInput("the frame rate is not positive", where=table.where, received=f"{given:g}")
+    if given is not None:
+        require_range(f"{table.where}, option frame_rate_hz", given, above=0, unit="Hz")
     if "time" not in columns.roles or index.max() == 0:
         if given is None:
-            raise InvalidInput(
-                "the frame rate is unknown",
-                where=table.where,
-                expected="a column of times with two frames or more, or the option frame_rate_hz",
-            )
+            expected = "a column of times with two frames or more, or the option frame_rate_hz"
+            raise damaged("the frame rate is unknown", table.where, expected)
         return float(given)
     times = table.numbers(columns.roles["time"], needed=True)
     order = np.lexsort((times, index))
@@ -62,29 +64,20 @@ def frame_rate(table: Table, columns: Columns, index: np.ndarray, given: float |
     departure = np.abs(np.diff(time) - np.diff(frame) * period)
     if period < 1e-9 or departure.max(initial=0) > 0.01 * period + rounding:
         k = int(order[departure.argmax() + 1])
-        raise InvalidInput(
-            "the times are not uniform",
-            where=f"{table.where}, line {table.lines[k]}",
-            expected=f"{period:g} s from frame to frame, within 1 %",
-            received=f"{times[k]:g} s in frame {index[k]} after the first",
-        )
+        expected = f"{period:g} s from frame to frame, within 1 %"
+        received = f"{times[k]:g} s in frame {index[k]} after the first"
+        raise damaged("the times are not uniform", table.place(k), expected, received)
     # Times that are uniform as printed are exact; otherwise their ends are known to one rounding.
     doubt = rounding / (period * frame[-1]) if departure.max(initial=0) > 1e-6 * period else 0.0
     rate = float(f"{1 / period:.12g}")
     if given is None and doubt > 0.01:
-        raise InvalidInput(
-            "the times are printed too coarsely to tell the frame rate within 1 %",
-            where=table.where,
-            expected="the option frame_rate_hz",
-            received=f"{rate:.4g} Hz give or take {100 * doubt:.2g} %",
-        )
+        what = "the times are printed too coarsely to tell the frame rate within 1 %"
+        received = f"{rate:.4g} Hz give or take {100 * doubt:.2g} %"
+        raise damaged(what, table.where, "the option frame_rate_hz", received)
     if abs(rate - round(rate)) <= doubt * rate < 0.5:  # the one whole number of hertz that explains them
         rate = float(round(rate))
     if not 1 <= rate <= 1e6 or (given is not None and abs(rate / given - 1) > 0.01 + doubt):
-        raise InvalidInput(
-            "the times are not in seconds, or contradict the frame rate that was given",
-            where=table.where,
-            expected=f"{given:g} Hz" if given is not None else "1 Hz or more",
-            received=f"{rate:g} Hz",
-        )
+        what = "the times are not in seconds, or contradict the frame rate that was given"
+        expected = f"{given:g} Hz" if given is not None else "1 Hz or more"
+        raise damaged(what, table.where, expected, f"{rate:g} Hz")
     return float(given) if given is not None else rate

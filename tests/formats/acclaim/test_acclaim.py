@@ -14,16 +14,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from omegaconf import OmegaConf
 
-from pipeline.formats.acclaim import amc as asf_amc
-from pipeline.formats.acclaim import asf
-from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, map_joints
+from pipeline.formats import acclaim
+from pipeline.formats.acclaim import amc, asf
+from pipeline.skeleton import WALKER15, map_joints
 from pipeline.validation import InvalidInput
-from tests.formats.contract import check_contract, replace
+from tests.formats.contract import FIXTURES, check_contract, recording, replace, source_mapping
 
-ROOT = Path(__file__).parents[2]
-FIXTURES = ROOT / "tests" / "fixtures"
 ASF, AMC = FIXTURES / "asf_by_hand.asf", FIXTURES / "amc_by_hand.amc"
 needs_recordings = pytest.mark.skipif(
     not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR"
@@ -45,7 +42,7 @@ def test_the_hand_made_motion_has_the_positions_worked_out_by_hand() -> None:
     # about y by 90 brings +x to -z.  Frame 3: the root turns about y, so +x becomes -z; the thigh turns about
     # z, so -y becomes +x, seen by the world as -z; the arm's first-named angle acts first (+x stays in the
     # arm's frame, ends as +y); the other order would end at +x.
-    motion = asf_amc.read(AMC)
+    motion = acclaim.read(AMC)
     check_contract(motion)
     assert motion.names == ("root", "hip", "Thigh", "shin", "arm")
     expected = [
@@ -61,7 +58,7 @@ def test_the_hand_made_motion_has_the_positions_worked_out_by_hand() -> None:
 
 
 def test_channels_stand_in_the_order_of_the_motion_with_values_as_written() -> None:
-    motion = asf_amc.read(AMC)
+    motion = acclaim.read(AMC)
     assert motion.channels == (
         *("root.rx", "root.ry", "root.rz", "arm.rz", "arm.rx"),
         *("Thigh.rx", "Thigh.ry", "Thigh.rz", "shin.rx"),
@@ -70,9 +67,9 @@ def test_channels_stand_in_the_order_of_the_motion_with_values_as_written() -> N
 
 
 def test_units_of_the_caller_take_the_place_of_the_skeletons() -> None:
-    in_metres = asf_amc.read(AMC, units="m")
+    in_metres = acclaim.read(AMC, units="m")
     assert in_metres.units == "m"
-    assert in_metres.positions_mm == pytest.approx(asf_amc.read(AMC).positions_mm * 10)
+    assert in_metres.positions_mm == pytest.approx(acclaim.read(AMC).positions_mm * 10)
 
 
 def test_the_cmu_unit_is_56_444_millimetres(pair: tuple[Path, Path]) -> None:
@@ -81,7 +78,7 @@ def test_the_cmu_unit_is_56_444_millimetres(pair: tuple[Path, Path]) -> None:
 
 
 def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair: tuple[Path, Path]) -> None:
-    degrees = asf_amc.read(AMC)
+    degrees = acclaim.read(AMC)
     text = pair[0].read_text().replace(":DEGREES", ":RADIANS")
     for value in ("-90", "90"):
         text = text.replace(f" {value}", f" {math.radians(float(value))!r}").replace(
@@ -90,12 +87,12 @@ def test_radians_of_motion_and_skeleton_are_read_each_in_its_own_file(pair: tupl
     pair[0].write_text(text)
     replace(pair[1], "angle deg", "angle RAD")
     replace(pair[1], "axis 0 0 90 XYZ", f"axis 0 0 {math.pi / 2!r} xyz")
-    radians = asf_amc.read(pair[0])
+    radians = acclaim.read(pair[0])
     assert radians.positions_mm == pytest.approx(degrees.positions_mm, abs=1e-9)
     assert radians.angles_deg == pytest.approx(degrees.angles_deg)
     # Without a word from the motion, the skeleton's unit holds.
     replace(pair[0], ":RADIANS\n", "")
-    assert asf_amc.read(pair[0]).positions_mm == pytest.approx(degrees.positions_mm, abs=1e-9)
+    assert acclaim.read(pair[0]).positions_mm == pytest.approx(degrees.positions_mm, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +116,7 @@ def test_harmless_differences_of_the_text_change_nothing(
     text = pair[0].read_text()
     assert spoil(text) != text
     pair[0].write_text(spoil(text), newline="")
-    motion, original = asf_amc.read(pair[0]), asf_amc.read(AMC)
+    motion, original = acclaim.read(pair[0]), acclaim.read(AMC)
     assert np.array_equal(motion.positions_mm, original.positions_mm)
     assert np.array_equal(motion.angles_deg, original.angles_deg)
     assert motion.notes == ()
@@ -128,21 +125,21 @@ def test_harmless_differences_of_the_text_change_nothing(
 def test_columns_by_slices_equal_columns_by_line() -> None:
     text = AMC.read_text().replace("# made by hand\n", "").replace("   # hangs down", "")
     body = text[text.index("1\n") :]
-    layout = asf_amc._layout(body, asf.read_skeleton(ASF), "")
-    by_slices = asf_amc._columns_at_fixed_places(body, layout)
+    layout = amc._layout(body, asf.read_skeleton(ASF), "")
+    by_slices = amc._columns_at_fixed_places(body, layout)
     assert by_slices is not None
-    assert by_slices == asf_amc._columns_by_line(body, layout, "")
+    assert by_slices == amc._columns_by_line(body, layout, "")
 
 
 def test_what_is_odd_but_readable_is_noted(pair: tuple[Path, Path]) -> None:
     text = re.sub(r"^(\d)$", r"1\1", pair[0].read_text(), flags=re.MULTILINE)
     text = text.replace(":DEGREES", ":DEGREES\n:SAMPLES-PER-SECOND 60").rstrip("\n")
     pair[0].write_text(text.replace("shin -90", "shin nan"))
-    motion = asf_amc.read(pair[0])
+    motion = acclaim.read(pair[0])
     check_contract(motion)
     assert [motion.valid[1].tolist(), motion.valid[[0, 2]].all()] == [[True, True, True, False, True], True]
     joined = " ".join(motion.notes)
-    for word in ("numbered from 11", "SAMPLES-PER-SECOND 60", "line break", "1 of 3 frames have NaN"):
+    for word in ("numbered from 11", "SAMPLES-PER-SECOND 60", "no line end", "1 of 3 frames have NaN"):
         assert word in joined
 
 
@@ -172,7 +169,7 @@ def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(
 ) -> None:
     replace(pair[0], old, new)
     with pytest.raises(InvalidInput) as refusal:
-        asf_amc.read(pair[0])
+        acclaim.read(pair[0])
     for word in words:
         assert word in str(refusal.value)
 
@@ -196,7 +193,7 @@ def test_a_motion_that_contradicts_itself_is_refused_by_frame_and_bone(
         ("length 0.254", "length 0", ["length", "in/0"]),
         ("orientation 0 0 0", "orientation 0 90 0", ["preset orientation"]),
         ("hip thigh", "hip thigh shin", ["two parents", "shin"]),
-        ("root hip arm", "root hip", ["arm", "hang"]),
+        ("root hip arm", "root hip", ["arm", "no path to the root"]),
         ("root hip arm", "root hip arm tail", ["tail"]),
         ("hip thigh\r\n  end\r\n", "hip thigh\r\n", ["cut short"]),
         (":hierarchy\r\n  begin", ":hierarchy", ["`begin` and `end`"]),
@@ -214,28 +211,27 @@ def test_a_skeleton_that_contradicts_itself_is_refused_by_bone(
 
 def test_a_preset_position_moves_the_root(pair: tuple[Path, Path]) -> None:
     replace(pair[1], "position 0 0 0", "position 0 1 0")
-    raised = asf_amc.read(AMC).positions_mm + np.array([0, 100, 0])
-    assert asf_amc.read(pair[0]).positions_mm == pytest.approx(raised)
+    raised = acclaim.read(AMC).positions_mm + np.array([0, 100, 0])
+    assert acclaim.read(pair[0]).positions_mm == pytest.approx(raised)
 
 
 def test_the_skeleton_beside_the_motion_is_found_or_asked_for(pair: tuple[Path, Path]) -> None:
     motion, skeleton = pair
     asf = skeleton.read_bytes()
-    assert asf_amc.read(motion).positions_mm.shape == (3, 5, 3)
+    assert acclaim.read(motion).positions_mm.shape == (3, 5, 3)
     (motion.parent / "b.asf").write_bytes(b"of somebody else")
-    assert asf_amc.read(motion).positions_mm.shape == (3, 5, 3)
+    assert acclaim.read(motion).positions_mm.shape == (3, 5, 3)
     (motion.parent / "A_0.ASF").write_bytes(asf.replace(b" shin", b" calf"))
     with pytest.raises(InvalidInput, match=r"no such bone.*shin"):
-        asf_amc.read(motion)  # the longest beginning wins, and it is the wrong skeleton
-    assert asf_amc.read(motion, skeleton_path=skeleton).positions_mm.shape == (3, 5, 3)
+        acclaim.read(motion)  # the longest beginning wins, and it is the wrong skeleton
     skeleton.unlink()
     (motion.parent / "A_0.ASF").rename(motion.parent / "c.asf")
     with pytest.raises(InvalidInput, match=r"not clear.*b\.asf, c\.asf"):
-        asf_amc.read(motion)
+        acclaim.read(motion)
     (motion.parent / "b.asf").unlink()
     (motion.parent / "c.asf").unlink()
     with pytest.raises(InvalidInput, match=r"not clear.*none"):
-        asf_amc.read(motion)
+        acclaim.read(motion)
 
 
 def test_the_skeleton_one_folder_up_is_found_where_there_is_none_beside(pair: tuple[Path, Path]) -> None:
@@ -244,86 +240,45 @@ def test_the_skeleton_one_folder_up_is_found_where_there_is_none_beside(pair: tu
     below.mkdir()
     moved = motion.rename(below / f"{skeleton.stem}_squat_001.amc")
     (motion.parent / "zz.asf").write_bytes(b"of somebody else")
-    assert asf_amc.skeleton_of(moved) == skeleton
-    assert asf_amc.read(moved).positions_mm.shape == (3, 5, 3)
+    assert acclaim.skeleton_of(moved) == skeleton
+    assert acclaim.read(moved).positions_mm.shape == (3, 5, 3)
     (below / "q.asf").write_bytes(b"of somebody else")
-    assert asf_amc.skeleton_of(moved) == below / "q.asf", "what is beside comes first"
+    assert acclaim.skeleton_of(moved) == below / "q.asf", "what is beside comes first"
 
 
 def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair: tuple[Path, Path]) -> None:
     data = AMC.read_bytes()
-    whole = asf_amc.read(AMC).positions_mm
+    whole = acclaim.read(AMC).positions_mm
     for size in range(len(data)):
         cut = data[:size]
         pair[0].write_bytes(cut)
         if not re.search(rb"\nshin -?\d+\n?$", cut):
             with pytest.raises(InvalidInput):
-                asf_amc.read(pair[0])
+                acclaim.read(pair[0])
             continue
-        motion = asf_amc.read(pair[0])
+        motion = acclaim.read(pair[0])
         frames = cut.count(b"shin")
         assert len(motion.valid) == frames
         assert np.array_equal(motion.positions_mm[:-1], whole[: frames - 1])
-        # Without its line break, the last value may have lost digits: -9 of -90.
-        is_noted = any("line break" in note for note in motion.notes)
+        # Without its line end, the last value may have lost digits: -9 of -90.
+        is_noted = any("no line end" in note for note in motion.notes)
         assert is_noted != cut.endswith(b"\n")
         assert is_noted or np.array_equal(motion.positions_mm, whole[:frames])
 
 
-@pytest.mark.parametrize("content", [b"", b" \r\n", b"1\n", b"\x00\xff" * 500, b"HIERARCHY\nROOT Hips\n{\n"])
-def test_empty_and_foreign_files_are_refused(pair: tuple[Path, Path], content: bytes) -> None:
+@pytest.mark.parametrize("content", [b"1\n", b"HIERARCHY\nROOT Hips\n{\n"])
+def test_foreign_files_are_refused(pair: tuple[Path, Path], content: bytes) -> None:
     pair[0].write_bytes(content)
     with pytest.raises(InvalidInput):
-        asf_amc.read(pair[0])
+        acclaim.read(pair[0])
     with pytest.raises(InvalidInput):
         asf.read_skeleton(pair[0])
 
 
-def test_missing_files_and_useless_rates_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="cannot be read"):
-        asf_amc.read(tmp_path / "none.amc", skeleton_path=ASF)
-    with pytest.raises(InvalidInput, match="cannot be read"):
-        asf_amc.read(AMC, skeleton_path=tmp_path / "none.asf")
+def test_unusable_rates_are_refused() -> None:
     for rate in (0, -1, math.nan, math.inf):
-        with pytest.raises(InvalidInput, match="rate"):
-            asf_amc.read(AMC, frame_rate_hz=rate)
-    for units in ("parsec", "in/0", "in/x", "in/", "", "m/1e300"):
-        with pytest.raises(InvalidInput, match="unit of length"):
-            asf_amc.read(AMC, units=units)
-
-
-def mutated(data: bytes, generator: np.random.Generator) -> bytes:
-    """A damaged copy: bytes changed, cut out, put in, lines repeated or the end lost."""
-    copy = bytearray(data)
-    for _ in range(generator.integers(1, 4)):
-        at = int(generator.integers(len(copy) + 1))
-        match generator.integers(5):
-            case 0 if at < len(copy):
-                copy[at] = generator.integers(256)
-            case 1:
-                del copy[at : at + int(generator.integers(1, 40))]
-            case 2:
-                copy[at:at] = generator.bytes(int(generator.integers(1, 8)))
-            case 3:
-                copy[at:at] = copy[at : at + int(generator.integers(1, 40))]
-            case _:
-                del copy[max(at, len(copy) // 2) :]
-    return bytes(copy)
-
-
-@pytest.mark.parametrize("which", [0, 1], ids=["motion", "skeleton"])
-def test_600_damaged_copies_end_in_a_motion_or_a_refusal(pair: tuple[Path, Path], which: int) -> None:
-    generator = np.random.default_rng(which)
-    data = pair[which].read_bytes()
-    outcomes = {"motion": 0, "refusal": 0}
-    for _ in range(600):
-        pair[which].write_bytes(mutated(data, generator))
-        try:
-            check_contract(asf_amc.read(pair[0], skeleton_path=pair[1]))
-            outcomes["motion"] += 1
-        except InvalidInput:
-            outcomes["refusal"] += 1
-    assert min(outcomes.values()) > 20
+        with pytest.raises(InvalidInput, match="frame_rate_hz must be above 0 Hz"):
+            acclaim.read(AMC, frame_rate_hz=rate)
 
 
 # ----------------------------------------------------------------------- independent forward kinematics
@@ -430,7 +385,7 @@ def test_positions_equal_a_recursion_with_4x4_matrices(seed: int, count: int, fr
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "s.asf").write_text("\n".join(asf) + "\n")
         Path(folder, "s.amc").write_text("\n".join(amc) + "\n")
-        read = asf_amc.read(Path(folder, "s.amc"))
+        read = acclaim.read(Path(folder, "s.amc"))
     check_contract(read)
     for t, frame in enumerate(motion):
         expected = naive_positions(bones, root, frame)
@@ -445,41 +400,19 @@ def mirror() -> Path:
     return Path(os.environ["MOCAP_MIRROR"])
 
 
-def read_recording(path: Path) -> MotionCapture:
-    """A CMU motion with the skeleton beside it, or an HDM05 motion with its actor's."""
-    if "hdm05" in path.parts:
-        return asf_amc.read(path, skeleton_path=mirror() / "hdm05" / f"{path.stem[:6]}.asf")
-    return asf_amc.read(path)
-
-
-def mapping(name: str) -> SourceMapping:
-    content = OmegaConf.to_container(OmegaConf.load(ROOT / "conf" / "skeleton" / f"{name}.yaml"))
-    assert isinstance(content, dict)
-    assert content.pop("defaults") == ["base_skeleton"]
-    return SourceMapping(**{str(key): value for key, value in content.items()})
-
-
 @pytest.mark.parametrize("name", ["cmu_asf", "hdm_asf"])
 def test_mappings_make_every_joint_of_walker15(name: str) -> None:
     points = ["root", "head", "lowerneck"]
     points += [s + b for s in "lr" for b in ("hipjoint", "femur", "tibia", "clavicle", "humerus", "wrist")]
-    motion = MotionCapture(
-        names=tuple(points),
-        positions_mm=np.random.default_rng(0).normal(size=(2, len(points), 3)),
-        valid=np.ones((2, len(points)), bool),
-        frame_rate_hz=120.0,
-        units="mm",
-        channels=(),
-        angles_deg=np.empty((2, 0)),
-    )
-    positions, valid = map_joints(motion, mapping(name))
+    motion = recording(tuple(points), np.random.default_rng(0).normal(size=(2, len(points), 3)))
+    positions, valid = map_joints(motion, source_mapping(name))
     assert valid.all()
     # y is up in the file, z here; and every left joint comes from a bone on the left.
     assert np.array_equal(positions[:, 0, 2], motion.positions_mm[:, 1, 1])
-    for joint, rule in mapping(name).joints.items():
+    for joint, rule in source_mapping(name).joints.items():
         side = joint[0] if joint.startswith(("left", "right")) else ""
         assert not side or all(point.startswith(side) for point in rule)
-    assert mapping("cmu_asf").joints == mapping("hdm_asf").joints
+    assert source_mapping("cmu_asf").joints == source_mapping("hdm_asf").joints
 
 
 @needs_recordings
@@ -487,7 +420,7 @@ def test_a_sample_of_the_cmu_and_hdm05_recordings_parses_with_constant_bones() -
     paths = sorted(mirror().rglob("*.amc"))
     assert len(paths) > 100
     for path in paths[::12]:
-        motion = read_recording(path)
+        motion = acclaim.read(path)
         check_contract(motion)
         assert motion.valid.all()
         assert motion.notes == ()
@@ -504,7 +437,7 @@ def test_walks_are_of_human_size_with_the_right_hip_to_the_right(subject: str) -
     walks = sorted((mirror() / "cmu" / subject).glob("*.amc"))
     listed = (mirror() / "sources.csv").read_text().splitlines()
     path = next(p for p in walks if any(f"/{p.name}," in row and ",walk," in row for row in listed))
-    positions, valid = map_joints(read_recording(path), mapping("cmu_asf"))
+    positions, valid = map_joints(acclaim.read(path), source_mapping("cmu_asf"))
     assert valid.all()
 
     def joint(name: str) -> np.ndarray:

@@ -1,20 +1,19 @@
-"""A table of points as text: its rows, its numbers, and what its header says of its columns."""
+"""A table of points as text: its rows, its numbers, and the columns that its header names."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from pipeline.formats.points.point_table import notes_on_the_end, number_in, read_characters
-from pipeline.formats.text import LARGEST
+from pipeline.formats.contract import damaged
+from pipeline.formats.points.cells import read_cells
+from pipeline.formats.text import read_text
 from pipeline.skeleton import MILLIMETRES
-from pipeline.validation import InvalidInput
 
 _ROLES = {
     "time": {"time", "time_s", "t", "t_s"},
@@ -40,6 +39,10 @@ class Table:
     decimal_comma: bool
     notes: list[str]
 
+    def place(self, row: int) -> str:
+        """File and line of a row."""
+        return f"{self.where}, line {self.lines[row]}"
+
     def cells(self, column: int) -> list[str]:
         """A column (R,) as text without blanks around it."""
         return [row[column].strip() for row in self.rows]
@@ -47,32 +50,25 @@ class Table:
     def numbers(self, column: int, *, needed: bool = False) -> np.ndarray:
         """A column (R,) as float64; empty cells are NaN, or refused where a number is `needed`."""
         cells = self.cells(column)
-        read = [number_in(cell.replace(",", ".") if self.decimal_comma else cell) for cell in cells]
-        numbers = np.array([math.inf if number is None else number for number in read])
-        usable = np.abs(numbers) <= LARGEST
-        if not needed:
-            usable |= np.isnan(numbers)
-        if not usable.all():
-            k = int(np.argmin(usable))
-            raise InvalidInput(
-                f"the cell of column {self.header[column]!r} is not a usable number",
-                where=f"{self.where}, line {self.lines[k]}",
-                expected=f"a number below {LARGEST:g}" + ("" if needed else ", or nothing"),
-                received=repr(cells[k][:30]),
-            )
+        if self.decimal_comma:
+            cells = [cell.replace(",", ".") for cell in cells]
+        numbers = read_cells(cells, lambda row: f"{self.place(row)}, column {self.header[column]!r}")
+        if needed and np.isnan(numbers).any():
+            place = self.place(int(np.isnan(numbers).argmax()))
+            raise damaged("a number is missing", f"{place}, column {self.header[column]!r}")
         return numbers
 
 
 def read_table(path: Path) -> Table:
-    """The table in a file; commas, semicolons or tabs separate its cells.
+    """Read a table whose cells are separated by commas, semicolons or tabs.
 
     Raises
     ------
     InvalidInput
         If the file cannot be read, is no table, or a row is not as long as the header.
     """
-    where = str(path)
-    text, notes = read_characters(path)
+    where = path.name
+    text, notes = read_text(path)
     head = text.lstrip().split("\n", 1)[0]
     delimiter = max("\t;,", key=head.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
@@ -83,11 +79,9 @@ def read_table(path: Path) -> Table:
                 rows.append(row)
                 lines.append(reader.line_num)
     except csv.Error as error:
-        raise InvalidInput("the quoting is broken", where=f"{where}, line {reader.line_num}") from error
+        raise damaged("the quoting is broken", f"{where}, line {reader.line_num}") from error
     if len(rows) < 2:
-        raise InvalidInput(
-            "there is no table", where=where, expected="a header and a row", received=f"{len(rows)} rows"
-        )
+        raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
     header = [cell.strip() for cell in rows[0]]
     while not header[-1]:
         header.pop()  # delimiters at the end of the line
@@ -95,13 +89,8 @@ def read_table(path: Path) -> Table:
         while len(row) > len(header) and not row[-1].strip():
             row.pop()
         if len(row) != len(header):
-            raise InvalidInput(
-                "the row has another number of cells than the header",
-                where=f"{where}, line {lines[k]}",
-                expected=f"{len(header)}",
-                received=f"{len(row)}",
-            )
-    notes += notes_on_the_end(text)
+            what = "the row has another number of cells than the header"
+            raise damaged(what, f"{where}, line {lines[k]}", len(header), len(row))
     return Table(where, header, rows[1:], lines[1:], delimiter != ",", notes)
 
 
@@ -117,7 +106,7 @@ class Columns:
 
 
 def read_header(table: Table) -> Columns:
-    """What the columns hold, by their titles; columns that are not read are noted.
+    """Find out what the columns hold, by their titles; columns that are not read are noted.
 
     Raises
     ------
@@ -125,7 +114,8 @@ def read_header(table: Table) -> Columns:
         If the header names no points or neither times nor frames, a point lacks an axis, or two columns hold
         the same thing.
     """
-    columns = Columns()
+    columns, place = Columns(), f"{table.where}, line 1"
+    twice, beginning = "two columns hold the same thing", ", ".join(table.header[:8])
     unread: list[str] = []
     coordinates: list[tuple[str, str, str, int]] = []
     for column, title in enumerate(table.header):
@@ -133,7 +123,7 @@ def read_header(table: Table) -> Columns:
         role = next((role for role, titles in _ROLES.items() if plain.lower() in titles), None)
         if role is not None:
             if role in columns.roles:
-                _refuse_twice(table, table.header[columns.roles[role]], title)
+                raise damaged(twice, place, received=f"{table.header[columns.roles[role]]} and {title}")
             columns.roles[role] = column
         elif match := _COORDINATE.fullmatch(plain):
             point, axis, unit = match.group("point", "axis", "unit")
@@ -149,60 +139,36 @@ def read_header(table: Table) -> Columns:
             continue
         axes = columns.axes.setdefault(point, {})
         if axis in axes:
-            _refuse_twice(table, table.header[axes[axis]], table.header[column])
+            raise damaged(twice, place, received=f"{table.header[axes[axis]]} and {table.header[column]}")
         axes[axis] = column
         columns.units.update({unit} - {""})
     for point, axes in columns.axes.items():
         if set(axes) != set("xyz"):
-            raise InvalidInput(
-                f"the point {point!r} lacks an axis" if point else "an axis is missing",
-                where=f"{table.where}, line 1",
-                expected="x, y and z",
-                received=", ".join(sorted(axes)),
-            )
+            what = f"the point {point!r} lacks an axis" if point else "an axis is missing"
+            raise damaged(what, place, "x, y and z", ", ".join(sorted(axes)))
         columns.axes[point] = {axis: axes[axis] for axis in "xyz"}
     if not columns.axes or (is_long and "point" not in columns.roles):
-        raise InvalidInput(
-            "the header names no points",
-            where=f"{table.where}, line 1",
-            expected="columns such as head_x, head_y, head_z; or joint, x, y, z",
-            received=", ".join(table.header[:8]),
-        )
+        expected = "columns such as head_x, head_y, head_z; or joint, x, y, z"
+        raise damaged("the header names no points", place, expected, beginning)
     if not {"time", "frame"} & set(columns.roles):
-        raise InvalidInput(
-            "there is no column of times or frame numbers",
-            where=f"{table.where}, line 1",
-            expected="time or frame",
-            received=", ".join(table.header[:8]),
-        )
+        raise damaged("there is no column of times or frame numbers", place, "time or frame", beginning)
     if unread:
         table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
     return columns
 
 
-def _refuse_twice(table: Table, first: str, second: str) -> None:
-    raise InvalidInput(
-        "two columns hold the same thing", where=f"{table.where}, line 1", received=f"{first} and {second}"
-    )
-
-
 def unit_of_length(table: Table, columns: Columns, otherwise: str) -> str:
-    """The unit that the header or a column of units names, one of `MILLIMETRES`; else `otherwise`.
+    """Unit of length that the header or a column of units names; else `otherwise`.
 
     Raises
     ------
     InvalidInput
-        If the unit is unknown or not the same throughout.
+        If there is more than one.
     """
     declared = set(columns.units)
     if "unit" in columns.roles:
         declared |= {cell.lower() for cell in table.cells(columns.roles["unit"])}
-    unit = declared.pop() if len(declared) == 1 else "" if declared else otherwise
-    if unit not in MILLIMETRES:
-        raise InvalidInput(
-            "the unit of length is unknown or not the same throughout",
-            where=table.where,
-            expected="one of " + ", ".join(MILLIMETRES),
-            received=", ".join(sorted({*declared, unit} - {""})),
-        )
-    return unit
+    if len(declared) > 1:
+        received = ", ".join(sorted(declared))
+        raise damaged("the unit of length is not the same throughout", table.where, "one unit", received)
+    return declared.pop() if declared else otherwise

@@ -1,0 +1,99 @@
+"""What every reader of a motion file shares: its signature, its result and its refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from pipeline.skeleton import MotionCapture
+from pipeline.validation import InvalidInput
+
+LARGEST = 1e9
+"""Largest length (mm) or angle that is read; a damaged file may hold larger ones, which would overflow later."""
+
+
+class Reader(Protocol):
+    """Signature of every reader."""
+
+    def __call__(
+        self, path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None
+    ) -> MotionCapture: ...
+
+
+def damaged(what: str, where: str, expected: object = "", received: object = "") -> InvalidInput:
+    """Build the error for a file that cannot be used.
+
+    Examples
+    --------
+    >>> print(damaged("a frame has a wrong number of values", "a.bvh, line 35", 10, 9))
+    a.bvh, line 35: a frame has a wrong number of values (expected 10, received 9)
+    """
+    return InvalidInput(what, where=where, expected=str(expected), received=str(received))
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such file, it cannot be read or it is empty.
+    """
+    if not path.is_file():
+        raise damaged("there is no such file", str(path))
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise damaged("the file cannot be read", str(path), received=error.strerror or "") from None
+    if not data or data.isspace():
+        raise damaged("the file is empty", path.name)
+    return data
+
+
+def motion_capture(
+    names: Sequence[str],
+    positions_mm: np.ndarray,
+    frame_rate_hz: float,
+    units: str,
+    notes: Iterable[str],
+    *,
+    channels: Sequence[str] = (),
+    angles_deg: np.ndarray | None = None,
+) -> MotionCapture:
+    """Build the result of a reader: a point with a coordinate that is not finite is invalid, and NaN throughout.
+
+    Parameters
+    ----------
+    names : sequence of str
+        P point names; doubled ones are noted.
+    positions_mm : (T, P, 3) float64
+        Millimetres.
+    frame_rate_hz : float
+    units : str
+        Unit of length of the file.
+    notes : iterable of str
+    channels : sequence of str
+        Names of C angle channels, for files of joint angles.
+    angles_deg : (T, C) float64, optional
+        Degrees, for files of joint angles; frames with invalid points are noted.
+    """
+    notes = list(notes)
+    valid = np.isfinite(positions_mm).all(axis=-1)
+    if doubled := len(names) - len(set(names)):
+        notes.append(f"{doubled} names of points stand more than once.")
+    if angles_deg is not None and not valid.all():
+        gaps = int((~valid).any(axis=1).sum())
+        notes.append(f"{gaps} of {len(valid)} frames have NaN; the points that depend on them are invalid.")
+    return MotionCapture(
+        names=tuple(names),
+        positions_mm=np.where(valid[..., None], positions_mm, np.nan),
+        valid=valid,
+        frame_rate_hz=float(frame_rate_hz),
+        units=units,
+        channels=tuple(channels),
+        angles_deg=np.empty((len(valid), 0)) if angles_deg is None else angles_deg,
+        notes=tuple(notes),
+    )

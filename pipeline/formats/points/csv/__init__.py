@@ -1,0 +1,5 @@
+"""Tables of points with a header of column titles (CSV), wide or long."""
+
+from pipeline.formats.points.csv.positions import read, write
+
+__all__ = ["read", "write"]

@@ -1,0 +1,89 @@
+"""One contract for every reader: what is read, what is refused, and how the refusal is worded."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import formats
+from pipeline.validation import InvalidInput
+from tests.formats.contract import FIXTURES, READABLE, check_contract
+
+readable = pytest.mark.parametrize("path", READABLE, ids=[path.name for path in READABLE])
+
+
+def test_there_is_a_correct_file_for_every_reader() -> None:
+    assert {path.suffix for path in READABLE} == set(formats.READERS)
+
+
+@readable
+def test_a_correct_file_is_read(path: Path) -> None:
+    motion = formats.read(path)
+    check_contract(motion)
+    again = formats.READERS[path.suffix](str(path))
+    np.testing.assert_array_equal(again.positions_mm, motion.positions_mm)
+
+
+@pytest.mark.parametrize("suffix", formats.READERS)
+def test_readers_have_one_signature(suffix: str) -> None:
+    assert inspect.signature(formats.READERS[suffix]) == inspect.signature(formats.read)
+
+
+@readable
+def test_options_are_taken_by_every_reader(path: Path) -> None:
+    check_contract(formats.read(path, frame_rate_hz=formats.read(path).frame_rate_hz, units="mm"))
+
+
+@readable
+def test_the_suffix_may_be_written_in_capitals(path: Path, tmp_path: Path) -> None:
+    for source in FIXTURES.glob(f"{path.stem[:3]}*"):  # a motion needs its skeleton
+        (tmp_path / source.name).write_bytes(source.read_bytes())
+    (tmp_path / "asf_by_hand.asf").write_bytes((FIXTURES / "asf_by_hand.asf").read_bytes())
+    capitals = (tmp_path / path.name).rename(tmp_path / (path.stem + path.suffix.upper()))
+    check_contract(formats.read(capitals))
+
+
+@pytest.mark.parametrize("suffix", formats.READERS)
+def test_what_is_no_file_or_empty_is_refused(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"a{suffix}"
+    with pytest.raises(InvalidInput, match=rf"a{suffix}: there is no such file"):
+        formats.read(path)
+    for content in (b"", b" \r\n\t"):
+        path.write_bytes(content)
+        with pytest.raises(InvalidInput, match=rf"^a{suffix}: the file is empty"):
+            formats.read(path)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InvalidInput, match="there is no such file"):
+        formats.read(path)
+
+
+@pytest.mark.parametrize("suffix", formats.READERS)
+@pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"1\n", bytes(4096), b"<html></html>\n"])
+def test_foreign_files_are_refused_by_name(suffix: str, content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.asf").write_bytes((FIXTURES / "asf_by_hand.asf").read_bytes())
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(InvalidInput, match=rf"^a{suffix}"):
+        formats.read(path)
+
+
+def test_an_unknown_suffix_is_refused(tmp_path: Path) -> None:
+    for name, received in (("a.fbx", ".fbx"), ("a", "no suffix")):
+        with pytest.raises(
+            InvalidInput, match=rf"{name}: the format is unknown .*\.trc.*received {received}"
+        ):
+            formats.read(tmp_path / name)
+
+
+@readable
+@pytest.mark.parametrize("units", ["parsec", "in/0", "in/x", "in/", "in/-1", "m/1e300", "m/nan"])
+def test_an_unknown_unit_is_refused_where_the_file_states_none(path: Path, units: str) -> None:
+    if path.suffix == ".trc":  # states its unit
+        assert formats.read(path, units=units).units == "mm"
+        return
+    with pytest.raises(InvalidInput, match="unit of length is unknown"):
+        formats.read(path, units=units)
