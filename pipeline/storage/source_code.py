@@ -47,22 +47,24 @@ def _path(name: str) -> Path | None:
 
 @functools.cache
 def _module(name: str) -> tuple[str, frozenset[str]]:
-    """Digest of a module's code, and the modules of the package that it imports, packages above them included."""
+    """Digest of a module's code, and the modules of the package that it takes names from.
+
+    The packages above them are run as well, but nothing is taken from them.
+    """
     path = _path(name)
     assert path is not None
     tree = ast.parse(path.read_bytes())
     imported: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
-            wanted = [node.module or "", *(f"{node.module}.{alias.name}" for alias in node.names)]
+            # From a package, a name is a module of it, or one that its __init__ has.
+            full = {f"{node.module}.{alias.name}" for alias in node.names}
+            imported |= {name if _path(name) else str(node.module) for name in full}
         elif isinstance(node, ast.Import):
-            wanted = [alias.name for alias in node.names]
+            imported |= {alias.name for alias in node.names}
         else:
             _drop_docstring(node)
-            continue
-        for full in wanted:
-            parts = full.split(".")
-            imported |= {above for n in range(2, len(parts) + 1) if _path(above := ".".join(parts[:n]))}
+    imported = {name for name in imported if _path(name)}
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), frozenset(imported - {name})
 
 

@@ -423,7 +423,7 @@ def test_a_sample_of_the_cmu_and_hdm05_recordings_parses_with_constant_bones() -
         motion = acclaim.read(path)
         check_contract(motion)
         assert motion.valid.all()
-        assert motion.notes == ()
+        assert set(motion.notes) <= {"The text is not UTF-8; it was read as Latin-1."}
         for bone, parent in (("lfemur", "lhipjoint"), ("rtibia", "rfemur"), ("lhumerus", "lclavicle")):
             ends = (motion.positions_mm[:, motion.names.index(name)] for name in (bone, parent))
             lengths = np.linalg.norm(next(ends) - next(ends), axis=1)

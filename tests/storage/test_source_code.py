@@ -1,0 +1,103 @@
+"""An artefact depends on the code that makes it, and on no other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pipeline.storage import source_code
+from pipeline.storage.source_code import sources_digest
+
+FILES = {
+    "__init__.py": '"""The package."""\n',
+    "core/__init__.py": '"""Mathematics."""\n',
+    "core/camera.py": '"""Cameras."""\n\nSCALE = 1\n',
+    "core/unused.py": "VALUE = 1\n",
+    "studies/__init__.py": "",
+    "studies/walks.py": '''"""Walks."""
+from pipeline.core import camera
+
+
+def measure():
+    """Return something."""
+    from pipeline.late import VALUE  # inside a function
+
+    return camera.SCALE + VALUE
+''',
+    "late.py": "VALUE = 2\n",
+    "cli.py": "from pipeline.studies import walks\n",
+}
+
+
+@pytest.fixture
+def edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str, str], str]:
+    """``edited(file, old, new)``: the digest of studies.walks after a change in a file."""
+    monkeypatch.setattr(source_code, "PACKAGE", tmp_path / "pipeline")
+    for name, text in FILES.items():
+        path = tmp_path / "pipeline" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+    def edited(name: str, old: str, new: str) -> str:
+        path = tmp_path / "pipeline" / name
+        assert old in path.read_text(encoding="utf-8")
+        path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+        source_code._module.cache_clear()
+        return sources_digest(["pipeline.studies.walks"])
+
+    yield edited
+    source_code._module.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("core/unused.py", "1", "2"),
+        ("cli.py", "walks", "walks  # a remark"),
+        ("core/camera.py", "Cameras.", "Cameras, in other words."),
+        ("studies/walks.py", "Return something.", "Return the sum."),
+        ("studies/walks.py", "# inside a function", "# late"),
+        ("core/__init__.py", '"""Mathematics."""', "from pipeline.core import unused"),
+    ],
+)
+def test_what_the_study_does_not_compute_with_leaves_the_digest(
+    edited: Callable[[str, str, str], str], name: str, old: str, new: str
+) -> None:
+    before = sources_digest(["pipeline.studies.walks"])
+    assert edited(name, old, new) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("core/camera.py", "SCALE = 1", "SCALE = 2"),
+        ("late.py", "2", "3"),
+        ("studies/walks.py", "+ VALUE", "- VALUE"),
+    ],
+)
+def test_what_it_computes_with_changes_it(
+    edited: Callable[[str, str, str], str], name: str, old: str, new: str
+) -> None:
+    before = sources_digest(["pipeline.studies.walks"])
+    assert edited(name, old, new) != before
+
+
+def test_a_word_in_the_command_line_and_another_study_leave_walks_alone() -> None:
+    """The real package: what the model of walks is made of holds neither."""
+    reached: set[str] = set()
+    waiting = ["pipeline.studies.walks.model"]
+    while waiting:
+        name = waiting.pop()
+        reached.add(name)
+        waiting += source_code._module(name)[1] - reached
+    assert "pipeline.core.linear_model" in reached
+    foreign = (
+        "pipeline.cli.",
+        "pipeline.stages",
+        "pipeline.studies.limbs",
+        "pipeline.pictures",
+        "pipeline.papers",
+    )
+    assert [name for name in sorted(reached) if name.startswith(foreign)] == []
