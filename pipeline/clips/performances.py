@@ -25,9 +25,8 @@ from pipeline.clips.options import (
 )
 from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
 from pipeline.clips.walks import steady_walk
-from pipeline.core import fourier, posture
+from pipeline.core import fourier, posture, walking
 from pipeline.core.resampling import interpolate
-from pipeline.core.walking import usable_clip
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
 from pipeline.threads import map_threads
@@ -127,11 +126,11 @@ def _performance(
     """A whole clip as one performance, with its row of the report."""
     row = row | {"frames": len(positions), "verdict": "refused"}
     try:
-        usable_clip.check_units(positions)
-        row["leg_length_mm"] = usable_clip.leg_length(positions)
-        filled, whole, bridged = usable_clip.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
-        row["bridged_values"] = bridged
-        frames = np.flatnonzero(whole)
+        walking.require_millimetres(positions)
+        row["leg_length_mm"] = walking.leg_length(positions)
+        bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
+        row["bridged_values"] = bridged.n_filled
+        frames = np.flatnonzero(bridged.whole)
         first, last = (int(frames[0]), int(frames[-1])) if frames.size else (0, -1)
         if last - first + 1 < LEAST_FRAMES:
             raise InvalidInput(
@@ -139,14 +138,14 @@ def _performance(
                 expected=f"{LEAST_FRAMES} frames",
                 received=str(last - first + 1),
             )
-        if not whole[first : last + 1].all():
-            missing = first + int(np.flatnonzero(~whole[first : last + 1])[0])
+        if not bridged.whole[first : last + 1].all():
+            missing = first + int(np.flatnonzero(~bridged.whole[first : last + 1])[0])
             raise InvalidInput(
                 "joints are missing for too long",
                 where=f"frame {missing}",
                 expected=f"gaps up to {gap_s:g} s",
             )
-        kept = filled[first : last + 1]
+        kept = bridged.positions[first : last + 1]
         posture.postures(kept)  # refuses what leaves a posture undefined
     except InvalidInput as refusal:
         return Performance(row | {"reason": str(refusal)}, None, frame_rate_hz)

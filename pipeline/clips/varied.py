@@ -14,7 +14,7 @@ import numpy as np
 from pipeline.clips.corpus import Clip, read_clip
 from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
 from pipeline.clips.options import FolderData, RecordedData, SyntheticClips, SyntheticData
-from pipeline.core.walking import usable_clip
+from pipeline.core import walking
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
 from pipeline.synthetic.limbs import synthetic_body
@@ -128,11 +128,11 @@ def _clip(
 ) -> VariedClip:
     row = row | {"frames": len(positions), "verdict": "refused"}
     try:
-        usable_clip.check_units(positions)
-        row["leg_length_mm"] = usable_clip.leg_length(positions)
-        filled, whole, bridged = usable_clip.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
-        row["bridged_values"] = bridged
-        first, stop = _longest(whole)
+        walking.require_millimetres(positions)
+        row["leg_length_mm"] = walking.leg_length(positions)
+        bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
+        row["bridged_values"] = bridged.n_filled
+        first, stop = _longest(bridged.whole)
         if stop - first < LEAST_FRAMES:
             raise InvalidInput(
                 "too short a stretch shows all joints",
@@ -143,7 +143,7 @@ def _clip(
         return VariedClip(row | {"reason": str(refusal)}, None, frame_rate_hz)
     seconds = (stop - first - 1) / frame_rate_hz
     row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds, "verdict": "kept"}
-    return VariedClip(row, filled[first:stop], frame_rate_hz)
+    return VariedClip(row, bridged.positions[first:stop], frame_rate_hz)
 
 
 def _longest(whole: np.ndarray) -> tuple[int, int]:

@@ -16,7 +16,6 @@ from pipeline.clips.corpus import Clip, read_clip
 from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
 from pipeline.clips.options import FolderData, Locomotion, RecordedData, Steady, SyntheticData
 from pipeline.core import fourier, walking
-from pipeline.core.walking import usable_clip
 from pipeline.seeding import derive_generator
 from pipeline.synthetic import walkers
 from pipeline.threads import map_threads
@@ -113,13 +112,13 @@ def steady_walk(
     """The steady stretch of one clip as its treadmill equivalent, with its row of the report."""
     row = row | {"frames": len(positions), "verdict": "refused"}
     try:
-        usable_clip.check_units(positions)
-        row["leg_length_mm"] = usable_clip.leg_length(positions)
-        filled, whole, bridged = usable_clip.bridge_gaps(positions, valid, frame_rate_hz, gap_s=steady.gap_s)
-        row["bridged_values"] = bridged
+        walking.require_millimetres(positions)
+        row["leg_length_mm"] = walking.leg_length(positions)
+        bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=steady.gap_s)
+        row["bridged_values"] = bridged.n_filled
         stretch = walking.steady_stretch(
-            filled,
-            whole,
+            bridged.positions,
+            bridged.whole,
             frame_rate_hz,
             locomotion=steady.locomotion.value,
             speed_band=steady.speed_band,
@@ -134,7 +133,7 @@ def steady_walk(
             "turn_deg": float(np.degrees(stretch.turn_rad)),
         }
         level = walking.treadmill_equivalent(
-            filled[stretch.start : stretch.stop],
+            bridged.positions[stretch.start : stretch.stop],
             frame_rate_hz,
             locomotion=stretch.locomotion,
             path=steady.path.value,
@@ -216,7 +215,7 @@ def _packed(walks: list[Walk], steady: Steady, *, inputs: dict[str, str]) -> Wal
 
     return Walks(
         **packed_clips([w.row for w in kept], positions, [w.frame_rate_hz for w in kept]),
-        stature_mm=np.array([usable_clip.stature(p) for p in positions]),
+        stature_mm=np.array([walking.stature(p) for p in positions]),
         frequency_hz=np.array([w.row["frequency_hz"] for w in kept]),
         residual_share=np.array([w.row["residual_share"] for w in kept]),
         report=rows,

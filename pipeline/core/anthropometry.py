@@ -1,7 +1,7 @@
 """Published sizes of bodies: who the synthetic walkers are, before they move.
 
 The grades of support (*published*, *read*, *assumed*), the tick ✓ and the legend are those of
-`pipeline.core.normative_gait`, which holds what these bodies do.
+`walkers.normative_gait`, which holds what these bodies do.
 
 Sources
 -------

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import linear_model
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 
 @dataclass(frozen=True)
@@ -73,17 +73,14 @@ def smallest_dimensions(eigenvalues: np.ndarray, total_variance: float, variance
     Raises
     ------
     InvalidInput
-        If the share is none.
+        If the share is out of range.
 
     Examples
     --------
     >>> smallest_dimensions(np.array([6.0, 3.0, 1.0]), 10.0, 0.9)
     2
     """
-    if not 0 < variance <= 1:
-        raise InvalidInput(
-            "the share of the variance is none", expected="above 0 and up to 1", received=f"{variance:g}"
-        )
+    require_range("the share of the variance", variance, above=0, at_most=1)
     held = np.cumsum(eigenvalues) / total_variance
     # Rounding must not ask for one more eigenvector.
     return min(int(np.searchsorted(held, variance * (1 - 1e-12))) + 1, len(held))
@@ -117,12 +114,9 @@ def learn(
     model = linear_model.fit(samples, samples.shape[1])
     b = smallest_dimensions(model.eigenvalues, model.total_variance, variance)
     if dimensions is not None:
-        if not 1 <= dimensions <= len(model.eigenvalues):
-            raise InvalidInput(
-                "no such number of dimensions",
-                expected=f"1 to {len(model.eigenvalues)}",
-                received=str(dimensions),
-            )
+        require_range(
+            "the number of dimensions", dimensions, at_least=1, at_most=len(model.eigenvalues), whole=True
+        )
         b = dimensions
     return ASpace(model.mean, model.components[:b], model.eigenvalues, model.total_variance)
 

@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.skeleton import WALKER15
+
 
 def horizontal(motion: np.ndarray, view_angle_rad: float | np.ndarray) -> np.ndarray:
     """Image horizontal of (…, 3): cos(alpha) x + sin(alpha) y [zhang2007 B.2].
@@ -57,12 +59,20 @@ def combine(observed: np.ndarray, missing: np.ndarray, view_angle_rad: float | n
     return np.stack([c * across - s * missing, s * across + c * missing, observed[..., 1]], axis=-1)
 
 
-def projection_matrix(view_angle_rad: float, *, points: int = 75, trailing: int = 0) -> np.ndarray:
-    """C of [zhang2007 3.5] and [zhang2004 5]: (2 points + trailing, 3 points + trailing).
+def projection_matrix(view_angle_rad: float, *, trailing: int = 0) -> np.ndarray:
+    """C of [zhang2007 3.5] and [zhang2004 5], (150, 225), or (151, 226) with one trailing number.
 
-    `points` is 75 for five blocks of fifteen joints; `trailing` is 1 when the frequency is the last number
-    of the representation (zhang2004: 226 -> 151).  The printed form, for small things and for tests.
+    Parameters
+    ----------
+    view_angle_rad : float
+    trailing : int
+        1 when the frequency is the last number of the representation (zhang2004), which is observed as it is.
+
+    Notes
+    -----
+    The printed form; sweeps project by axis, with `horizontal` and `vertical`.
     """
+    points = 5 * len(WALKER15.joints)
     one = np.array([[np.cos(view_angle_rad), np.sin(view_angle_rad), 0.0], [0.0, 0.0, 1.0]])
     matrix = np.zeros((2 * points + trailing, 3 * points + trailing))
     matrix[: 2 * points, : 3 * points] = np.kron(np.eye(points), one)

@@ -1,4 +1,4 @@
-"""How wrong a reconstruction is: zhang2007 section 4.2, zhang2004 section 4.2.
+"""Errors of a reconstruction in the missing dimension: zhang2007 section 4.2, zhang2004 section 4.2.
 
 Symbols
 -------
@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import camera
-from pipeline.validation import InvalidInput
+from pipeline.validation import require_choice
 
 
 def parseval_weights(blocks: int) -> np.ndarray:
@@ -67,18 +67,19 @@ def missing_variance(
 
     Parameters
     ----------
-    temporal_covariance : (J, 3, 3) mm²
-    average_posture : (J, 3) mm
+    temporal_covariance : (J, 3, 3)
+        mm².
+    average_posture : (J, 3)
+        mm.
     view_angle_rad : (A,)
     kind : {"temporal", "overall"}
         ``temporal``: variance over time of each joint, averaged over joints; ``overall``: all joints and
         instants about their common mean.  The paper's words allow both.
     """
+    require_choice("the kind of variance", kind, ("temporal", "overall"))
     view_angle_rad = np.atleast_1d(view_angle_rad)
     variance = along_missing(temporal_covariance, view_angle_rad).mean(axis=-1)
     if kind == "temporal":
         return variance
-    if kind != "overall":
-        raise InvalidInput("the kind of variance is unknown", expected="temporal or overall", received=kind)
     places = camera.missing_dimension(average_posture[None], view_angle_rad[:, None])
     return variance + places.var(axis=-1)

@@ -18,7 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.core.choice import first_lowest
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput, require_choice, require_range
+
+_SAME_MAGNITUDE = 1e-6
+"""Relative difference of two entries of a component at which the earlier one tells its sign: rounding does not."""
 
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
@@ -32,7 +37,8 @@ class LinearModel:
     ----------
     mean : (D,)
     components : (N, D)
-        Orthonormal rows, largest variance first; the entry of largest magnitude is positive.
+        Orthonormal rows, largest variance first; the entry of largest magnitude is positive (the first of those
+        that are within a millionth of it).
     eigenvalues : (N,)
         Variance along each component.
     total_variance : float
@@ -60,11 +66,11 @@ def flatten(coefficients: np.ndarray, frequency_hz: np.ndarray | None = None) ->
     return np.column_stack([rows, 2.0 * np.pi * np.asarray(frequency_hz, dtype=float)])
 
 
-def unflatten(rows: np.ndarray, joints: int = 15, space: int = 3) -> np.ndarray:
-    """Fourier representations (…, 1 + 2H, J, S) of samples (…, D); a trailing frequency is dropped."""
-    rows = np.asarray(rows)
-    blocks = rows.shape[-1] // (joints * space)
-    return rows[..., : blocks * joints * space].reshape(*rows.shape[:-1], blocks, joints, space)
+def unflatten(rows: np.ndarray) -> np.ndarray:
+    """Fourier representations (…, 1 + 2H, 15, 3) of samples (…, D); a trailing frequency is dropped."""
+    rows, joints = np.asarray(rows), len(WALKER15.joints)
+    blocks = rows.shape[-1] // (3 * joints)
+    return rows[..., : 3 * joints * blocks].reshape(*rows.shape[:-1], blocks, joints, 3)
 
 
 def fit(
@@ -103,22 +109,18 @@ def fit(
         raise InvalidInput(
             "a linear model needs at least two walkers", expected="(R, D), R > 1", received=str(samples.shape)
         )
-    if n_components < 1:
-        raise InvalidInput("no components", expected="1 or more", received=str(n_components))
-    if divisor not in ("R-1", "R"):
-        raise InvalidInput("the divisor is unknown", expected="R-1 or R", received=divisor)
+    require_range("the number of components", n_components, at_least=1, whole=True)
+    require_choice("the divisor", divisor, ("R-1", "R"))
     if not np.isfinite(samples).all():
         raise InvalidInput(
             f"walker {int(np.argwhere(~np.isfinite(samples))[0][0])} has values that are not finite"
         )
-    if scale_last is not None and not 0 < scale_last < np.inf:
-        raise InvalidInput(
-            "the scale of the last number is not positive", expected="scale > 0", received=f"{scale_last:g}"
-        )
+    if scale_last is not None:
+        require_range("the scale of the last number", scale_last, above=0)
     if scale_last is None:
-        spread = samples.var(axis=0)
-        varies = np.ptp(samples[:, -1]) > 0 and spread[:-1].any()
-        scale_last = float(np.sqrt(spread[:-1].mean() / spread[-1])) if varies else 1.0
+        variances = samples.var(axis=0)
+        varies = np.ptp(samples[:, -1]) > 0 and variances[:-1].any()
+        scale_last = float(np.sqrt(variances[:-1].mean() / variances[-1])) if varies else 1.0
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
     mean = samples.mean(axis=0)
@@ -126,7 +128,7 @@ def fit(
     variances = singular**2 / (len(samples) - (divisor == "R-1"))
     kept = min(n_components, len(samples) - 1, samples.shape[1])
     components = rows[:kept]
-    largest = np.abs(components).argmax(axis=1)
+    largest = first_lowest(-np.abs(components), margin=_SAME_MAGNITUDE)
     signs = np.where(components[np.arange(kept), largest] < 0, -1.0, 1.0)
     return LinearModel(
         mean=mean,
@@ -194,30 +196,23 @@ class WhitenedModel:
 
     Attributes
     ----------
-    spread : (N,)
-        k is z times this: sqrt(lambda), or one where the form is without a prior.
+    scale : (N,)
+        k is z times this: sqrt(lambda), mm, or one where the form is without a prior.
     mean_x, mean_y : (P,)
         Average walker, P = 75.
     mean_z : (P or P + 1,)
         With the frequency appended where the model has one: it is observed from every view, as z is.
     bx, by, bz : (P, N), (P, N), (P or P + 1, N)
-        Eigenwalkers times `spread`.
+        Eigenwalkers times `scale`.
     """
 
-    spread: np.ndarray
+    scale: np.ndarray
     mean_x: np.ndarray
     mean_y: np.ndarray
     mean_z: np.ndarray
     bx: np.ndarray
     by: np.ndarray
     bz: np.ndarray
-
-    def gram(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
-        """B_hat^T B_hat (A, N, N), B_hat the projection of the eigenwalkers, for A angles from four products."""
-        xy = self.bx.T @ self.by
-        parts = np.stack([self.bx.T @ self.bx, xy + xy.T, self.by.T @ self.by, self.bz.T @ self.bz])
-        weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
-        return np.tensordot(weights, parts, axes=1)
 
 
 def whiten(model: LinearModel, *, prior: bool = True) -> WhitenedModel:
@@ -228,13 +223,13 @@ def whiten(model: LinearModel, *, prior: bool = True) -> WhitenedModel:
     """
     size = model.mean.shape[0]
     points = 3 * (size // 3)
-    spread = np.sqrt(model.eigenvalues)
+    scale = np.sqrt(model.eigenvalues)
     if not prior:
-        spread = (spread > _NO_VARIATION * spread.max()).astype(float)
-    scaled = spread[:, None] * model.components
+        scale = (scale > _NO_VARIATION * scale.max()).astype(float)
+    scaled = scale[:, None] * model.components
     mx, my, mz = (model.mean[:points][axis::3] for axis in range(3))
     bx, by, bz = (scaled[:, :points][:, axis::3].T for axis in range(3))
     if size > points:
         mz = np.append(mz, model.mean[points:])
         bz = np.concatenate([bz, scaled[:, points:].T])
-    return WhitenedModel(spread, mx, my, mz, *(np.ascontiguousarray(b) for b in (bx, by, bz)))
+    return WhitenedModel(scale, mx, my, mz, *(np.ascontiguousarray(b) for b in (bx, by, bz)))

@@ -2,7 +2,7 @@
 
 The papers take frequency and phase from the 3D motion before it is projected [zhang2007 3.1, 3.4].  Here nothing
 but the view is used (`sweep.phase_source: observed2d`): time zero is the first frame, and the phase is left to
-the fit (`observed_phase`).
+the fit (`reconstruction.from_known_views_unknown_phase`).
 """
 
 from __future__ import annotations
@@ -12,14 +12,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from pipeline.core import camera
-from pipeline.core.fourier.frequency import SEARCH_HZ, design
+from pipeline.core import camera, newton
+from pipeline.core.choice import first_lowest
+from pipeline.core.fourier import SEARCH_HZ, design
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
-_NEAR = 0.15  # how far the series of all joints may move the guess
-_NODES = 13  # of the Chebyshev series of explained power over two cells of the grid: exact to rounding
-_BLOCK = 200_000  # numbers of a design that are worked on at a time: they stay in cache
+_NEAR = 0.15
+"""How far, as a fraction, the series of all joints may move the guess of the frequency."""
+
+_NODES = 13
+"""Of the Chebyshev series of explained power over two cells of the grid: exact to rounding."""
+
+_BLOCK = 200_000
+"""Numbers of a design that are worked on at a time: they stay in cache."""
 
 
 @dataclass(frozen=True)
@@ -64,18 +70,16 @@ def observe(
     view_angles_rad: np.ndarray,
     *,
     harmonics: int = 2,
-    mirror: tuple[int, ...] = WALKER15.mirror,
 ) -> ViewedClip:
     """One clip as each of A views shows it, at the frequency that the view alone gives [zhang2007 3.1].
 
     Parameters
     ----------
-    positions : (T, J, 3) mm
+    positions : (T, 15, 3)
+        In WALKER15 order, mm.
     frame_rate_hz : float
     view_angles_rad : (A,)
     harmonics : int
-    mirror : J indices
-        Which joint is whose mirror image.
 
     Raises
     ------
@@ -92,12 +96,12 @@ def observe(
     Without the guess, a slow drift and the fundamental pass for two harmonics of half the frequency in 3 % of
     the views of recorded overground walks, mostly frontal ones.
     """
-    view, values, times = _clip(positions, frame_rate_hz, view_angles_rad, harmonics, mirror)
+    view, values, times = _clip(positions, frame_rate_hz, view_angles_rad, harmonics)
     frames, joints = len(values), values.shape[1]
     centre = values.mean(axis=0)
     values = values - centre
     flat = values.reshape(frames, -1)
-    frequency = _frequency(view, values, times, harmonics, mirror)
+    frequency = _frequency(view, values, times, harmonics)
     projected, triangle = _regression(frequency, times, flat, harmonics)
     coefficients = np.linalg.solve(triangle, projected).reshape(len(view), -1, joints, 3)
     coefficients[:, 0] += centre
@@ -112,17 +116,13 @@ def _clip(
     frame_rate_hz: float,
     view_angles_rad: np.ndarray,
     harmonics: int,
-    mirror: tuple[int, ...],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """View angles (A,), positions (T, J, 3) and times (T,), or why they cannot be used."""
     view = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
-    values = np.asarray(positions, dtype=float)
+    values = require_shape("positions", np.asarray(positions, dtype=float), ("T", len(WALKER15.joints), 3))
     if view.ndim != 1 or not len(view) or not np.isfinite(view).all():
         raise InvalidInput("no list of finite view angles", expected="(A,) rad, A > 0", received=str(view))
-    if values.ndim != 3 or values.shape[-1] != 3:
-        raise InvalidInput("positions have the wrong shape", expected="(T, J, 3)", received=str(values.shape))
-    if harmonics < 1:
-        raise InvalidInput("no harmonics", expected="1 or more", received=str(harmonics))
+    require_range("harmonics", harmonics, at_least=1, whole=True)
     if not 2 * harmonics * SEARCH_HZ[1] < frame_rate_hz < np.inf:
         raise InvalidInput(
             f"the frame rate is too low for {harmonics} harmonics of a walk",
@@ -138,21 +138,12 @@ def _clip(
     if not np.isfinite(values).all():
         frame, joint = np.argwhere(~np.isfinite(values))[0][:2]
         raise InvalidInput(f"a position is not finite at frame {frame}, joint {joint}")
-    joints = range(values.shape[1])
-    if sorted(mirror) != list(joints) or any(mirror[mirror[joint]] != joint for joint in joints):
-        raise InvalidInput(
-            "the mirror pairs are not those of the joints",
-            expected=f"{len(joints)} joints, each the mirror image of its own",
-            received=str(mirror),
-        )
-    if not np.ptp(values - values[:, list(mirror)], axis=0).any():
+    if not np.ptp(values - values[:, list(WALKER15.mirror)], axis=0).any():
         raise InvalidInput("left and right do not move apart in the clip: it shows no cycle")
     return view, values, np.arange(len(values)) / frame_rate_hz
 
 
-def _frequency(
-    view: np.ndarray, values: np.ndarray, times: np.ndarray, harmonics: int, mirror: tuple[int, ...]
-) -> np.ndarray:
+def _frequency(view: np.ndarray, values: np.ndarray, times: np.ndarray, harmonics: int) -> np.ndarray:
     """Frequency (A,) of what each view shows of centred values (T, J, 3)."""
     c, s = np.cos(view), np.sin(view)
     weights = np.stack([c**2, 2 * s * c, s**2, np.ones_like(c)], axis=-1)
@@ -166,12 +157,12 @@ def _frequency(
     duration = len(times) * times[1]
     lowest = max(SEARCH_HZ[0], 1.0 / duration)
     grid = np.linspace(lowest, SEARCH_HZ[1], int(np.ceil((SEARCH_HZ[1] - lowest) * duration / 0.05)) + 2)
-    left = [joint for joint, other in enumerate(mirror) if joint < other]
-    apart = values[:, left] - values[:, [mirror[joint] for joint in left]]
-    guess = grid[(weights @ explained(grid, apart, 1).T).argmax(axis=1), None]
+    left = [joint for joint, other in enumerate(WALKER15.mirror) if joint < other]
+    apart = values[:, left] - values[:, [WALKER15.mirror[joint] for joint in left]]
+    guess = grid[first_lowest(-weights @ explained(grid, apart, 1).T), None]
     power = weights @ explained(grid, values, harmonics).T
     near = np.abs(grid - guess) <= _NEAR * guess
-    best = np.where(near, power, -np.inf).argmax(axis=1)
+    best = first_lowest(np.where(near, -power, np.inf))
     every = np.arange(len(view))
     low = np.where(near[every, np.maximum(best - 1, 0)] & (best > 0), -1.0, 0.0)
     high = np.where(near[every, np.minimum(best + 1, len(grid) - 1)] & (best < len(grid) - 1), 1.0, 0.0)
@@ -180,15 +171,20 @@ def _frequency(
     sampled = explained((grid[cells, None] + step * nodes).ravel(), values, harmonics)
     series = np.linalg.solve(chebyshev.chebvander(nodes, _NODES - 1), sampled.reshape(len(cells), _NODES, 4))
     curve = np.einsum("anw,aw->na", series[which], weights)
-    slope, bend = chebyshev.chebder(curve), chebyshev.chebder(curve, 2)
-    place = np.zeros(len(view))
-    for _ in range(20):
-        falls = chebyshev.chebval(place, bend, tensor=False)
-        newton = chebyshev.chebval(place, slope, tensor=False) / np.where(falls < 0, falls, -np.inf)
-        moved = np.clip(place - newton, low, high)
-        settled, place = np.abs(moved - place).max() < 1e-12, moved
-        if settled:
-            break
+    slope, bend = (
+        -chebyshev.chebder(curve),
+        -chebyshev.chebder(curve, 2),
+    )  # the explained power is to be largest
+
+    def derivatives(rows: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return (
+            chebyshev.chebval(place, slope[:, rows], tensor=False),
+            chebyshev.chebval(place, bend[:, rows], tensor=False),
+        )
+
+    place = newton.minimise(
+        derivatives, np.zeros(len(view)), low, high, tolerance=1e-12, most_iterations=50
+    ).at
     return grid[best] + step * place
 
 

@@ -16,11 +16,11 @@ import numpy as np
 from pipeline.validation import InvalidInput
 
 _ROUNDING = 1e-9
-"""Samples beyond an end that sums of fractional steps may reach; the outermost two samples are extended so far."""
+"""Samples beyond an end that sums of fractional steps may reach; the outermost sample is taken there."""
 
 
 def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values (N, …) at fractional positions, (1 - s) x_b + s x_(b+1): linear between samples.
+    """Values (N, …) at fractional positions, x_b + s (x_(b+1) - x_b): linear between samples.
 
     Parameters
     ----------
@@ -57,7 +57,9 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
             expected=f"0 to {last}",
             received=f"{at[place]:g}",
         )
-    before = np.minimum(at.astype(int), max(last - 1, 0))
+    at = np.clip(at, 0, last)
+    before = at.astype(int)
     after = np.minimum(before + 1, last)
     share = (at - before).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray((1.0 - share) * values[before] + share * values[after])
+    # Exact at whole positions, and equal samples stay equal in between.
+    return np.asarray(values[before] + share * (values[after] - values[before]))

@@ -2,7 +2,7 @@
 
 What is exactly true of each
 ----------------------------
-`angular_limb`    keeps its length to rounding, and its two angles, told in a chart of its own, lie in the span of the
+`angular_limb`    keeps its length to rounding, and its two angles, in a chart of its own, lie in the span of the
                   first K cosines (DCT-II): the limbs that [park2011 4] describes.  Its x, y, z do **not** lie in the
                   span of few cosines, but what is left falls faster than geometrically with their number: with K = 3
                   and swings of 0.8 rad, 28 of 100 cosines leave less than 1e-13 of it.
@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.core.anthropometry import SEGMENTS
 from pipeline.core.limb_chain import WALKER14, forward
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
 """Of the pelvis over the floor, as a part of the stature."""
@@ -157,8 +157,8 @@ def angular_limb(
     >>> np.linalg.norm(limb.relative, axis=1).round(9).tolist() == [200.0] * 50
     True
     """
-    _refuse_outside("length", length_mm, 0.0, np.inf)
-    _refuse_outside("swing", swing_rad, 0.0, LARGEST_SWING_RAD)
+    require_range("length_mm", length_mm, at_least=0)
+    require_range("swing_rad", swing_rad, at_least=0, at_most=LARGEST_SWING_RAD)
     towards = generator.standard_normal(3) if middle is None else np.asarray(middle, dtype=float)
     twist = generator.uniform(-np.pi, np.pi)
     angles = np.array([np.pi / 2.0, 0.0]) + swing_rad * smooth_series(
@@ -197,8 +197,8 @@ def cartesian_limb(
     InvalidInput
         If a size is out of range.
     """
-    _refuse_outside("length", length_mm, 0.0, np.inf)
-    _refuse_outside("swing", swing, 0.0, np.inf)
+    require_range("length_mm", length_mm, at_least=0)
+    require_range("swing", swing, at_least=0)
     mean = generator.standard_normal(3)
     moving = swing * smooth_series(generator, frames, 3, bandwidth=bandwidth)
     return np.asarray(length_mm * (mean / np.linalg.norm(mean) + moving))
@@ -232,7 +232,7 @@ def synthetic_body(
     InvalidInput
         If a size is out of range.
     """
-    _refuse_outside("wandering", wander_mm, 0.0, np.inf)
+    require_range("wander_mm", wander_mm, at_least=0)
     lengths = anthropometric_lengths(WALKER14, of="stature", size_mm=stature_mm)
     root = smooth_series(generator, frames, 3, bandwidth=bandwidth) * wander_mm * [1.0, 1.0, 0.1]
     root[:, 2] += HIP_HEIGHT * stature_mm
@@ -264,13 +264,3 @@ def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
     y /= np.linalg.norm(y)
     turned = Rotation.from_rotvec(twist_rad * x).as_matrix()
     return np.asarray(np.stack([x, y, np.cross(x, y)]) @ turned.T)
-
-
-def _refuse_outside(what: str, value: float, least: float, most: float) -> None:
-    if not (least <= value <= most and np.isfinite(value)):
-        raise InvalidInput(
-            f"the {what} is out of range",
-            where="synthetic limbs",
-            expected=f"{least:g} or more" + (f", up to {most:g}" if np.isfinite(most) else ""),
-            received=f"{value:g}",
-        )

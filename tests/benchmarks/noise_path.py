@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core import linear_model
-from pipeline.core.reconstruction import noise_path
+from pipeline.core import linear_model, reconstruction
 from tests.benchmarks import naive
 from tests.benchmarks.inputs import COMPONENTS, VIEWS_RAD, samples
 from tests.benchmarks.tables import Row
@@ -27,7 +26,7 @@ def run() -> list[Row]:
     def ours(folds: int = len(rows)) -> np.ndarray:
         return np.array(
             [
-                noise_path.error_path(model, walker, VIEWS_RAD, SIGMA2_MM2)
+                reconstruction.error_path(model, walker, VIEWS_RAD, SIGMA2_MM2)
                 for model, walker in zip(models[:folds], rows[:folds], strict=True)
             ]
         )

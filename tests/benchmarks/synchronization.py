@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core import synchronization
-from pipeline.core.synchronization.trellis import trellis
+from pipeline.core.synchronization import allowed_disparities
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, in_turns, relative_difference
 
@@ -242,7 +242,7 @@ def _growth() -> list[Row]:
             def job(sequences: np.ndarray = sequences, band: int = band, mu: float = mu) -> object:
                 return function(sequences, max_disparity=band, smoothness=mu)  # noqa: B023
 
-            nodes = trellis(frames, max_disparity=band, smoothness=mu)
+            nodes = allowed_disparities(frames, max_disparity=band, smoothness=mu)
             visited = count**2 * float((nodes.high - nodes.low + 1).sum())
             seconds = cpu_seconds(job)
             rounds = 1 if seconds > 1.0 else 5

@@ -62,11 +62,9 @@ def test_what_the_eigenvalues_at_hand_cannot_hold_takes_all_of_them() -> None:
 
 @pytest.mark.parametrize("share", [0.0, -0.5, 1.01, np.nan, np.inf])
 def test_a_share_that_is_none_is_refused(share: float) -> None:
-    with pytest.raises(
-        InvalidInput, match=r"the share of the variance is none \(expected above 0 and up to 1"
-    ):
+    with pytest.raises(InvalidInput, match=r"the share of the variance must be above 0 and at most 1"):
         smallest_dimensions(np.array([1.0]), 1.0, share)
-    with pytest.raises(InvalidInput, match="the share of the variance is none"):
+    with pytest.raises(InvalidInput, match="the share of the variance must be"):
         aspace.learn(performances(1), variance=share)
 
 
@@ -199,14 +197,16 @@ def test_postures_that_are_all_the_same_are_refused_even_if_their_mean_is_rounde
 
 @pytest.mark.parametrize("dimensions", [0, -1, 38])
 def test_dimensions_that_do_not_exist_are_refused(dimensions: int) -> None:
-    message = rf"no such number of dimensions \(expected 1 to 37, received {dimensions}\)"
+    message = (
+        rf"the number of dimensions must be a whole number at least 1 and at most 37 \(got {dimensions}\)"
+    )
     with pytest.raises(InvalidInput, match=message):
         aspace.learn(performances(1), dimensions=dimensions)
 
 
 def test_more_dimensions_than_postures_span_are_refused() -> None:
     few = np.random.default_rng(1).standard_normal((4, 37))
-    with pytest.raises(InvalidInput, match="expected 1 to 3, received 4"):
+    with pytest.raises(InvalidInput, match=r"at most 3 \(got 4\)"):
         aspace.learn([few], dimensions=4)
 
 

@@ -125,7 +125,5 @@ def test_a_relative_error_divides_by_the_variance_of_the_missing_dimension() -> 
 
 
 def test_an_unknown_kind_of_variance_is_refused() -> None:
-    with pytest.raises(
-        InvalidInput, match=r"kind of variance is unknown \(expected temporal or overall, rec"
-    ):
+    with pytest.raises(InvalidInput, match=r"kind of variance must be temporal or overall"):
         errors.missing_variance(np.zeros((15, 3, 3)), np.zeros((15, 3)), np.zeros(1), kind="spatial")

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pipeline.core import camera, fourier, linear_model
 from pipeline.core.linear_model import LinearModel
+from pipeline.core.reconstruction import Gram
 from pipeline.validation import InvalidInput
 from tests.strategies import STYLES, Fold, angles, folds, seeds, walkers
 
@@ -225,12 +226,12 @@ def test_the_whitened_form_is_the_projected_eigenwalkers(fold: Fold, angle: floa
     white = linear_model.whiten(model, prior=prior)
     spread = np.sqrt(model.eigenvalues)
     kept = spread > 1e-12 * spread.max()
-    np.testing.assert_allclose(white.spread, spread if prior else kept.astype(float), rtol=1e-15)
+    np.testing.assert_allclose(white.scale, spread if prior else kept.astype(float), rtol=1e-15)
     trailing = model.mean.size - 225
-    projected = camera.projection_matrix(angle, trailing=trailing) @ model.components.T * white.spread
-    gram = white.gram(np.cos([angle]), np.sin([angle]))[0]
+    projected = camera.projection_matrix(angle, trailing=trailing) @ model.components.T * white.scale
+    gram = Gram(white).at(np.cos([angle]), np.sin([angle]))[0]
     np.testing.assert_allclose(
-        gram, projected.T @ projected, rtol=0, atol=1e-12 * max(white.spread.max() ** 2, 1)
+        gram, projected.T @ projected, rtol=0, atol=1e-12 * max(white.scale.max() ** 2, 1)
     )
     assert white.mean_z.size == 75 + trailing
     np.testing.assert_array_equal(white.mean_y, model.mean[:225].reshape(75, 3)[:, 1])
@@ -246,11 +247,11 @@ HOLED[3, 2] = np.inf
     [
         (GOOD[0], 2, {}, "at least two walkers"),
         (GOOD[:1], 2, {}, r"at least two walkers \(expected \(R, D\), R > 1, received \(1, 6\)\)"),
-        (GOOD, 0, {}, "no components"),
-        (GOOD, 2, {"divisor": "R-2"}, "divisor is unknown"),
+        (GOOD, 0, {}, "the number of components must be a whole number at least 1"),
+        (GOOD, 2, {"divisor": "R-2"}, "divisor must be R-1 or R"),
         (HOLED, 2, {}, "walker 3 has values that are not finite"),
-        (GOOD, 2, {"scale_last": 0.0}, "scale of the last number is not positive"),
-        (GOOD, 2, {"scale_last": np.nan}, "scale of the last number is not positive"),
+        (GOOD, 2, {"scale_last": 0.0}, "scale of the last number must be above 0"),
+        (GOOD, 2, {"scale_last": np.nan}, "scale of the last number must be above 0"),
     ],
 )
 def test_what_cannot_be_learnt_from_is_refused(

@@ -14,7 +14,7 @@ import pytest
 
 from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome, make_figure, not_for
-from pipeline.core.synchronization import trellis
+from pipeline.core.synchronization import allowed_disparities
 from pipeline.recordings import check as recording_check
 from pipeline.storage import tables
 from pipeline.storage.store import Store
@@ -160,7 +160,7 @@ def test_the_distance_is_the_sum_along_the_path_and_the_least(made: Path) -> Non
 def test_random_paths_are_admissible_and_corner_changes_are_all_there_are(
     start: str, steps: tuple[int, ...]
 ) -> None:
-    nodes = trellis.trellis(8, max_disparity=5, smoothness=0.1, start=start, steps=steps)
+    nodes = allowed_disparities(8, max_disparity=5, smoothness=0.1, start=start, steps=steps)
     paths = other_paths.random_paths(nodes, 500, np.random.default_rng(1))
     assert (paths[:, -1] == 0).all()
     assert ((paths >= nodes.low) & (paths <= nodes.high)).all()

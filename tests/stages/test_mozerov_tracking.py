@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome
 from pipeline.core import action_model, posture
-from pipeline.core.posture import frames as limb_frames
-from pipeline.core.tracking.errors import joint_error
+from pipeline.core.posture.frames import REST
+from pipeline.core.tracking import joint_error
 from pipeline.recordings import check as recording_check
 from pipeline.stages import dataset, ingest, model
 from pipeline.storage import tables
@@ -273,7 +273,7 @@ def test_particles_that_are_no_posture_have_no_weight(trial: tracking.Trial) -> 
     space, body = trial.held_out.action.space, trial.performance.body
     postures = space.postures(trial.held_out.action.model.mean[:7])
     thigh = slice(1 + 3 * 4, 1 + 3 * 5)
-    postures[3, thigh] = -limb_frames.REST[4]
+    postures[3, thigh] = -REST[4]
     # An aSpace that is all of the 37 numbers lets them be given as they are.
     whole = replace(space, mean=np.zeros(37), components=np.eye(37))
     held_out = replace(trial.held_out, action=replace(trial.held_out.action, space=whole))

@@ -16,7 +16,7 @@ from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome
 from pipeline.core.articulated_trajectory import Smoothness
 from pipeline.core.limb_chain import WALKER14
-from pipeline.core.statistics.rank_correlation import rank_correlation
+from pipeline.core.statistics import rank_correlation
 from pipeline.recordings import check as recording_check
 from pipeline.stages import dataset, ingest
 from pipeline.storage import tables

@@ -14,7 +14,7 @@ from pipeline.__main__ import compose
 from pipeline.cli.figures import make_figure
 from pipeline.core import camera, errors, fourier, reconstruction, viewpoint
 from pipeline.core.linear_model import LinearModel, unflatten
-from pipeline.core.statistics import circular
+from pipeline.core.statistics import angle_difference_deg
 from pipeline.stages import dataset, ingest, model, sweep
 from pipeline.storage.store import Artefact, Store
 from pipeline.studies.options import Config
@@ -73,7 +73,7 @@ def test_with_the_phase_unknown_the_view_is_still_found(figure: str, store: Stor
     assert ours.notes["not_converged"] == 0
     assert set(ours.arrays) - set(paper.arrays) == {"frequency_hz", "phase_rad", "phase_error_rad"}
     views = ours.arrays["view_angle_deg"]
-    off = [np.abs(circular.difference_deg(a.arrays["angle_deg"], views)).mean() for a in (paper, ours)]
+    off = [np.abs(angle_difference_deg(a.arrays["angle_deg"], views)).mean() for a in (paper, ours)]
     assert off[1] < 1.1 * off[0] + 0.1
     assert (ours.arrays["runner_up_cost"] >= ours.arrays["cost"]).all()
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 BOUND = 3.0
 """Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
@@ -50,39 +50,33 @@ class ActionModel:
     n_performances: int
 
 
-def learn(performances: np.ndarray, *, floor: float | None = None) -> ActionModel:
+def learn(performances: np.ndarray) -> ActionModel:
     """Mean performance and the standard deviation at each posture, divisor M - 1.
 
     Parameters
     ----------
     performances : (M, P, b)
         Synchronized.
-    floor : float, optional
-        Least standard deviation, in units of the aSpace; by default a hundredth of the root mean square one.
 
     Raises
     ------
     InvalidInput
-        One performance alone, all of them identical and no floor given, numbers that are not finite, or a floor
-        that is not positive.
+        One performance alone, all of them identical, or numbers that are not finite.
     """
     performances = _checked(performances)
     if len(performances) < 2:
         raise InvalidInput("one performance has no spread", expected="two or more", received="1")
-    if floor is not None and not 0.0 < floor < np.inf:
-        raise InvalidInput("the floor is not positive", expected="aSpace units > 0", received=f"{floor:g}")
-    spread = performances.std(axis=0, ddof=1)
-    if floor is None:
-        floor = FLOOR_SHARE * float(np.sqrt((spread**2).mean()))
-        if not np.ptp(performances, axis=0).any():
-            raise InvalidInput(
-                "the performances are all identical, so there is no spread to learn",
-                expected="performances that differ, or a floor",
-            )
+    deviation = performances.std(axis=0, ddof=1)
+    if not np.ptp(performances, axis=0).any():
+        raise InvalidInput(
+            "the performances are all identical, so there is no spread to learn",
+            expected="performances that differ",
+        )
+    floor = FLOOR_SHARE * float(np.sqrt((deviation**2).mean()))
     return ActionModel(
         mean=performances.mean(axis=0),
-        standard_deviation=np.maximum(spread, floor),
-        floored=spread < floor,
+        standard_deviation=np.maximum(deviation, floor),
+        floored=deviation < floor,
         n_performances=len(performances),
     )
 
@@ -111,8 +105,8 @@ def accepted(
     InvalidInput
         Postures of another shape, or a bound that is not positive.  A posture with NaN is not accepted.
     """
-    mean, spread = _samples_at(model, at)
-    _check_bound(bound)
+    mean, deviation = _samples_at(model, at)
+    _require_bound(bound)
     postures = np.asarray(postures, dtype=float)
     if postures.shape[-mean.ndim :] != mean.shape:
         expected = ", ".join(map(str, mean.shape))
@@ -121,7 +115,7 @@ def accepted(
             expected=f"(…, {expected})",
             received=str(postures.shape),
         )
-    return np.asarray((np.abs(postures - mean) <= bound * spread).all(axis=-1))
+    return np.asarray((np.abs(postures - mean) <= bound * deviation).all(axis=-1))
 
 
 def sample(
@@ -154,15 +148,14 @@ def sample(
     InvalidInput
         A negative count, a sample that the model does not have, or a bound that is not positive.
     """
-    mean, spread = _samples_at(model, at)
-    _check_bound(bound)
-    if count < 0:
-        raise InvalidInput("the number of postures is negative", expected="0 or more", received=str(count))
+    mean, deviation = _samples_at(model, at)
+    _require_bound(bound)
+    require_range("the number of postures", count, at_least=0, whole=True)
     below = ndtr(-bound)
     normal = ndtri(below + generator.random((count, *mean.shape)) * (1.0 - 2.0 * below))
     # A draw of exactly 0, and rounding at the bound itself.
     limit = min(bound * (1.0 - 1e-12), _FARTHEST)
-    return np.asarray(mean + spread * np.clip(normal, -limit, limit))
+    return np.asarray(mean + deviation * np.clip(normal, -limit, limit))
 
 
 def acceptance_left_out(
@@ -170,7 +163,6 @@ def acceptance_left_out(
     *,
     groups: np.ndarray | None = None,
     bound: float = BOUND,
-    floor: float | None = None,
 ) -> np.ndarray:
     """Whether each posture of each performance is accepted by the model learnt without it, (M, P) bool.
 
@@ -181,8 +173,8 @@ def acceptance_left_out(
         out of mean and spread only.
     groups : (M,), optional
         Performances with the same value (one actor's) leave together.
-    bound, floor : float
-        As for `accepted` and `learn`.
+    bound : float
+        As for `accepted`.
 
     Raises
     ------
@@ -207,25 +199,20 @@ def acceptance_left_out(
                 expected="two or more",
                 received=str((~out).sum()),
             )
-        result[out] = accepted(learn(performances[~out], floor=floor), performances[out], bound=bound)
+        result[out] = accepted(learn(performances[~out]), performances[out], bound=bound)
     return result
 
 
 def _samples_at(model: ActionModel, at: int | None) -> tuple[np.ndarray, np.ndarray]:
     if at is None:
         return model.mean, model.standard_deviation
-    if not 0 <= at < len(model.mean):
-        raise InvalidInput(
-            "the action model has no such sample", expected=f"0 to {len(model.mean) - 1}", received=str(at)
-        )
+    require_range("the sample of the action model", at, at_least=0, at_most=len(model.mean) - 1, whole=True)
     return model.mean[at], model.standard_deviation[at]
 
 
-def _check_bound(bound: float) -> None:
-    if not bound > 0.0:
-        raise InvalidInput(
-            "the bound is not positive", expected="standard deviations > 0", received=f"{bound:g}"
-        )
+def _require_bound(bound: float) -> None:
+    if not bound > 0.0:  # infinity is allowed: no bound
+        raise InvalidInput("must be above 0 standard deviations", where="the bound", received=f"{bound:g}")
 
 
 def _checked(performances: np.ndarray) -> np.ndarray:

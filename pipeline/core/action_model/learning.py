@@ -11,13 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core import aspace, synchronization
-from pipeline.core.action_model import bounds as action_model
-from pipeline.core.action_model.bounds import ActionModel
+from pipeline.core import aspace
+from pipeline.core.action_model.bounds import ActionModel, learn
 from pipeline.core.aspace import ASpace
-from pipeline.core.synchronization import key_frames
-from pipeline.core.synchronization.all_pairs import median_sequence, synchronize_all
-from pipeline.core.synchronization.key_frames import KeyFrameSynchronization
+from pipeline.core.synchronization import (
+    KeyFrameSynchronization,
+    choose_key_frames,
+    median_sequence,
+    normalise,
+    resample_by_key_frames,
+    synchronize_all,
+    warp,
+)
 from pipeline.validation import InvalidInput
 
 
@@ -56,7 +61,7 @@ class LearntAction:
     model: ActionModel
 
 
-def learn(
+def learn_action(
     postures: Sequence[np.ndarray],
     *,
     samples: int = 100,
@@ -88,7 +93,7 @@ def learn(
     Raises
     ------
     InvalidInput
-        As `aspace.learn`, `synchronization.synchronize` and `action_model.learn`.
+        As `aspace.learn`, `synchronization.synchronize` and `learn`.
     """
     if len(postures) < 2:
         raise InvalidInput(
@@ -96,14 +101,14 @@ def learn(
         )
     space = aspace.learn(postures, variance=variance, dimensions=dimensions)
     raw = tuple(space.project(p) for p in postures)
-    linear = np.stack([synchronization.normalise(x, samples) for x in raw])
+    linear = np.stack([normalise(x, samples) for x in raw])
     mu = smoothness * mean_squared_deviation(linear)
     pairs = synchronize_all(
         linear, max_disparity=max_disparity, smoothness=mu, penalty=penalty, start=start, steps=steps
     )
     median = median_sequence(pairs.cost)
     disparity = pairs.disparity[median]
-    synchronized = np.stack([synchronization.warp(x, d) for x, d in zip(linear, disparity, strict=True)])
+    synchronized = np.stack([warp(x, d) for x, d in zip(linear, disparity, strict=True)])
     return LearntAction(
         space=space,
         raw=raw,
@@ -113,7 +118,7 @@ def learn(
         median=median,
         disparity=disparity,
         synchronized=synchronized,
-        model=action_model.learn(synchronized),
+        model=learn(synchronized),
     )
 
 
@@ -145,10 +150,9 @@ def by_key_frames(
     Raises
     ------
     InvalidInput
-        As `key_frames.choose` and `key_frames.resample`.
+        As `choose_key_frames` and `resample_by_key_frames`.
     """
-    chosen = key_frames.choose(raw, count=count)
-    return key_frames.resample(raw, chosen.frames, samples)
+    return resample_by_key_frames(raw, choose_key_frames(raw, count=count).frames, samples)
 
 
 def variance_left(performances: np.ndarray) -> np.ndarray:

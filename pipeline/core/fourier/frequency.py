@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from pipeline.core.choice import first_lowest
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
@@ -59,18 +60,15 @@ def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) ->
     return (within * np.exp(block * turn)).sum(axis=1)
 
 
-def fundamental_frequency(
-    positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2, signal: np.ndarray | None = None
-) -> float:
+def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2) -> float:
     """Fundamental frequency in Hz: the one whose harmonic regression leaves the least residual.
 
     Parameters
     ----------
-    positions : (T, J, S) mm
+    positions : (T, 15, S)
+        In WALKER15 order, mm.
     frame_rate_hz : float
     harmonics : int
-    signal : (T,), optional
-        The series whose spectrum gives the first guess; by default left ankle y - right ankle y.
 
     Raises
     ------
@@ -79,15 +77,14 @@ def fundamental_frequency(
 
     Notes
     -----
-    The first guess is the strongest frequency of `signal` between 0.4 and 1.6 Hz that completes a cycle in
-    the clip; the regression over all joints then moves it by at most 15 %, so that neither the half nor the
-    double of the true frequency can be reached by a small gain in fit.  In a clip of many cycles the fit has
+    The first guess is the strongest frequency of left ankle y - right ankle y between 0.4 and 1.6 Hz that completes
+    a cycle in the clip; the regression over all joints then moves it by at most 15 %, so that neither the half nor
+    the double of the true frequency can be reached by a small gain in fit.  In a clip of many cycles the fit has
     side lobes every 1/(H T) Hz, so the best of a grid of six points to a lobe is taken before it is refined.
     """
     frames = len(positions)
     times = np.arange(frames) / frame_rate_hz
-    if signal is None:
-        signal = positions[:, _LEFT_ANKLE, 1] - positions[:, _RIGHT_ANKLE, 1]
+    signal = positions[:, _LEFT_ANKLE, 1] - positions[:, _RIGHT_ANKLE, 1]
     duration = frames / frame_rate_hz
     lowest = max(SEARCH_HZ[0], 1.0 / duration)
     if lowest >= SEARCH_HZ[1]:
@@ -99,8 +96,8 @@ def fundamental_frequency(
     # Six candidates to the clip's resolution cannot step over the peak.
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
-    guess = float(candidates[int(np.argmax(single_frequency_power(candidates, times, signal)))])
-    check_rate(frame_rate_hz, guess, harmonics)
+    guess = float(candidates[first_lowest(-single_frequency_power(candidates, times, signal))])
+    require_rate(frame_rate_hz, guess, harmonics)
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)
 
@@ -114,7 +111,7 @@ def fundamental_frequency(
     reach = min(0.15 * guess, 2.0 / duration)
     bounds = max(guess - reach, 0.85 * lowest), guess + reach
     grid = np.linspace(*bounds, int(np.ceil((bounds[1] - bounds[0]) * duration * harmonics * 6)) + 3)
-    best = int(np.argmin([unexplained(frequency) for frequency in grid]))
+    best = int(first_lowest(np.array([unexplained(frequency) for frequency in grid])))
     found = minimize_scalar(
         unexplained,
         bounds=(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]),
@@ -124,8 +121,14 @@ def fundamental_frequency(
     return float(found.x)
 
 
-def check_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:
-    """Nothing; a InvalidInput unless the fastest harmonic has more than two frames to its period."""
+def require_rate(frame_rate_hz: float, frequency_hz: float, harmonics: int) -> None:
+    """Require more than two frames to the period of the fastest harmonic.
+
+    Raises
+    ------
+    InvalidInput
+        If the frame rate is too low.
+    """
     if not frame_rate_hz > 2 * harmonics * frequency_hz:
         raise InvalidInput(
             "the frame rate is too low for the harmonics",

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.fourier.frequency import check_rate, design, fundamental_frequency
+from pipeline.core.fourier.frequency import design, fundamental_frequency, require_rate
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 _LEFT_ANKLE = WALKER15.index("left_ankle")
 _RIGHT_ANKLE = WALKER15.index("right_ankle")
@@ -63,47 +63,36 @@ def represent(
     *,
     harmonics: int = 2,
     frequency_hz: float | None = None,
-    phase_joints: tuple[int, int] = (_LEFT_ANKLE, _RIGHT_ANKLE),
 ) -> FourierRepresentation:
     """Fourier representation of one walk at phase zero [zhang2007 3.1] [zhang2007 3.2] [zhang2004 1] [zhang2004 2].
 
     Parameters
     ----------
-    positions : (T, J, 3) mm
-        Heading along +y and free of drift.
+    positions : (T, 15, 3)
+        In WALKER15 order, mm; heading along +y and free of drift.
     frame_rate_hz : float
     harmonics : int
+        H.
     frequency_hz : float, optional
         Known fundamental frequency; estimated when absent.
-    phase_joints : pair of int
-        Phase zero is where the fundamental of (first joint's y - second joint's y) is A sin wt with A > 0;
-        by default left ankle and right ankle.
-
-    Returns
-    -------
-    FourierRepresentation
 
     Raises
     ------
     InvalidInput
         If positions are not finite, the rate or a given frequency is not positive, or the clip is shorter
         than the regression.
+
+    Notes
+    -----
+    Phase zero is where the fundamental of (left ankle y - right ankle y) is A sin wt with A > 0.
     """
-    positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 3:
-        raise InvalidInput(
-            "positions have the wrong shape", expected="(T, J, 3)", received=str(positions.shape)
-        )
-    if not 0 < frame_rate_hz < np.inf:
-        raise InvalidInput(
-            "the frame rate is not positive", expected="hertz > 0", received=f"{frame_rate_hz:g}"
-        )
-    if frequency_hz is not None and not 0 < frequency_hz < np.inf:
-        raise InvalidInput(
-            "the frequency is not positive", expected="hertz > 0", received=f"{frequency_hz:g}"
-        )
-    if harmonics < 1:
-        raise InvalidInput("no harmonics", expected="1 or more", received=str(harmonics))
+    positions = require_shape(
+        "positions", np.asarray(positions, dtype=float), ("T", len(WALKER15.joints), "S")
+    )
+    require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
+    if frequency_hz is not None:
+        require_range("the frequency", frequency_hz, above=0, unit="Hz")
+    require_range("harmonics", harmonics, at_least=1, whole=True)
     if len(positions) <= 1 + 2 * harmonics:
         raise InvalidInput(
             "the clip is shorter than its Fourier series",
@@ -115,9 +104,8 @@ def represent(
         raise InvalidInput(f"a position is not finite at frame {frame}, joint {joint}")
     times = np.arange(len(positions)) / frame_rate_hz
     if frequency_hz is None:
-        difference = positions[:, phase_joints[0], 1] - positions[:, phase_joints[1], 1]
-        frequency_hz = fundamental_frequency(positions, frame_rate_hz, harmonics=harmonics, signal=difference)
-    check_rate(frame_rate_hz, frequency_hz, harmonics)
+        frequency_hz = fundamental_frequency(positions, frame_rate_hz, harmonics=harmonics)
+    require_rate(frame_rate_hz, frequency_hz, harmonics)
     matrix = design(frequency_hz, times, harmonics)
     basis, triangle = np.linalg.qr(matrix)
     values = positions.reshape(len(positions), -1)
@@ -128,7 +116,7 @@ def represent(
     total = float((centred**2).sum())
     # The first orthonormal column is the constant, so the rest adds up to variance about the time mean.
     gains = (projected[1:] ** 2).sum(axis=1).reshape(harmonics, 2).sum(axis=1)
-    difference = coefficients[:, phase_joints[0], 1] - coefficients[:, phase_joints[1], 1]
+    difference = coefficients[:, _LEFT_ANKLE, 1] - coefficients[:, _RIGHT_ANKLE, 1]
     phase = float(np.arctan2(difference[2], difference[1]))
     return FourierRepresentation(
         coefficients=shift(coefficients, phase),
@@ -177,12 +165,12 @@ def shift(coefficients: np.ndarray, phase_rad: float | np.ndarray) -> np.ndarray
     return moved
 
 
-def mirrored(coefficients: np.ndarray, mirror: tuple[int, ...] = WALKER15.mirror) -> np.ndarray:
+def mirrored(coefficients: np.ndarray) -> np.ndarray:
     """The walker's mirror image: left and right exchanged, shifted by half a cycle so that phase zero stays.
 
-    `coefficients` is (…, 1 + 2H, J, 3).  Applied twice it gives the walker back.
+    `coefficients` is (…, 1 + 2H, 15, 3).  Applied twice it gives the walker back.
     """
-    image = np.array(coefficients[..., list(mirror), :], dtype=float)
+    image = np.array(coefficients[..., list(WALKER15.mirror), :], dtype=float)
     image[..., 0] *= -1.0
     harmonics = (image.shape[-3] - 1) // 2
     for h in range(1, harmonics + 1, 2):  # half a cycle turns the sign of the odd harmonics

@@ -1,4 +1,12 @@
-"""Postures by direction cosines: 37 numbers, and the joints that they stand for: mozerov2006 section 2."""
+"""Postures by direction cosines: 37 numbers, and the joints that they stand for: mozerov2006 section 2.
+
+`postures` goes from joints to cosines, `joints` back with the `limb_lengths` of a body.
+
+Symbols
+-------
+``u``        height of the pelvis over the floor, in leg lengths
+``theta``    direction cosines of a limb: its unit direction in the frame of its parent
+"""
 
 from pipeline.core.posture.cosines import (
     FLOOR_PERCENTILE,

@@ -6,7 +6,7 @@ Symbols
 ``theta``    direction cosines of a limb: its unit direction in the frame of its parent
 ``h, t, s``  unit directions of hip, torso and shoulder in the world
 
-The frames, and why they are those, stand in `pipeline.core.limb_frames`.
+The frames, and why they are those, stand in `frames`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.core.posture import frames as limb_frames
+from pipeline.core.posture import frames
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, SHOULDER, THIGHS, TORSO
 from pipeline.skeleton import POSTURE12, WALKER15
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice, require_range
 
 PARAMETERS = 1 + 3 * len(POSTURE12.limbs)
 FRAMES = ("parent", "hip")
@@ -92,30 +92,29 @@ def postures(
     says; nothing at all depends on the place.  The paper's "normalized height" is undefined: it is divided by
     the mean leg length of the clip here.
     """
-    _check_choice("frame", frame, FRAMES)
-    _check_choice("heading", heading, HEADINGS)
+    require_choice("frame", frame, FRAMES)
+    require_choice("heading", heading, HEADINGS)
     positions = _checked(positions)
     if floor_mm is None:
         floor_mm = floor_level(positions)
-    elif not np.isfinite(floor_mm):
-        raise InvalidInput("the floor has no height", expected="mm", received=str(floor_mm))
+    require_range("floor_mm", floor_mm)
     directions, lengths = _limbs(positions)
     h, t, s = (directions[:, limb] for limb in (HIP, TORSO, SHOULDER))
-    stance = limb_frames.stance(h)
-    hip, torso = limb_frames.hip_and_torso(h, t)
-    shoulder = limb_frames.shoulder(s, t)
+    stance = frames.stance(h)
+    hip, torso = frames.hip_and_torso(h, t)
+    shoulder = frames.shoulder(s, t)
 
     result = np.empty((len(positions), PARAMETERS))
     result[:, 0] = (positions[:, _PELVIS, 2] - floor_mm) / LimbLengths(lengths.mean(axis=0)).leg_length_mm
     cosines = result[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
     cosines[:, HIP] = _without_heading(h, heading)
-    cosines[:, TORSO] = limb_frames.told(stance, t)
-    cosines[:, SHOULDER] = limb_frames.told(torso if frame == "parent" else hip, s)
-    for limb, parent in _told_in(hip, torso, shoulder, frame).items():
-        cosines[:, limb] = limb_frames.told(parent, directions[:, limb])
+    cosines[:, TORSO] = frames.components_in(stance, t)
+    cosines[:, SHOULDER] = frames.components_in(torso if frame == "parent" else hip, s)
+    for limb, parent in _frames_of_limbs(hip, torso, shoulder, frame).items():
+        cosines[:, limb] = frames.components_in(parent, directions[:, limb])
     if frame == "parent":
         for limb, over in _OVER.items():
-            cosines[:, limb] = limb_frames.told_after(over, cosines[:, over], cosines[:, limb])
+            cosines[:, limb] = frames.components_after(over, cosines[:, over], cosines[:, limb])
     return result
 
 
@@ -150,12 +149,12 @@ def limb_lengths(positions: np.ndarray) -> LimbLengths:
     positions = _checked(positions)
     directions, lengths = _limbs(positions)
     h, t, s = (directions[:, limb] for limb in (HIP, TORSO, SHOULDER))
-    hip, _ = limb_frames.hip_and_torso(h, t)
+    hip, _ = frames.hip_and_torso(h, t)
     hips, shoulders = (positions[:, POSTURE12.ends[limb]].mean(axis=1) for limb in (HIP, SHOULDER))
     return LimbLengths(
         lengths.mean(axis=0),
-        limb_frames.told(hip, positions[:, _PELVIS] - hips).mean(axis=0),
-        limb_frames.told(limb_frames.shoulder(s, t), shoulders - positions[:, _STERNUM]).mean(axis=0),
+        frames.components_in(hip, positions[:, _PELVIS] - hips).mean(axis=0),
+        frames.components_in(frames.shoulder(s, t), shoulders - positions[:, _STERNUM]).mean(axis=0),
     )
 
 
@@ -182,7 +181,7 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
         Postures of another length, not finite, with a limb whose cosines are all zero, or that leave a frame
         undefined.
     """
-    _check_choice("frame", frame, FRAMES)
+    require_choice("frame", frame, FRAMES)
     given = np.asarray(postures, dtype=float)
     if given.ndim < 1 or given.shape[-1] != PARAMETERS:
         raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=str(given.shape))
@@ -195,22 +194,22 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
 
     directions = np.empty_like(cosines)
     h = directions[:, HIP] = cosines[:, HIP]
-    t = directions[:, TORSO] = limb_frames.meant(limb_frames.stance(h), cosines[:, TORSO])
-    hip, torso = limb_frames.hip_and_torso(h, t)
-    s = limb_frames.meant(torso if frame == "parent" else hip, cosines[:, SHOULDER])
-    shoulder = limb_frames.shoulder(s, t)
-    for limb, parent in _told_in(hip, torso, shoulder, frame).items():
-        told = cosines[:, limb]
+    t = directions[:, TORSO] = frames.vectors_from(frames.stance(h), cosines[:, TORSO])
+    hip, torso = frames.hip_and_torso(h, t)
+    s = frames.vectors_from(torso if frame == "parent" else hip, cosines[:, SHOULDER])
+    shoulder = frames.shoulder(s, t)
+    for limb, parent in _frames_of_limbs(hip, torso, shoulder, frame).items():
+        own = cosines[:, limb]
         if frame == "parent" and limb in _OVER:
-            told = limb_frames.meant_after(_OVER[limb], cosines[:, _OVER[limb]], told)
-        directions[:, limb] = limb_frames.meant(parent, told)
+            own = frames.vectors_after(_OVER[limb], cosines[:, _OVER[limb]], own)
+        directions[:, limb] = frames.vectors_from(parent, own)
 
     lengths = limb_lengths.limbs_mm
     positions = np.zeros((len(flat), len(WALKER15.joints), 3))
     positions[:, _PELVIS, 2] = flat[:, 0] * limb_lengths.leg_length_mm
     positions[:, _STERNUM] = positions[:, _PELVIS] + lengths[TORSO] * t
-    hips = positions[:, _PELVIS] - limb_frames.meant(hip, limb_lengths.pelvis_mm)
-    shoulders = positions[:, _STERNUM] + limb_frames.meant(shoulder, limb_lengths.shoulders_mm)
+    hips = positions[:, _PELVIS] - frames.vectors_from(hip, limb_lengths.pelvis_mm)
+    shoulders = positions[:, _STERNUM] + frames.vectors_from(shoulder, limb_lengths.shoulders_mm)
     for limb, axis, middle in ((HIP, h, hips), (SHOULDER, s, shoulders)):
         for end, side in zip(POSTURE12.ends[limb], (-0.5, 0.5), strict=True):
             positions[:, end] = middle + side * lengths[limb] * axis
@@ -220,8 +219,10 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
     return positions.reshape(*given.shape[:-1], len(WALKER15.joints), 3)
 
 
-def _told_in(hip: np.ndarray, torso: np.ndarray, shoulder: np.ndarray, frame: str) -> dict[int, np.ndarray]:
-    """For each limb beyond hip, torso and shoulder, the frame in which it is told, before any rotation from rest."""
+def _frames_of_limbs(
+    hip: np.ndarray, torso: np.ndarray, shoulder: np.ndarray, frame: str
+) -> dict[int, np.ndarray]:
+    """For each limb beyond hip, torso and shoulder, the frame in which it is given, before any rotation from rest."""
     if frame == "hip":
         return dict.fromkeys((NECK, *THIGHS, *LEGS, *ARMS, *FOREARMS), hip)
     return {
@@ -267,8 +268,3 @@ def _checked(positions: np.ndarray) -> np.ndarray:
         frame, joint = np.argwhere(~finite)[0]
         raise InvalidInput(f"the joint {WALKER15.joints[joint]} is missing", where=f"frame {frame}")
     return positions
-
-
-def _check_choice(what: str, given: str, known: tuple[str, ...]) -> None:
-    if given not in known:
-        raise InvalidInput(f"the {what} is unknown", expected=" or ".join(known), received=repr(given))

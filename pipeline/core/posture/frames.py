@@ -1,17 +1,17 @@
-"""Frames in which the directions of limbs are told [mozerov2006 1].
+"""Frames in which the directions of limbs are given [mozerov2006 1].
 
 A direction has no twist, so a frame needs a second one.  With h, t, s the unit directions of hip (left to right),
 torso (pelvis to sternum) and shoulder (left to right); axes are x to the right, y ahead, z up::
 
-    stance    x = h, z = the vertical made perpendicular to h    holds the torso
-    hip       x = h, z = t made perpendicular to h               holds the thighs
-    torso     z = t, x = h made perpendicular to t               holds shoulder and neck
-    shoulder  x = s, z = t made perpendicular to s               holds the arms
-    thigh     the hip frame after the smallest rotation that brings its rest direction to the thigh: holds the leg
-    arm       the shoulder frame, likewise to the arm: holds the forearm
+    stance    x = h, z = the vertical made perpendicular to h    gives the torso
+    hip       x = h, z = t made perpendicular to h               gives the thighs
+    torso     z = t, x = h made perpendicular to t               gives shoulder and neck
+    shoulder  x = s, z = t made perpendicular to s               gives the arms
+    thigh     the hip frame after the smallest rotation that brings its rest direction to the thigh: gives the leg
+    arm       the shoulder frame, likewise to the arm: gives the forearm
 
-The torso cannot be told in a frame made of itself: its bend against the vertical would be lost, and with it the
-way back to joints.  The hip has no parent: it is told in the world.
+The torso cannot be given in a frame made of itself: its bend against the vertical would be lost, and with it the
+way back to joints.  The hip has no parent: it is given in the world.
 
 The smallest rotation is not defined to the direction opposite to rest (no frame is continuous over all
 directions).  Rest is therefore the middle of what the joint can reach, not the hanging limb: with thighs at rest
@@ -49,7 +49,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 def stance(h: np.ndarray) -> np.ndarray:
-    """Frame of somebody who stands with this hip axis: how the torso bends is told in it.
+    """Frame of somebody who stands with this hip axis: the torso is given in it.
 
     Raises
     ------
@@ -82,18 +82,18 @@ def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
     return _axes(s, t, "the shoulder axis lies along the torso")
 
 
-def told(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+def components_in(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Components (T, 3) in a frame of vectors (T, 3) in the world."""
     return np.einsum("tij,tj->ti", frames, vectors)
 
 
-def meant(frames: np.ndarray, components: np.ndarray) -> np.ndarray:
+def vectors_from(frames: np.ndarray, components: np.ndarray) -> np.ndarray:
     """Vectors (T, 3) in the world of components (T, 3) or (3,) in a frame."""
     return np.einsum("tij,ti->tj", frames, np.broadcast_to(components, frames.shape[:2]))
 
 
-def told_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Vectors (T, 3) told in the frame of a thigh or an arm; all is given in the frame of hip or shoulder.
+def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Components (T, 3) in the frame of a thigh or an arm of vectors in the frame of hip or shoulder.
 
     Raises
     ------
@@ -103,8 +103,8 @@ def told_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndar
     return _turned(direction, REST[limb], vectors, POSTURE12.limbs[limb])
 
 
-def meant_after(limb: int, direction: np.ndarray, components: np.ndarray) -> np.ndarray:
-    """Vectors (T, 3) in the frame of hip or shoulder of what is told in that of a thigh or an arm.
+def vectors_after(limb: int, direction: np.ndarray, components: np.ndarray) -> np.ndarray:
+    """Vectors (T, 3) in the frame of hip or shoulder of components in that of a thigh or an arm.
 
     Raises
     ------
@@ -115,24 +115,24 @@ def meant_after(limb: int, direction: np.ndarray, components: np.ndarray) -> np.
 
 
 def _axes(x: np.ndarray, upward: np.ndarray, wrong: str) -> np.ndarray:
-    """Frames from their x axes, and z as near to a second direction as that allows; or a InvalidInput."""
+    """Frames from their x axes, and z as near to a second direction as that allows."""
     z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
     length = np.linalg.norm(z, axis=-1, keepdims=True)
-    _refuse(length[:, 0] < _LEAST_SINE, wrong)
+    _require_defined(length[:, 0] < _LEAST_SINE, wrong)
     z = z / length
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
 def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -> np.ndarray:
-    """Vectors after the smallest rotation that brings one unit direction to another; or a InvalidInput."""
+    """Vectors after the smallest rotation that brings one unit direction to another."""
     axis = np.cross(from_, to)  # of length sine
     cosine = (from_ * to).sum(axis=-1, keepdims=True)
     against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < _LEAST_SINE)
-    _refuse(against, f"the limb {limb} points against its rest direction")
+    _require_defined(against, f"the limb {limb} points against its rest direction")
     along = (axis * vectors).sum(axis=-1, keepdims=True)
     return cosine * vectors + np.cross(axis, vectors) + along / (1.0 + cosine) * axis
 
 
-def _refuse(wrong: np.ndarray, what: str) -> None:
+def _require_defined(wrong: np.ndarray, what: str) -> None:
     if wrong.any():
         raise InvalidInput(f"{what}, so its frame is not defined", where=f"frame {int(wrong.argmax())}")

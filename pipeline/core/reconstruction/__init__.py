@@ -1,21 +1,48 @@
-"""3D from one known view: zhang2007 section 3.2 and appendix A, zhang2004 section 3.2."""
+"""Coefficients and the missing dimension from known views: zhang2007 section 3.2, appendix A; zhang2004 section 3.2.
 
+Two approaches, chosen by ``noise_variance``: None is least squares (approach I), a number in mm² is the maximum of
+the posterior probability (approach II, MAP).  `least_squares` and `maximum_a_posteriori` are the printed estimators;
+`from_known_views` solves the same for many views at once, `error_path` for many noise variances, and the functions
+ending in ``_unknown_phase`` find the phase of the walker with the coefficients.  All but the printed ones go through
+one linear system, `Gram`.
+
+Symbols
+-------
+``E, lambda``  eigenwalkers and their variances, mm²
+``d``          observation less projected average walker, mm
+``k``          coefficients of the eigenwalkers, mm
+``sigma²``     noise variance of [zhang2007 3.12], mm²
+"""
+
+from pipeline.core.reconstruction.gram import Gram, Spectrum, gram_of, require_noise_variance
 from pipeline.core.reconstruction.known_view import (
     KnownViews,
-    check_noise_variance,
     from_known_views,
     least_squares,
-    less_average,
     maximum_a_posteriori,
-    right_hand_side,
+)
+from pipeline.core.reconstruction.noise_path import error_path
+from pipeline.core.reconstruction.unknown_phase import (
+    PhasedViews,
+    TurnedObservations,
+    error_path_unknown_phase,
+    from_known_views_unknown_phase,
+    lowest_phase,
 )
 
 __all__ = [
+    "Gram",
     "KnownViews",
-    "check_noise_variance",
+    "PhasedViews",
+    "Spectrum",
+    "TurnedObservations",
+    "error_path",
+    "error_path_unknown_phase",
     "from_known_views",
+    "from_known_views_unknown_phase",
+    "gram_of",
     "least_squares",
-    "less_average",
+    "lowest_phase",
     "maximum_a_posteriori",
-    "right_hand_side",
+    "require_noise_variance",
 ]

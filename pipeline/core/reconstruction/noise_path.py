@@ -1,7 +1,7 @@
 """The error of one walker along a whole path of noise variances: zhang2007 section 4.2.
 
-Symbols are those of `reconstruction`.  Because whitening turns [zhang2007 3.15] into (A + sigma2 I) z = h, one
-eigendecomposition of A serves every sigma2, and a path is smooth enough to need few of them.
+Symbols are those of `gram`: one eigendecomposition of A serves every sigma², and a path is smooth enough to need few
+of them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ import numpy as np
 
 from pipeline.core import errors
 from pipeline.core.linear_model import LinearModel, whiten
-from pipeline.core.reconstruction.known_view import check_noise_variance, less_average, right_hand_side
+from pipeline.core.reconstruction.gram import Gram, require_noise_variance
+from pipeline.core.reconstruction.known_view import deviation, right_hand_side
+from pipeline.skeleton import WALKER15
 
 _TERMS = 37.0
 """Natural logarithm of what the Chebyshev series of a path leaves out: e^-37 is rounding."""
@@ -21,10 +23,17 @@ def error_path(
     sample: np.ndarray,
     view_angles_rad: np.ndarray,
     noise_variances: np.ndarray,
-    *,
-    joints: int = 15,
 ) -> np.ndarray:
     """E_a of one walker for every view and every sigma², (A, S) mm² [zhang2007 3.15, 4.2].
+
+    Parameters
+    ----------
+    model : LinearModel
+        Learnt without this walker.
+    sample : (225,) or (226,)
+    view_angles_rad : (A,)
+    noise_variances : (S,)
+        sigma² in mm².
 
     Raises
     ------
@@ -39,25 +48,27 @@ def error_path(
     """
     noise_variances = np.asarray(noise_variances, dtype=float)
     for value in noise_variances:
-        check_noise_variance(value)
+        require_noise_variance(value)
     white = whiten(model)
-    dx, dy, dz = less_average(model, white, sample)
+    d = deviation(model, white, sample)
     c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
-    values, vectors = np.linalg.eigh(white.gram(c, s))
-    projected = np.einsum("anm,an->am", vectors, right_hand_side(white, dx, dy, dz, c, s))
+    spectrum = Gram(white).spectrum(c, s)
+    vectors = spectrum.vectors
+    projected = np.einsum("anm,an->am", vectors, right_hand_side(white, d, c, s))
     # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
-    weights = np.repeat(errors.parseval_weights(len(dx) // joints), joints)[:, None] / joints
+    joints = len(WALKER15.joints)
+    weights = np.repeat(errors.parseval_weights(len(d.x) // joints), joints)[:, None] / joints
     wx, wy = weights * white.bx, weights * white.by
     cross = wx.T @ white.by
     turn = np.stack([s**2, -s * c, c**2], axis=-1)
     quadratic = np.tensordot(turn, np.stack([wx.T @ white.bx, cross + cross.T, wy.T @ white.by]), axes=1)
-    linear = turn @ np.stack([wx.T @ dx, wx.T @ dy + wy.T @ dx, wy.T @ dy])
+    linear = turn @ np.stack([wx.T @ d.x, wx.T @ d.y + wy.T @ d.x, wy.T @ d.y])
     flat = weights[:, 0]
-    constant = turn @ np.array([flat @ dx**2, 2 * (flat * dx) @ dy, flat @ dy**2])
+    constant = turn @ np.array([flat @ d.x**2, 2 * (flat * d.x) @ d.y, flat @ d.y**2])
     rotated = np.swapaxes(vectors, 1, 2) @ quadratic @ vectors
     rotated_linear = np.einsum("anm,an->am", vectors, linear)
     nodes, between = _interpolation(noise_variances)
-    y = projected[:, None] / (values[:, None] + nodes[:, None])
+    y = projected[:, None] * spectrum.inverse(nodes)
     form = y @ rotated
     form -= 2.0 * rotated_linear[:, None]
     path = constant[:, None] + np.einsum("akn,akn->ak", form, y)

@@ -8,8 +8,8 @@ Symbols
 ``o``      2D Fourier representation of the clip in its own phase: time zero is the first frame
 ``phi``    phase of the walker at the first frame; ``f = (1, cos phi, sin phi, cos 2 phi, sin 2 phi)``
 ``U``      ``shift(o, phi) = f U``; ``D``: U with the projected average walker taken from row 0
-``A``      ``B_hat^T B_hat``; ``H = D B_hat``; ``G = D D^T``
-``M``      ``G - H (A + sigma2 I)^-1 H^T``: with the coefficients eliminated the cost is ``J = f^T M f``
+``A``      ``B_hat^T B_hat`` of `gram`; ``H = D B_hat``; ``G = D D^T``
+``M``      ``G - H (A + sigma² I)^-1 H^T``: with the coefficients eliminated the cost is ``J = f^T M f``
 
 Why this is exact: with k eliminated J is a trigonometric polynomial in phi of degree four, so a grid sees every
 minimum and Newton's method finishes it.
@@ -21,14 +21,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core import errors
+from pipeline.core import errors, newton
 from pipeline.core.fourier import shift
 from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.core.observation import ViewedClip
-from pipeline.core.reconstruction.known_view import check_noise_variance
-from pipeline.validation import InvalidInput
+from pipeline.core.reconstruction.gram import Gram, gram_of, require_noise_variance
+from pipeline.validation import InvalidInput, require_finite
 
-_UNSEEN = 1e-13  # eigenvalue of A, relative to the largest, at which a view does not show its direction
+_ROUNDING = 1e-14
+"""Difference of two costs, relative to the sum of the magnitudes of their terms, that may be rounding alone."""
 
 
 def turning(phase_rad: np.ndarray, harmonics: int) -> np.ndarray:
@@ -74,24 +75,26 @@ def lowest_phase(forms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     slack = step**2 / 8 * (np.hypot(cosines, sines) @ order**2)
     candidate = (cost <= before) & (cost <= after) & (cost <= (cost.min(axis=1) + slack)[:, None])
     row, cell = np.nonzero(candidate)
-    phase = step * cell
-    lower, upper = phase - step, phase + step
     a, b = cosines[row], sines[row]
-    for _ in range(50):
+
+    def derivatives(rows: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         c, s = np.cos(phase[:, None] * order), np.sin(phase[:, None] * order)
-        slope = ((b * c - a * s) * order).sum(axis=1)
-        bend = -((a * c + b * s) * order**2).sum(axis=1)
-        lower, upper = np.where(slope > 0, lower, phase), np.where(slope > 0, phase, upper)
-        moved = phase - slope / np.where(bend > 0, bend, np.inf)
-        moved = np.where((bend > 0) & (moved >= lower) & (moved <= upper), moved, 0.5 * (lower + upper))
-        settled, phase = np.abs(moved - phase).max() < 1e-12, moved
-        if settled:
-            break
+        slope = ((b[rows] * c - a[rows] * s) * order).sum(axis=1)
+        return slope, -((a[rows] * c + b[rows] * s) * order**2).sum(axis=1)
+
+    start = step * cell
+    phase = newton.minimise(
+        derivatives, start, start - step, start + step, tolerance=1e-12, most_iterations=50
+    ).at
     c, s = np.cos(phase[:, None] * order), np.sin(phase[:, None] * order)
-    cost = constant[row] + (a * c + b * s).sum(axis=1)
-    ranked = np.lexsort((cost, row))
-    first = ranked[np.unique(row[ranked], return_index=True)[1]]
-    return np.pi - np.mod(np.pi - phase[first], 2 * np.pi), cost[first]
+    varying = (a * c + b * s).sum(axis=1)
+    lowest = np.full(len(forms), np.inf)
+    np.minimum.at(lowest, row, varying)
+    # The first phase of those that are as low as the lowest, up to rounding of the sum.
+    as_low = varying <= (lowest + _ROUNDING * np.abs(waves[:, 1:]).sum(axis=1))[row]
+    _, which = np.unique(row[as_low], return_index=True)
+    first = np.flatnonzero(as_low)[which]
+    return np.pi - np.mod(np.pi - phase[first], 2 * np.pi), constant + varying[first]
 
 
 class TurnedObservations:
@@ -121,11 +124,10 @@ class TurnedObservations:
             last = np.zeros((*self.up.shape[:2], 1))
             last[:, 0, 0] = model.last_scale * 2 * np.pi * frequency
             self.up = np.concatenate([self.up, last], axis=-1)
-        if not (np.isfinite(self.across).all() and np.isfinite(self.up).all()):
-            raise InvalidInput("an observed value is not finite")
+        require_finite("the observation", np.concatenate([self.across, self.up], axis=-1))
         self._products = [self.across @ white.bx, self.across @ white.by, self.up @ white.bz]
         self._overlaps = [self.across @ white.mean_x, self.across @ white.mean_y, self.up @ white.mean_z]
-        self._gram = self.across @ np.swapaxes(self.across, 1, 2) + self.up @ np.swapaxes(self.up, 1, 2)
+        self._squares = self.across @ np.swapaxes(self.across, 1, 2) + self.up @ np.swapaxes(self.up, 1, 2)
 
     def against(
         self, c: np.ndarray, s: np.ndarray, rows: np.ndarray | slice = slice(None)
@@ -139,7 +141,7 @@ class TurnedObservations:
         H[:, 0] -= c * (mean @ white.bx) + s * (mean @ white.by) + white.mean_z @ white.bz
         x, y, z = (part[rows] for part in self._overlaps)
         overlap = c * x + s * y + z
-        G = self._gram[rows] - 0.0
+        G = self._squares[rows] - 0.0
         G[:, 0] -= overlap
         G[:, :, 0] -= overlap
         G[:, 0, 0] += (mean**2).sum(axis=1) + white.mean_z @ white.mean_z
@@ -151,14 +153,6 @@ class TurnedObservations:
         """Horizontal and vertical of the observations, flat, shifted by a phase each."""
         f = turning(phase_rad, self.across.shape[1] // 2)[:, None]
         return (f @ self.across[rows])[:, 0], (f @ self.up[rows])[:, 0]
-
-
-def inverse_eigenvalues(values: np.ndarray, noise_variance: float | None) -> np.ndarray:
-    """1 / (s + sigma²) of the eigenvalues s (…, N) of A; for least squares zero where the view shows nothing."""
-    if noise_variance is not None:
-        return 1.0 / (values + noise_variance)
-    seen = values > _UNSEEN * values.max(axis=-1, keepdims=True)
-    return np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
 
 
 @dataclass(frozen=True)
@@ -183,7 +177,7 @@ class PhasedViews:
     missing: np.ndarray
 
 
-def from_known_views(
+def from_known_views_unknown_phase(
     model: LinearModel,
     image: np.ndarray,
     view_angles_rad: np.ndarray,
@@ -210,49 +204,48 @@ def from_known_views(
     InvalidInput
         If the observation does not fit the model or is not finite, or the noise variance is not positive.
     """
-    if noise_variance is not None:
-        check_noise_variance(noise_variance)
-    white = whiten(model, prior=noise_variance is not None)
+    gram = gram_of(model, noise_variance)
+    white = gram.white
     rows = TurnedObservations(model, white, image, frequency_hz)
     c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
     G, H = rows.against(c, s)
-    values, vectors = np.linalg.eigh(white.gram(c, s))
-    inverse = inverse_eigenvalues(values, noise_variance)[:, None]
-    K = H @ vectors
+    spectrum = gram.spectrum(c, s)
+    inverse = spectrum.inverse(noise_variance)[:, None]
+    K = H @ spectrum.vectors
     phase, cost = lowest_phase(G - (K * inverse) @ np.swapaxes(K, 1, 2))
     f = turning(phase, image.shape[1] // 2)[:, None]
-    z = ((f @ K * inverse) @ np.swapaxes(vectors, 1, 2))[:, 0]
+    z = ((f @ K * inverse) @ np.swapaxes(spectrum.vectors, 1, 2))[:, 0]
     x, y = white.mean_x + z @ white.bx.T, white.mean_y + z @ white.by.T
     missing = (-s[:, None] * x + c[:, None] * y).reshape(image.shape[:3])
-    return PhasedViews(phase, cost, z * white.spread, shift(missing[..., None], -phase)[..., 0])
+    return PhasedViews(phase, cost, z * white.scale, shift(missing[..., None], -phase)[..., 0])
 
 
-def error_path(model: LinearModel, clip: ViewedClip, noise_variances: np.ndarray) -> np.ndarray:
+def error_path_unknown_phase(model: LinearModel, clip: ViewedClip, noise_variances: np.ndarray) -> np.ndarray:
     """E_a of one walker for every view and every sigma², (A, S) mm², each sigma² with the phase that it finds.
 
-    The work of `noise_path.error_path` with M formed for each sigma²; a shift moves no error, so errors are
+    The work of `error_path` with M formed for each sigma²; a shift moves no error, so errors are
     taken at the model's phase.  Add the residual power of the clip for errors against the motion itself.
     """
     noise_variances = np.asarray(noise_variances, dtype=float)
     for value in noise_variances:
-        check_noise_variance(value)
+        require_noise_variance(value)
     white = whiten(model)
     rows = TurnedObservations(model, white, clip.image, clip.frequency_hz)
     c, s = np.cos(clip.view_angle_rad), np.sin(clip.view_angle_rad)
     G, H = rows.against(c, s)
-    values, vectors = np.linalg.eigh(white.gram(c, s))
-    K = H @ vectors
+    spectrum = Gram(white).spectrum(c, s)
+    K, inverses = H @ spectrum.vectors, spectrum.inverse(noise_variances)
     blocks, joints = clip.coefficients.shape[1:3]
     truth = turned(clip.missing)
     truth[:, 0] -= -s[:, None] * white.mean_x + c[:, None] * white.mean_y
-    varying = (-s[:, None, None] * white.bx + c[:, None, None] * white.by) @ vectors
+    varying = (-s[:, None, None] * white.bx + c[:, None, None] * white.by) @ spectrum.vectors
     weights = np.repeat(errors.parseval_weights(blocks), joints) / joints
     constant = (truth * weights) @ np.swapaxes(truth, 1, 2)
     linear = (truth * weights) @ varying
     quadratic = np.swapaxes(varying * weights[:, None], 1, 2) @ varying
     path = np.empty((len(c), len(noise_variances)))
     for a in range(len(c)):
-        inverse = 1.0 / (values[a] + noise_variances[:, None])
+        inverse = inverses[a]
         outer = (K[a][:, None] * K[a]).reshape(-1, K.shape[-1])
         phase, _ = lowest_phase((G[a].ravel() - inverse @ outer.T).reshape(-1, blocks, blocks))
         f = turning(phase, blocks // 2)

@@ -14,8 +14,7 @@ import numpy as np
 
 from pipeline.core.refinement.reprojection import LOSSES
 from pipeline.core.refinement.spherical import SphericalTrajectory, continuous_angles, cosines_at, fit
-from pipeline.core.synchronization.trellis import whole_number
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 _START_PENALTY = 1e-4
 """Penalty of the highest coefficient at the start, against frames of weight one: keeps gaps from swinging."""
@@ -66,7 +65,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
     InvalidInput
         If they are not so.
     """
-    tree = tuple(whole_number(parent, "a parent", -1) for parent in parents)
+    tree = tuple(int(require_range("a parent", parent, at_least=-1, whole=True)) for parent in parents)
     rooted = len(tree) == joints and tree[0] == -1
     if not rooted or not all(0 <= parent < joint for joint, parent in enumerate(tree) if joint):
         raise InvalidInput(
@@ -136,7 +135,7 @@ def check_options(loss: str, positive: dict[str, float | None], max_iterations: 
     for what, value in positive.items():
         if value is not None and not 0 < value < np.inf:
             raise InvalidInput(f"the {what} cannot be so", expected="a number above 0", received=f"{value:g}")
-    whole_number(max_iterations, "the largest number of iterations", 1)
+    require_range("the largest number of iterations", max_iterations, at_least=1, whole=True)
 
 
 def softness(components: int, cutoff: float) -> np.ndarray:

@@ -20,7 +20,15 @@ from functools import partial
 
 import numpy as np
 
-from pipeline.core.synchronization.trellis import STEPS, Trellis, accumulate, backtrack, room, trellis
+from pipeline.core.choice import first_lowest
+from pipeline.core.synchronization.trellis import (
+    STEPS,
+    Trellis,
+    accumulate,
+    allocate_costs,
+    allowed_disparities,
+    backtrack,
+)
 from pipeline.validation import InvalidInput
 
 _TILE_BYTES = 2**20
@@ -56,7 +64,7 @@ def same_size(sequences: Sequence[np.ndarray] | np.ndarray, names: Sequence[str]
     ----------
     sequences : M arrays (P, b), or one (M, P, b)
     names : sequence of str, optional
-        What each is called in a refusal; ``sequence 0`` … by default.
+        What each is called in an error; ``sequence 0`` … by default.
 
     Raises
     ------
@@ -186,7 +194,7 @@ def _prepared(
         raise InvalidInput(
             "there is nothing to synchronize with", expected="two or more sequences", received=str(len(rows))
         )
-    nodes = trellis(
+    nodes = allowed_disparities(
         rows.shape[1],
         max_disparity=max_disparity,
         smoothness=smoothness,
@@ -224,7 +232,7 @@ def _tiles(
             if S[0].shape[1] != size[0] * size[1]:
                 # Memory that is new to the process costs more than all that is done in it.
                 memory = np.empty(int(nodes.widths.max()) * size[0] * size[1])
-                S = room(nodes, size[0] * size[1], keep=keep)
+                S = allocate_costs(nodes, size[0] * size[1], keep=keep)
             misfit = partial(_misfit, left, right, rounding, memory)
             cost = accumulate(nodes, misfit, S).reshape(size)
             yield slice(first_n, first_n + size[1]), slice(first_m, first_m + size[0]), cost, S
@@ -285,5 +293,4 @@ def median_sequence(distances: np.ndarray) -> int:
             expected="0 or more",
             received=f"{distances[n, m]:g}",
         )
-    totals = distances.sum(axis=1)
-    return int(np.flatnonzero(totals <= totals.min() * (1.0 + 1e-12))[0])
+    return int(first_lowest(distances.sum(axis=1), margin=1e-12))

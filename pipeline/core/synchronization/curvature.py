@@ -17,34 +17,26 @@ SMOOTHING = 0.03
 """Standard deviation of the smoothing before derivatives are taken, as a part of the duration."""
 
 
-def curvature(
-    sequence: np.ndarray, *, smoothing: float = SMOOTHING, where: str = "the performance"
-) -> np.ndarray:
+def curvature(sequence: np.ndarray, *, where: str = "the performance") -> np.ndarray:
     """Curvature (F,) of a performance in the aSpace.
 
     Parameters
     ----------
     sequence : (F, b)
-    smoothing : float
-        Standard deviation of a Gaussian, as a part of the duration.
     where : str
-        What a refusal calls the performance.
+        What an error calls the performance.
 
     Raises
     ------
     InvalidInput
-        Fewer than three frames, numbers that are not finite, no movement at all, or a smoothing that is not positive.
+        Fewer than three frames, numbers that are not finite, or no movement at all.
     """
     x = checked(sequence, where)
-    if not 0.0 < smoothing < np.inf:
-        raise InvalidInput(
-            "the smoothing is not positive", expected="a part of the duration > 0", received=f"{smoothing:g}"
-        )
     r = np.sqrt(x.var(axis=0).sum())
     if not r > 1e-12 * np.abs(x).max():
         raise InvalidInput("nothing moves, so there is no curvature", where=where)
     duration = len(x) - 1
-    smooth = gaussian_filter1d(x / r, smoothing * duration, axis=0, mode="nearest")
+    smooth = gaussian_filter1d(x / r, SMOOTHING * duration, axis=0, mode="nearest")
     # Differences: the derivatives of a sampled Gaussian do not sum to zero, so they would see where x is.
     first = np.gradient(smooth, axis=0) * duration
     second = np.gradient(first, axis=0) * duration
@@ -61,7 +53,7 @@ def checked(sequence: np.ndarray, where: str) -> np.ndarray:
     ----------
     sequence : (F, b)
     where : str
-        What a refusal calls the performance.
+        What an error calls the performance.
 
     Raises
     ------

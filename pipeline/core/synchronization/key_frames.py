@@ -4,12 +4,11 @@ The paper selects them "by hand following a maximum curvature subjective criteri
 resampled so each sequence had the same number of frames between each key-frame".  Here a rule does what a hand does.
 
 Curvature
-    That of `pipeline.core.curvature`: largest where a movement begins or ends.
+    That of `curvature`: largest where a movement begins or ends.
 The same key-frames in every performance
     A hand sees what posture a key-frame shows, and takes the same ones from all performances.  So frames are taken
-    where curvature less `consistency` times the squared distance from the mean posture of that key-frame is largest,
-    and mean postures and frames are found in turn until nothing changes.  With `consistency` 0 every performance is
-    on its own, and key-frames of the same number show different postures.
+    where curvature less `CONSISTENCY` times the squared distance from the mean posture of that key-frame is largest,
+    and mean postures and frames are found in turn until nothing changes.
 Ends
     The first and last frames always correspond [mozerov2006 9]; they are no key-frames.
 
@@ -24,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.resampling import interpolate
-from pipeline.core.synchronization.curvature import SMOOTHING, checked, curvature
-from pipeline.validation import InvalidInput
+from pipeline.core.synchronization.curvature import checked, curvature
+from pipeline.validation import InvalidInput, require_range
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
 """Least time between key-frames and to the ends, as a part of the duration; weight of agreement, whose unit is the
@@ -71,14 +70,7 @@ class KeyFrameSynchronization:
     samples: np.ndarray
 
 
-def choose(
-    sequences: Sequence[np.ndarray],
-    *,
-    count: int = 5,
-    consistency: float = CONSISTENCY,
-    smoothing: float = SMOOTHING,
-    separation: float = SEPARATION,
-) -> KeyFrames:
+def choose_key_frames(sequences: Sequence[np.ndarray], *, count: int = 5) -> KeyFrames:
     """Key-frames of maximum curvature that show the same postures in all performances.
 
     Parameters
@@ -87,59 +79,45 @@ def choose(
         Performances in the aSpace, of any lengths.
     count : int
         K; five in the paper.
-    consistency : float
-        Weight of the squared distance from the key-frame's mean posture, next to curvature; 0: none.
-    smoothing : float
-        As for `curvature`.
-    separation : float
-        Least time between key-frames, and from them to the ends, as a part of the duration.
 
     Raises
     ------
     InvalidInput
-        No performances, or of different dimension, too short for so many key-frames so far apart, without movement,
-        not finite; no key-frames, or a negative weight.
+        No performances, or of different dimension, too short for so many key-frames, without movement, not finite;
+        or no key-frames.
 
     Notes
     -----
     The best frames of a performance for given mean postures are found exactly, by dynamic programming; ties go to the
-    earlier.  Frames and mean postures in turn only raise the total score, so they settle; where depends on where they
+    earlier.  Frames and mean postures in turn only raise the total score, so they converge; where depends on where they
     begin, which is at the peaks of the mean curvature.  (Several beginnings with the best score kept gave no better
     agreement of timing: a posture is passed on the way down and up.)
     """
     given = _all_checked(sequences)
-    if count < 1:
-        raise InvalidInput("there are no key-frames", expected="1 or more", received=str(count))
-    if not (consistency >= 0.0 and np.isfinite(consistency)):
-        raise InvalidInput(
-            "the weight of consistency is negative", expected=">= 0", received=f"{consistency:g}"
-        )
+    require_range("the number of key-frames", count, at_least=1, whole=True)
     for number, x in enumerate(given):
-        if (count + 1) * _apart(len(x), separation) > len(x) - 1:
+        least = (count + 1) * _apart(len(x)) + 1
+        if len(x) < least:
             raise InvalidInput(
-                f"too short for {count} key-frames that are {separation:g} of the duration apart",
+                f"too short for {count} key-frames that are {SEPARATION:g} of the duration apart",
                 where=f"performance {number}",
-                expected=f"{(count + 1) * _apart(len(x), separation) + 1} frames",
+                expected=f"{least} frames",
                 received=str(len(x)),
             )
-    bends = [
-        curvature(x, smoothing=smoothing, where=f"performance {number}") for number, x in enumerate(given)
-    ]
+    bends = [curvature(x, where=f"performance {number}") for number, x in enumerate(given)]
     bends = [c / c.max() for c in bends]
-    if consistency == 0.0:
-        return KeyFrames(np.array([_best(c, count, separation) for c in bends]), True, 1)
     # To begin with: the peaks of the mean curvature over relative time, and the postures there.
     grid = np.linspace(0.0, 1.0, _GRID)
-    common = np.mean([np.interp(grid, np.linspace(0.0, 1.0, len(c)), c) for c in bends], axis=0)
-    peaks = grid[_best(common, count, separation)]
+    common = np.mean([interpolate(c, grid * (len(c) - 1)) for c in bends], axis=0)
+    peaks = grid[_best(common, count)]
     postures = [x[np.round(peaks * (len(x) - 1)).astype(int)] for x in given]
-    weight = consistency / np.mean([x.var(axis=0).sum() for x in given])
+    weight = CONSISTENCY / np.mean([x.var(axis=0).sum() for x in given])
     frames = np.zeros((len(given), count), dtype=int)
     for iteration in range(1, _ROUNDS + 1):
         before, means = frames, np.mean(postures, axis=0)[:, None]
         frames = np.array(
             [
-                _best(c - weight * ((x - means) ** 2).sum(axis=-1), count, separation)
+                _best(c - weight * ((x - means) ** 2).sum(axis=-1), count)
                 for x, c in zip(given, bends, strict=True)
             ]
         )
@@ -149,7 +127,9 @@ def choose(
     return KeyFrames(frames, False, _ROUNDS)
 
 
-def resample(sequences: Sequence[np.ndarray], frames: np.ndarray, n_samples: int) -> KeyFrameSynchronization:
+def resample_by_key_frames(
+    sequences: Sequence[np.ndarray], frames: np.ndarray, n_samples: int
+) -> KeyFrameSynchronization:
     """Performances with the same number of samples between key-frames, linear in between.
 
     Parameters
@@ -199,19 +179,16 @@ def resample(sequences: Sequence[np.ndarray], frames: np.ndarray, n_samples: int
     )
 
 
-def _apart(frames: int, separation: float) -> int:
-    if not 0.0 <= separation < 1.0:
-        raise InvalidInput(
-            "the separation is out of range", expected="0 to 1 durations", received=f"{separation:g}"
-        )
-    return max(1, int(np.ceil(separation * (frames - 1) - 1e-9)))
+def _apart(frames: int) -> int:
+    """Least distance of key-frames, in frames."""
+    return max(1, int(np.ceil(SEPARATION * (frames - 1) - 1e-9)))
 
 
-def _best(score: np.ndarray, count: int, separation: float) -> np.ndarray:
+def _best(score: np.ndarray, count: int) -> np.ndarray:
     """Increasing frames (K,) whose scores, (F,) or (K, F), have the largest sum; the earlier on ties."""
     score = np.broadcast_to(score, (count, score.shape[-1]))
     frames = score.shape[1]
-    apart = _apart(frames, separation)
+    apart = _apart(frames)
     inner = slice(apart, frames - apart)
     total = np.full((count, frames), -np.inf)
     before = np.zeros((count, frames), dtype=int)

@@ -19,37 +19,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from pipeline.core.synchronization.all_pairs import (
-    AllPairs,
-    distances,
-    median_sequence,
-    same_size,
-    synchronize_all,
-)
+from pipeline.core.resampling import interpolate
+from pipeline.core.synchronization.all_pairs import same_size
 from pipeline.core.synchronization.trellis import (
-    PENALTIES,
     STEPS,
     accumulate,
+    allocate_costs,
+    allowed_disparities,
     backtrack,
-    room,
-    trellis,
-    whole_number,
 )
-from pipeline.validation import InvalidInput
-
-__all__ = [
-    "AllPairs",
-    "Synchronization",
-    "disparity_space_image",
-    "distances",
-    "median_sequence",
-    "normalise",
-    "rate_to_rate",
-    "synchronization_distance",
-    "synchronize",
-    "synchronize_all",
-    "warp",
-]
+from pipeline.validation import InvalidInput, require_range
 
 _CHUNK = 2**16
 """Differences that are held at a time while a disparity space image is worked out."""
@@ -96,16 +75,13 @@ def normalise(sequence: np.ndarray, frames: int) -> np.ndarray:
     array([0. , 0.5, 1. , 2.5, 4. ])
     """
     (sequence,) = same_size([sequence], ["the sequence"])
-    samples = whole_number(frames, "the number of frames", 1)
+    samples = int(require_range("the number of frames", frames, at_least=1, whole=True))
     last = len(sequence) - 1
     if samples == 1 and last > 0:
         raise InvalidInput(
             "one frame cannot hold both ends of a sequence", expected="two frames or more", received="1"
         )
-    time = np.arange(samples) * last / max(samples - 1, 1)
-    before = time.astype(int)
-    after = np.minimum(before + 1, last)
-    return sequence[before] + (time - before)[:, None] * (sequence[after] - sequence[before])
+    return interpolate(sequence, np.arange(samples) * last / max(samples - 1, 1))
 
 
 def rate_to_rate(disparity: np.ndarray) -> np.ndarray:
@@ -179,17 +155,11 @@ def synchronization_distance(
     ------
     InvalidInput
         If the sequences cannot be compared, or as `warp`.
-
-    Notes
-    -----
-    Squared misfits and absolute changes; the norm printed in 11 is not squared, and the first sum of 12 runs one
-    past the last sample.
     """
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
-    nodes = trellis(len(x_n), max_disparity=len(x_n), smoothness=smoothness, penalty=penalty)
-    misfit = ((x_n - warp(x_m, disparity)) ** 2).sum()
-    changed = np.diff(disparity) if nodes.penalty == PENALTIES[0] else disparity[:-1]
-    return float(misfit + smoothness * np.abs(changed).sum())
+    nodes = allowed_disparities(len(x_n), max_disparity=len(x_n), smoothness=smoothness, penalty=penalty)
+    misfit = ((x_n - warp(x_m, disparity)) ** 2).sum(axis=1)
+    return float(nodes.distances_so_far(misfit, np.asarray(disparity))[-1])
 
 
 def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: int) -> np.ndarray:
@@ -211,7 +181,7 @@ def disparity_space_image(x_n: np.ndarray, x_m: np.ndarray, *, max_disparity: in
     Infinite outside of x_m.
     """
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
-    band = whole_number(max_disparity, "the largest disparity")
+    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
     frames = len(x_n)
     image = np.empty((frames, 2 * band + 1))
     # windows[p, :, d + D] is x_m(p + d); what lies outside is overwritten below.
@@ -274,7 +244,7 @@ def synchronize(
     Synchronization(disparity=array([ 0, -1, -1, -1,  0,  0]), cost=0.2)
     """
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
-    nodes = trellis(
+    nodes = allowed_disparities(
         len(x_n),
         max_disparity=max_disparity,
         smoothness=smoothness,
@@ -284,6 +254,6 @@ def synchronize(
     )
     band = int(max(nodes.high.max(), -nodes.low.min()))
     image = disparity_space_image(x_n, x_m, max_disparity=band)[..., None]
-    S = room(nodes, 1, keep=True)
+    S = allocate_costs(nodes, 1, keep=True)
     cost = accumulate(nodes, lambda p, low, high: image[p, low + band : high + band + 1], S)
     return Synchronization(disparity=backtrack(nodes, S)[:, 0], cost=float(cost[0]))

@@ -12,23 +12,25 @@ Why computed differently from how it is printed: many pairs of sequences go thro
 pairs as the last axis and disparity before it.  A step of the recurrence is then a shift along the first axis, so
 four passes over contiguous memory advance all pairs by one sample.  Nodes that no path can use are never
 visited: with both ends pinned that leaves a rhombus.  Steps are not stored on the way; the way back compares the
-stored costs again, in the same arithmetic, for the nodes of the path alone.
+stored costs again for the nodes of the path alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from numbers import Real
-from operator import index
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.core.choice import first_lowest
+from pipeline.validation import InvalidInput, require_choice, require_range
 
 PENALTIES = ("change", "as_printed")
 STARTS = ("fixed", "free")
 STEPS = (-1, 0, 1)
+
+_TIE = 1e-12
+"""Relative difference of two accumulated costs at which they count as equal."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,42 @@ class Trellis:
         """Nodes of each sample (P,), both margins included."""
         return self.high - self.low + 1 + 2 * self.margin
 
+    def penalties(self, disparity: np.ndarray, step: np.ndarray | int) -> np.ndarray:
+        """Cost of steps k from disparities at sample p - 1 to sample p, by broadcasting [mozerov2006 12].
 
-def trellis(
+        mu |k| by default; mu |d + k|, the size of the former disparity, as [mozerov2006 16] is printed.
+
+        Parameters
+        ----------
+        disparity : (…) int
+            At sample p - 1, the printed d + k.
+        step : (…) int
+            k.
+        """
+        return self.smoothness * np.abs(step if self.penalty == "change" else disparity)
+
+    def distances_so_far(self, misfit: np.ndarray, paths: np.ndarray) -> np.ndarray:
+        """Synchronization distance (…, P) along paths, up to and with each sample [mozerov2006 12].
+
+        Parameters
+        ----------
+        misfit : (…, P)
+            E at the nodes of each path.
+        paths : (…, P) int
+            Disparities.
+
+        Notes
+        -----
+        Squared misfits and absolute changes; the norm printed in 11 is not squared, and the first sum of 12 runs
+        one past the last sample.
+        """
+        before = paths[..., :-1]
+        costs = np.array(misfit, dtype=float)
+        costs[..., 1:] += self.penalties(before, before - paths[..., 1:])
+        return np.cumsum(costs, axis=-1)
+
+
+def allowed_disparities(
     frames: int,
     *,
     max_disparity: int,
@@ -73,7 +109,7 @@ def trellis(
     start: str = "fixed",
     steps: Sequence[int] = STEPS,
 ) -> Trellis:
-    """The trellis for sequences of so many frames [mozerov2006 13].
+    """The disparities that a path may have at each sample, and what its steps cost [mozerov2006 13].
 
     Parameters
     ----------
@@ -97,16 +133,12 @@ def trellis(
     InvalidInput
         If a value is not as described, or a step would run time backwards.
     """
-    for what, value, allowed in (("penalty", penalty, PENALTIES), ("start", start, STARTS)):
-        if value not in allowed:
-            raise InvalidInput(f"the {what} is unknown", expected=" or ".join(allowed), received=str(value))
-    if not (isinstance(smoothness, Real) and 0 <= smoothness < np.inf):
-        raise InvalidInput(
-            "the smoothness (mu) cannot be so", expected="a number of 0 or more", received=str(smoothness)
-        )
-    band = whole_number(max_disparity, "the largest disparity")
-    wanted = {whole_number(k, "a step", -np.inf) for k in steps}
-    # Longer ones lead out of the sequence, but would need room all the same.
+    require_choice("penalty", penalty, PENALTIES)
+    require_choice("start", start, STARTS)
+    require_range("the smoothness (mu)", smoothness, at_least=0)
+    band = int(require_range("the largest disparity", max_disparity, at_least=0, whole=True))
+    wanted = {int(require_range("a step", k, whole=True)) for k in steps}
+    # Longer ones lead out of the sequence, but would need memory all the same.
     ordered = tuple(sorted((k for k in wanted if k > -max(frames, 2)), key=lambda k: (abs(k), k)))
     if 0 not in ordered:
         raise InvalidInput(
@@ -128,26 +160,8 @@ def trellis(
     return Trellis(low, high, float(smoothness), penalty, ordered)
 
 
-def whole_number(value: int, what: str, least: float = 0) -> int:
-    """`value` as an int.
-
-    Raises
-    ------
-    InvalidInput
-        If it is not a whole number of at least `least`.
-    """
-    try:
-        number = index(value)
-    except TypeError:
-        number = None
-    if number is None or number < least:
-        bound = f" of {least:g} or more" if np.isfinite(least) else ""
-        raise InvalidInput(f"{what} cannot be so", expected=f"a whole number{bound}", received=str(value))
-    return number
-
-
-def room(nodes: Trellis, pairs: int, *, keep: bool) -> list[np.ndarray]:
-    """Arrays (width, pairs) for the costs of each sample, not filled in.
+def allocate_costs(nodes: Trellis, pairs: int, *, keep: bool) -> list[np.ndarray]:
+    """Allocate uninitialised cost arrays (width, pairs), one for each sample.
 
     Parameters
     ----------
@@ -176,14 +190,14 @@ def accumulate(
         E at sample p for the disparities from low to high, both included: (high - low + 1, pairs), none
         negative.  It may be overwritten by the next call.
     out : list of (width, pairs)
-        Made by `room`.
+        Made by `allocate_costs`.
 
     Notes
     -----
     Printed with mu |d + k|, which punishes the size of the disparity, where equations 12 and 15 punish its
     change |k|; `Trellis.penalty` says which of the two is meant.
     """
-    margin, mu, pairs = nodes.margin, nodes.smoothness, out[0].shape[1]
+    margin, pairs = nodes.margin, out[0].shape[1]
     best, other, weighted = np.empty((3, nodes.widths.max(), pairs))
     groups = _groups(nodes)
     low, high = nodes.low.tolist(), nodes.high.tolist()
@@ -197,7 +211,7 @@ def accumulate(
         before = out[p - 1]
         if nodes.penalty == "as_printed":
             disparity = np.arange(low[p - 1] - margin, high[p - 1] + margin + 1)
-            before = np.add(before, mu * np.abs(disparity)[:, None], out=weighted[: len(before)])
+            before = np.add(before, nodes.penalties(disparity, 0)[:, None], out=weighted[: len(before)])
         first = margin + low[p] - low[p - 1]
         cheapest = _cheapest(before, first, groups, best[:width], other[:width])
         np.add(cheapest, misfit(p, low[p], high[p]), out=here)
@@ -209,7 +223,10 @@ def _groups(nodes: Trellis) -> list[tuple[float, list[int]]]:
     if nodes.penalty == "as_printed":
         return [(0.0, list(nodes.steps))]
     sizes = sorted({abs(k) for k in nodes.steps}, reverse=True)
-    return [(nodes.smoothness * size, [k for k in nodes.steps if abs(k) == size]) for size in sizes]
+    return [
+        (float(nodes.penalties(np.zeros(1), size)), [k for k in nodes.steps if abs(k) == size])
+        for size in sizes
+    ]
 
 
 def _cheapest(
@@ -241,21 +258,20 @@ def backtrack(nodes: Trellis, rows: list[np.ndarray]) -> np.ndarray:
     ----------
     nodes : Trellis
     rows : list of (width, pairs)
-        S, as `accumulate` fills it in with room for all samples.
+        S, as `accumulate` fills it in with the costs of all samples kept.
 
     Notes
     -----
-    Among steps of equal cost the first in `Trellis.steps` is taken: 0, then -1, then +1.
+    Among steps of equal cost, up to rounding, the first in `Trellis.steps` is taken: 0, then -1, then +1.
     """
     pairs = rows[0].shape[1]
     column = np.arange(pairs)
     steps = np.array(nodes.steps)[:, None]
     path = np.zeros((len(rows), pairs), dtype=np.intp)
     origins = (nodes.margin - nodes.low).tolist()
-    weight = nodes.smoothness * np.abs(steps)
     for p in range(len(rows) - 1, 0, -1):
-        candidates = path[p] + steps
-        cost = rows[p - 1].reshape(-1).take((candidates + origins[p - 1]) * pairs + column)
-        cost += nodes.smoothness * np.abs(candidates) if nodes.penalty == "as_printed" else weight
-        path[p - 1] = path[p] + steps[:, 0].take(cost.argmin(axis=0))
+        before = path[p] + steps
+        cost = rows[p - 1].reshape(-1).take((before + origins[p - 1]) * pairs + column)
+        cost += nodes.penalties(before, steps)
+        path[p - 1] = path[p] + steps[:, 0].take(first_lowest(cost, axis=0, margin=_TIE))
     return path

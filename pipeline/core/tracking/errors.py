@@ -1,4 +1,4 @@
-"""What a track is measured by: distances in mm, and what the mean performance alone would have given.
+"""Errors of a track in mm, and those that the mean performance alone would have.
 
 The action model without an image is its mean performance; the question is at which phase.  With a constant rate
 (`linear_phase`) nothing of the performer is used but the duration; at the best phase of each frame (`best_phase`)
@@ -9,7 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.core.choice import first_lowest
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
+
+_PELVIS = WALKER15.index("pelvis")
 
 
 def linear_phase(frames: int, samples: int) -> np.ndarray:
@@ -58,23 +62,18 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
     weights = np.broadcast_to(known[..., None], there.shape).reshape(len(there), -1).astype(float)
     of_mean = mean_performance.reshape(len(mean_performance), -1)
     # |a - b|² over the known joints, less |a|², which is the same for all phases.
-    return (
-        (weights @ of_mean.T**2 - 2.0 * there.reshape(len(there), -1) @ of_mean.T)
-        .argmin(axis=1)
-        .astype(float)
-    )
+    misfit = weights @ of_mean.T**2 - 2.0 * there.reshape(len(there), -1) @ of_mean.T
+    return first_lowest(misfit).astype(float)
 
 
-def joint_error(estimated: np.ndarray, true: np.ndarray, *, root: int | None = 8) -> np.ndarray:
-    """Mean distance of the joints in each frame (T,), mm, relative to the root joint (the pelvis) if there is one.
+def joint_error(estimated: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """Mean distance of the other joints in each frame (T,), mm, with the pelvis laid on the true pelvis.
 
     Parameters
     ----------
-    estimated, true : (T, J, 3)
-    root : int or None
-        Index of the joint on which both are laid, which then counts for nothing; None compares as they stand.
+    estimated, true : (T, 15, 3)
+        In WALKER15 order, mm.
     """
     difference = np.asarray(estimated, dtype=float) - true
-    if root is not None:
-        difference = np.delete(difference - difference[:, root, None], root, axis=1)
+    difference = np.delete(difference - difference[:, _PELVIS, None], _PELVIS, axis=1)
     return np.linalg.norm(difference, axis=-1).mean(axis=1)

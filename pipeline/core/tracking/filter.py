@@ -2,7 +2,7 @@
 
 "This knowledge is subsequently used in a particle filter tracking framework to prune those predictions which are
 not likely to be found in that action": the paper leaves the framework to the reader; this is ours.  Predictions are
-those of `pipeline.core.prediction`, the likelihood that of `pipeline.core.image_likelihood`.
+those of `prediction`, the likelihood that of `likelihood`.
 
 Symbols
 -------
@@ -26,7 +26,7 @@ import numpy as np
 from pipeline.core.tracking import particles
 from pipeline.core.tracking.likelihood import Likelihood
 from pipeline.core.tracking.prediction import Dynamics, Walk
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 _POWERS = 60
 """Most powers of the likelihood in a frame; the last brings in all that is left."""
@@ -113,7 +113,7 @@ def track(
         not those observed, or positions that are not finite.
     """
     walk = Walk(mean, standard_deviation, dynamics or Dynamics(), prior=prior)
-    _check_sizes(walk, likelihood, to_joints, n_particles, moves)
+    _require_sizes(walk, likelihood, to_joints, n_particles, moves)
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))
     posture, spread = np.empty((2, frames, walk.mean.shape[1]))
     phase, size, pruned, evidence = np.zeros((4, frames))
@@ -234,17 +234,15 @@ def _moved(
     return cloud, np.where(moved, proposed, value), float(moved.mean())
 
 
-def _check_sizes(
+def _require_sizes(
     walk: Walk,
     likelihood: Likelihood,
     to_joints: Callable[[np.ndarray], np.ndarray],
     n_particles: int,
     moves: int,
 ) -> None:
-    if n_particles < 1:
-        raise InvalidInput("there are no particles", expected="n_particles >= 1", received=str(n_particles))
-    if moves < 0:
-        raise InvalidInput("the number of moves is negative", expected="moves >= 0", received=str(moves))
+    require_range("n_particles", n_particles, at_least=1, whole=True)
+    require_range("moves", moves, at_least=0, whole=True)
     if likelihood.frames < 2:
         raise InvalidInput("one frame is no performance to track", expected="two or more", received="1")
     joints = to_joints(walk.mean)

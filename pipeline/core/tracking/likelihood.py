@@ -5,10 +5,9 @@ Symbols
 ``r_j``    image of a joint less its observed place, over ``sigma_j``: two numbers
 ``sigma``  standard deviation of an observed coordinate: mm under an orthographic view, px under a pinhole
 
-The errors of joints are independent and normal, log L = -1/2 sum |r_j|² + constants, or bivariate Student-t with
-``nu`` degrees of freedom, -(nu + 2)/2 sum log(1 + |r_j|²/nu) + constants, which lets a wrongly placed joint go.
-A joint that was not seen (NaN) is left out.  ``sigma`` stands for all that parts the image from the posture: the
-detector's noise, and what the aSpace and the lengths of the limbs leave out (15-65 mm a joint).
+The errors of joints are independent and normal, log L = -1/2 sum |r_j|² + constants.  A joint that was not seen (NaN)
+is left out.  ``sigma`` stands for all that parts the image from the posture: the detector's noise, and what the aSpace
+and the lengths of the limbs leave out (15-65 mm a joint).
 
 Where the actor stands.  Joints stand where `to_joints` puts them, shifted by `root`.  Under an orthographic view the
 place need not be known: an unknown shift of the image, along its horizontal alone (`unknown_place="across"`: the
@@ -26,14 +25,14 @@ import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice, require_shape
 
 _FREE_AXES = {"none": 0, "across": 1, "image": 2}
 
 
 @dataclass(frozen=True)
 class Likelihood:
-    """What a known camera saw of J joints in T frames, and how well it saw.
+    """The image of J joints in T frames under a known camera, and its noise.
 
     Attributes
     ----------
@@ -47,14 +46,12 @@ class Likelihood:
         Added to all joints, mm; a frame with a NaN is not seen.
     unknown_place : {"none", "across", "image"}
         Shift of an orthographic image that is integrated out.
-    degrees_of_freedom : float, optional
-        nu of Student's t; normal if not given.
 
     Raises
     ------
     InvalidInput
         Shapes, a noise that is not positive, an infinite coordinate, a camera that is neither, cameras for
-        another number of frames, an unknown place under a pinhole, or degrees of freedom that are not positive.
+        another number of frames, or an unknown place under a pinhole.
     """
 
     image: np.ndarray
@@ -62,16 +59,13 @@ class Likelihood:
     noise: float | np.ndarray
     root: np.ndarray | None = None
     unknown_place: str = "none"
-    degrees_of_freedom: float | None = None
     seen: np.ndarray = field(init=False, repr=False)
     """(T, J) bool: which joints take part."""
 
     def __post_init__(self) -> None:
-        image = np.asarray(self.image, dtype=float)
-        if image.ndim != 3 or image.shape[-1] != 2 or 0 in image.shape:
-            raise InvalidInput(
-                "observed joints have the wrong shape", expected="(T, J, 2)", received=str(image.shape)
-            )
+        image = require_shape("observed joints", np.asarray(self.image, dtype=float), ("T", "J", 2))
+        if not image.size:
+            raise InvalidInput("there are no observed joints", received=str(image.shape))
         if np.isinf(image).any():
             frame = int(np.isinf(image).any(axis=(1, 2)).argmax())
             raise InvalidInput(
@@ -90,18 +84,7 @@ class Likelihood:
             raise InvalidInput(
                 "the noise of observed joints is not positive", expected="> 0", received=f"{noise.min():g}"
             )
-        if self.degrees_of_freedom is not None and not self.degrees_of_freedom > 0:
-            raise InvalidInput(
-                "the degrees of freedom are not positive",
-                expected="> 0",
-                received=f"{self.degrees_of_freedom:g}",
-            )
-        if self.unknown_place not in _FREE_AXES:
-            raise InvalidInput(
-                "the unknown place is not understood",
-                expected=" or ".join(_FREE_AXES),
-                received=str(self.unknown_place),
-            )
+        require_choice("unknown_place", self.unknown_place, tuple(_FREE_AXES))
         seen = np.isfinite(image).all(axis=-1) & _camera_known(self.camera, len(image), self.unknown_place)
         if self.root is not None:
             root = np.asarray(self.root, dtype=float)
@@ -142,10 +125,6 @@ class Likelihood:
         """Logarithm of the density (S,) of one frame's image, given S sets of joints (S, J, 3) in mm.
 
         Minus infinity where a joint that was seen has no image (it stands behind the camera).
-
-        Notes
-        -----
-        With Student's t a shift is taken out by the median of the residuals and not integrated.
         """
         seen = self.seen[frame]
         if not seen.any():
@@ -160,15 +139,11 @@ class Likelihood:
         noise = np.broadcast_to(self.noise, self.joints)[seen][:, None]
         residuals = images - self.image[frame, seen]
         free = residuals[..., : _FREE_AXES[self.unknown_place]]
-        if free.shape[-1] and self.degrees_of_freedom is None:
+        if free.shape[-1]:
             free -= np.average(free, axis=1, weights=noise[:, 0] ** -2.0, keepdims=True)
-        elif free.shape[-1]:
-            free -= np.median(free, axis=1, keepdims=True)
         residuals /= noise
-        squares = np.einsum("sjc,sjc->sj", residuals, residuals)
-        nu = self.degrees_of_freedom
         with np.errstate(over="ignore"):
-            misfit = squares.sum(axis=1) if nu is None else (nu + 2.0) * np.log1p(squares / nu).sum(axis=1)
+            misfit = np.einsum("sjc,sjc->sj", residuals, residuals).sum(axis=1)
         return self.log_peak(frame) - 0.5 * np.where(np.isnan(misfit), np.inf, misfit)
 
 

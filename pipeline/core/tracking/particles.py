@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import logsumexp
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 
 def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
@@ -64,12 +64,7 @@ def resample_systematically(log_weights: np.ndarray, offset: float) -> np.ndarra
     >>> resample_systematically(np.log([0.125, 0.625, 0.125, 0.125]), 0.9)
     array([1, 1, 1, 3])
     """
-    if not 0.0 <= offset < 1.0:
-        raise InvalidInput(
-            "the offset of systematic resampling is outside of its range",
-            expected="[0, 1)",
-            received=f"{offset:g}",
-        )
+    require_range("the offset of systematic resampling", offset, at_least=0, below=1)
     count = len(log_weights)
     cumulative = np.cumsum(np.exp(log_weights))
     # The last sum is one but for rounding; beyond the last particle with any weight there is none to take.

@@ -10,8 +10,8 @@ Symbols
 
 With the prior, v walks at random between bounds and never runs backwards, as [mozerov2006 13] has it for
 synchronization (speeds and accelerations differ), p' = p + v', and z' = rho z + q e: the posture moves with the mean
-performance and diffuses by a fraction of the learnt standard deviation.  With `reversion` rho is sqrt(1 - q²), so
-that without an image particles keep the learnt variance; else rho is one and they fill the bounds.
+performance and diffuses by a fraction of the learnt standard deviation; rho is sqrt(1 - q²), so that without an image
+particles keep the learnt variance.
 
 A prediction with a coordinate outside of m +- 3 s is pruned: rejected and redrawn.  Coordinates are independent, so
 it is enough to redraw those outside, from the normal truncated to the bounds: the same distribution as rejecting
@@ -46,8 +46,6 @@ class Dynamics:
         a few frames; a rate that cannot follow loses the phase, which never runs back.
     diffusion : float
         q: standard deviation of a posture's own step, as a fraction of the learnt one; `learnt_diffusion` gives it.
-    reversion : bool
-        Whether deviations return to the mean performance as fast as they diffuse.
     bound : float
         Predictions farther from the mean than this many standard deviations are pruned; infinite: none.
     start_phase : (low, high)
@@ -58,7 +56,6 @@ class Dynamics:
     rate_bounds: tuple[float, float] = (0.0, 2.0)
     rate_step: float = 0.3
     diffusion: float = 0.2
-    reversion: bool = True
     bound: float = 3.0
     start_phase: tuple[float, float] = (0.0, 0.0)
 
@@ -83,11 +80,11 @@ class Walk:
         self, mean: np.ndarray, standard_deviation: np.ndarray, dynamics: Dynamics, *, prior: bool
     ) -> None:
         self.mean, self.sd = _checked_model(mean, standard_deviation)
-        _check_dynamics(dynamics, prior)
+        _require_in_range(dynamics, prior)
         self.prior, self.dynamics = prior, dynamics
         self.last = float(len(self.mean) - 1)
         self.step = dynamics.diffusion * (1.0 if prior else np.sqrt((self.sd**2).mean(axis=0)))
-        self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior and dynamics.reversion else 1.0
+        self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior else 1.0
         self.bound = dynamics.bound if prior else np.inf
 
     def draw(
@@ -199,10 +196,10 @@ def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.nda
     return mean, sd
 
 
-def _check_dynamics(d: Dynamics, prior: bool) -> None:
+def _require_in_range(d: Dynamics, prior: bool) -> None:
     low, high = d.rate_bounds
     first, final = d.start_phase
-    most = 1.0 if prior and d.reversion else np.inf  # what returns cannot diffuse by more than is learnt
+    most = 1.0 if prior else np.inf  # what returns cannot diffuse by more than is learnt
     for name, value, right, expected in (
         ("nominal rate", d.nominal_rate, 0 < d.nominal_rate < np.inf, "samples per frame > 0"),
         ("bounds of the rate", d.rate_bounds, 0 <= low <= high < np.inf, "0 <= low <= high"),

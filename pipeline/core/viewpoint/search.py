@@ -3,9 +3,8 @@
 Symbols
 -------
 ``beta``   a candidate view angle, rad; G of them on the grid
-``J``      ``min over k`` of ||w_hat - w_bar_hat(beta) - E_hat(beta) k||² (+ sigma² sum k²/lambda)
-``B``      eigenwalkers, times sqrt(lambda) where there is a prior; ``z = k / sqrt(lambda)`` or k
-``A``      ``B_hat^T B_hat``, and `ridge` times the unit matrix (sigma², or rounding without a prior)
+``J``      ``min over k`` of ||w_hat - w_bar_hat(beta) - E_hat(beta) k||² (+ sigma² sum k²/lambda), mm²
+``B, z``   whitened eigenwalkers and their coefficients: see `reconstruction.Gram`, which eliminates them
 ``M``      matrix of the quadratic form J(beta) in the coordinates of an observation
 
 Observations are written horizontal (A, 75) and vertical (A, 75, or 76 with the scaled frequency last).
@@ -13,56 +12,152 @@ Observations are written horizontal (A, 75) and vertical (A, 75, or 76 with the 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.polynomial import polynomial
 
-from pipeline.core.linear_model import WhitenedModel
+from pipeline.core import newton
+from pipeline.core.choice import MARGIN, first_lowest
+from pipeline.core.reconstruction import Gram
 
-_TOLERANCE_RAD = 1e-10
-_MOST_STEPS = 40
+TOLERANCE_RAD = 1e-10
+"""Step of the view angle at which the search has converged."""
+
+_MOST_STEPS = 60
+
+
+@dataclass(frozen=True)
+class ViewMinimum:
+    """The lowest minimum of J for each of A observations.
+
+    Attributes
+    ----------
+    angle_rad : (A,)
+    z : (A, N)
+        Coefficients in whitened form.
+    cost, runner_up_cost : (A,)
+        J there and at the lowest other local minimum, mm²; the latter infinite where there is none.
+    converged : (A,) bool
+    n_iterations : (A,) int
+    """
+
+    angle_rad: np.ndarray
+    z: np.ndarray
+    cost: np.ndarray
+    runner_up_cost: np.ndarray
+    converged: np.ndarray
+    n_iterations: np.ndarray
+
+
+@dataclass(frozen=True)
+class ReducedCost:
+    """J at one angle for each of A observations, coefficients eliminated.
+
+    Attributes
+    ----------
+    cost : (A,)
+        J, mm².
+    z : (A, N)
+        Coefficients in whitened form.
+    slope, curvature : (A,)
+        First and second derivative of J by the angle; curvature empty unless asked for.
+    """
+
+    cost: np.ndarray
+    z: np.ndarray
+    slope: np.ndarray
+    curvature: np.ndarray
 
 
 def global_minimum(
-    white: WhitenedModel,
+    gram: Gram,
     across: np.ndarray,
     up: np.ndarray,
     angle_range_rad: tuple[float, float],
     step_rad: float,
-    ridge: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Angle (A,), z (A, N), J (A,), lowest other minimum (A,), converged (A,) and steps (A,) of each observation.
+    noise_variance: float | None,
+) -> ViewMinimum:
+    """The view angle of lowest cost for each of A observations, and the coefficients there.
 
-    The lowest local minimum of the grid, by the parabola through its cell and the neighbours, is refined;
-    where another comes so near that the parabolas cannot tell, both are.
+    Parameters
+    ----------
+    gram : Gram
+    across, up : (A, 75), (A, 75 or 76)
+        Observations.
+    angle_range_rad : (low, high)
+    step_rad : float
+        Of the grid of candidates.
+    noise_variance : float or None
+        sigma² in mm²; None for least squares.
+
+    Notes
+    -----
+    The lowest local minimum of the grid, by the parabola through its cell and the neighbours, is refined; where
+    another comes so near that the parabolas cannot tell, both are.  The other is preferred only where its cost is
+    lower by more than rounding: of two views that explain an image equally well the first of the grid is taken.
     """
     low, high = angle_range_rad
     grid, closed = candidates(low, high, step_rad)
-    cost = cost_on_grid(white, across, up, grid, ridge)
+    cost = cost_on_grid(gram, across, up, grid, noise_variance)
     height, start = local_minima(cost, grid, closed=closed)
-    first, every = height.argmin(axis=1), np.arange(len(cost))
+    first, every = first_lowest(height), np.arange(len(cost))
     second, runner_up = lowest_but(height, first, closed=closed)
 
-    def refined(rows: np.ndarray, cells: np.ndarray) -> list[np.ndarray]:
+    def refined(rows: np.ndarray, cells: np.ndarray) -> ViewMinimum:
         step = grid[1] - grid[0]
         lower, upper = grid[cells] - step, grid[cells] + step
         if not closed:
             lower, upper = np.maximum(lower, low), np.minimum(upper, high)
-        guess, curvature = _local_minimum(cost[rows], cells, start[rows, cells], grid, closed=closed)
+        guess, curvature = _polynomial_minimum(cost[rows], cells, start[rows, cells], grid, closed=closed)
         guess = np.clip(guess, lower, upper)
-        return list(_refine(white, across[rows], up[rows], guess, curvature, lower, upper, ridge))
+        z, minimum = np.empty((len(rows), len(gram.white.scale))), np.empty(len(rows))
 
-    found = refined(every, first)
+        def derivatives(active: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, None]:
+            here = reduced_cost(
+                gram, across[rows[active]], up[rows[active]], angle, noise_variance, bend=False
+            )
+            z[active], minimum[active] = here.z, here.cost
+            return here.slope, None
+
+        found = newton.minimise(
+            derivatives,
+            guess,
+            lower,
+            upper,
+            tolerance=TOLERANCE_RAD,
+            most_iterations=_MOST_STEPS,
+            curvature=curvature,
+        )
+        return ViewMinimum(found.at, z, minimum, runner_up[rows], found.converged, found.n_iterations)
+
+    best = refined(every, first)
     # A parabola's lowest point is trusted to within what it lies below its cell: runner_up - height of the
     # first <= the two dips, where the first's height cancels.
     contested = np.flatnonzero(2.0 * runner_up <= cost[every, first] + cost[every, second])
-    if len(contested):
-        others = refined(contested, second[contested])
-        lower_cost = others[2] < found[2][contested]
-        runner_up[contested] = np.where(lower_cost, found[2][contested], others[2])
-        for mine, other in zip(found, others, strict=True):
-            mine[contested[lower_cost]] = other[lower_cost]
-    angle, z, minimum, converged, iterations = found
-    return angle, z, minimum, runner_up, converged, iterations
+    return prefer_lower(best, refined(contested, second[contested]), contested)
+
+
+def prefer_lower(best: ViewMinimum, other: ViewMinimum, rows: np.ndarray) -> ViewMinimum:
+    """The minima of A observations, each replaced by its other one where that is lower by more than rounding.
+
+    Parameters
+    ----------
+    best : ViewMinimum
+        Of A observations.
+    other : ViewMinimum
+        Other minima of n of them, whose costs become those of the runners-up where they are not lower.
+    rows : (n,) int
+        Which observations these are.
+    """
+    lower = other.cost < best.cost[rows] * (1.0 - MARGIN)
+    runner_up = best.runner_up_cost.copy()
+    runner_up[rows] = np.where(lower, best.cost[rows], np.maximum(other.cost, best.cost[rows]))
+    parts = {}
+    for name in ("angle_rad", "z", "cost", "converged", "n_iterations"):
+        parts[name] = getattr(best, name).copy()
+        parts[name][rows[lower]] = getattr(other, name)[lower]
+    return ViewMinimum(runner_up_cost=runner_up, **parts)
 
 
 def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:
@@ -82,32 +177,30 @@ def candidates(low: float, high: float, step: float) -> tuple[np.ndarray, bool]:
 
 
 def cost_on_grid(
-    white: WhitenedModel, across: np.ndarray, up: np.ndarray, grid: np.ndarray, ridge: float
+    gram: Gram, across: np.ndarray, up: np.ndarray, grid: np.ndarray, noise_variance: float | None
 ) -> np.ndarray:
-    """J (A, G): every observation at every candidate.
+    """J (A, G) in mm²: every observation at every candidate.
 
     The observations are written in an orthonormal basis of their span (three rows for all views of one
     walker), so that each candidate costs one solve with a handful of right-hand sides, whatever A is.
     """
+    white = gram.white
     rows = np.concatenate([across, up], axis=1)
     basis = _orthonormal_rows(rows)
     rank, points = len(basis), across.shape[1]
     c, s = np.cos(grid)[:, None], np.sin(grid)[:, None]
-    # u = B_hat^T [basis; -mean]: right-hand sides (G, N, rank + 1)
+    # H = [basis; -mean] B_hat, (G, rank + 1, N)
     mean = c * white.mean_x + s * white.mean_y
     bx, by = basis[:, :points] @ white.bx, basis[:, :points] @ white.by
     bz = basis[:, points:] @ white.bz
     sides = c[..., None] * bx + s[..., None] * by + bz
     mean_side = c * (mean @ white.bx) + s * (mean @ white.by) + white.mean_z @ white.bz
-    u = np.concatenate([sides, -mean_side[:, None]], axis=1)
-    outer = np.empty((len(grid), rank + 1, rank + 1))
-    outer[:, :rank, :rank] = basis @ basis.T
-    outer[:, :rank, rank] = outer[:, rank, :rank] = -(
-        mean @ basis[:, :points].T + white.mean_z @ basis[:, points:].T
-    )
-    outer[:, rank, rank] = (mean**2).sum(axis=1) + (white.mean_z**2).sum()
-    gram = white.gram(c[:, 0], s[:, 0]) + _ridge_matrix(white, ridge)
-    M = outer - u @ np.linalg.solve(gram, np.swapaxes(u, 1, 2))
+    H = np.concatenate([sides, -mean_side[:, None]], axis=1)
+    G = np.empty((len(grid), rank + 1, rank + 1))
+    G[:, :rank, :rank] = basis @ basis.T
+    G[:, :rank, rank] = G[:, rank, :rank] = -(mean @ basis[:, :points].T + white.mean_z @ basis[:, points:].T)
+    G[:, rank, rank] = (mean**2).sum(axis=1) + (white.mean_z**2).sum()
+    M = gram.eliminate(c[:, 0], s[:, 0], G, H, noise_variance)
     coordinates = np.concatenate([rows @ basis.T, np.ones((len(rows), 1))], axis=1)
     pairs = (coordinates[:, :, None] * coordinates[:, None, :]).reshape(len(rows), -1)
     return pairs @ M.reshape(len(grid), -1).T
@@ -132,14 +225,6 @@ def _orthonormal_rows(rows: np.ndarray) -> np.ndarray:
     return basis
 
 
-def _ridge_matrix(white: WhitenedModel, ridge: float) -> np.ndarray:
-    """sigma² I; for least squares a floor at rounding level that keeps an unseen eigenwalker at zero."""
-    size = white.bx.shape[1]
-    scale = sum(np.einsum("pn,pn->", b, b) for b in (white.bx, white.by, white.bz))
-    floor = scale * np.finfo(float).eps if scale > 0 else 1.0
-    return (ridge if ridge > 0 else floor) * np.eye(size)
-
-
 def local_minima(cost: np.ndarray, grid: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
     """Lowest value (A, G) of the parabola through each cell and its neighbours, and where it is (A, G) rad.
 
@@ -156,48 +241,53 @@ def local_minima(cost: np.ndarray, grid: np.ndarray, *, closed: bool) -> tuple[n
     return height, grid + offset * (grid[1] - grid[0])
 
 
-def lowest_but(height: np.ndarray, taken: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Cell (A,) and value (A,) of the lowest local minimum away from the cell that is taken.
+def lowest_but(height: np.ndarray, excluded: np.ndarray, *, closed: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Cell (A,) and value (A,) of the lowest local minimum away from one cell (A,).
 
-    Its neighbours are left out with it: a minimum half way between two cells shows in both.
+    The neighbours of that cell are left out with it: a minimum half way between two cells shows in both.
     """
     others, last = height.copy(), height.shape[1] - 1
-    for cell in (taken - 1, taken, taken + 1):
+    for cell in (excluded - 1, excluded, excluded + 1):
         others[np.arange(len(height)), cell % (last + 1) if closed else np.clip(cell, 0, last)] = np.inf
-    return others.argmin(axis=1), others.min(axis=1)
+    return first_lowest(others), others.min(axis=1)
 
 
 def reduced_cost(
-    white: WhitenedModel, across: np.ndarray, up: np.ndarray, angle: np.ndarray, ridge: float, *, bend: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """J, z, J' and (only with `bend`) J'' at one angle per observation.
+    gram: Gram,
+    across: np.ndarray,
+    up: np.ndarray,
+    angle: np.ndarray,
+    noise_variance: float | None,
+    *,
+    bend: bool,
+) -> ReducedCost:
+    """J and its derivatives at one angle (A,) per observation.
 
     z has been eliminated, so J' is the partial derivative at that z.
     """
-    c, s = np.cos(angle), np.sin(angle)
-    gram = white.gram(c, s) + _ridge_matrix(white, ridge)
-    c, s = c[:, None], s[:, None]
+    white, cosine, sine = gram.white, np.cos(angle), np.sin(angle)
+    c, s = cosine[:, None], sine[:, None]
     dx = across - c * white.mean_x - s * white.mean_y
     dz = up - white.mean_z
     h = c * (dx @ white.bx) + s * (dx @ white.by) + dz @ white.bz
-    z = np.linalg.solve(gram, h[..., None])[..., 0]
+    z = gram.solve(cosine, sine, h[..., None], noise_variance)[..., 0]
     full_x, full_y = white.mean_x + z @ white.bx.T, white.mean_y + z @ white.by.T
     seen, unseen = c * full_x + s * full_y, -s * full_x + c * full_y  # d(seen)/d(beta) = unseen
     e = across - seen
     ez = dz - z @ white.bz.T
-    cost = (e**2).sum(axis=1) + (ez**2).sum(axis=1) + ridge * (z**2).sum(axis=1)
+    cost = (e**2).sum(axis=1) + (ez**2).sum(axis=1) + (noise_variance or 0.0) * (z**2).sum(axis=1)
     slope = -2.0 * (e * unseen).sum(axis=1)
     if not bend:
-        return cost, z, slope, np.empty(0)
+        return ReducedCost(cost, z, slope, np.empty(0))
     mixed = 2.0 * (
         c * (unseen @ white.bx) + s * (unseen @ white.by) + s * (e @ white.bx) - c * (e @ white.by)
     )
-    curvature = 2.0 * ((unseen**2).sum(axis=1) + (e * seen).sum(axis=1))
-    curvature = curvature - 0.5 * (mixed * np.linalg.solve(gram, mixed[..., None])[..., 0]).sum(axis=1)
-    return cost, z, slope, curvature
+    by_z = gram.solve(cosine, sine, mixed[..., None], noise_variance)[..., 0]
+    curvature = 2.0 * ((unseen**2).sum(axis=1) + (e * seen).sum(axis=1)) - 0.5 * (mixed * by_z).sum(axis=1)
+    return ReducedCost(cost, z, slope, curvature)
 
 
-def _local_minimum(
+def _polynomial_minimum(
     cost: np.ndarray, cells: np.ndarray, start: np.ndarray, grid: np.ndarray, *, closed: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the polynomial through seven cells about `cells` is lowest (A,) rad, and its curvature there (A,).
@@ -213,65 +303,13 @@ def _local_minimum(
     series = np.linalg.solve(np.vander(np.arange(count) - float(middle), increasing=True), heights.T)
     slopes, bends = polynomial.polyder(series), polynomial.polyder(series, 2)
     origin = grid[0] + step * (first + middle)
-    place = (start - origin) / step
-    for _ in range(4):
-        bend = polynomial.polyval(place, bends, tensor=False)
-        slope = polynomial.polyval(place, slopes, tensor=False)
-        place = place - np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), 0.0)
-    curvature = polynomial.polyval(place, bends, tensor=False) / step**2
-    return origin + step * place, curvature
+    cell = (grid[0] + step * cells - origin) / step
 
+    def derivatives(rows: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        slope = polynomial.polyval(place, slopes[:, rows], tensor=False)
+        return slope, polynomial.polyval(place, bends[:, rows], tensor=False)
 
-def _refine(
-    white: WhitenedModel,
-    across: np.ndarray,
-    up: np.ndarray,
-    start: np.ndarray,
-    curvature: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-    ridge: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Angle, z, J, converged and steps at the zero of J' inside a shrinking bracket.
-
-    Steps are Newton's, with the curvature that is given for the first and that of the last two slopes after it;
-    a step out of the bracket, or uphill, becomes a bisection.
-    """
-    angle, lower, upper = start.copy(), lower.copy(), upper.copy()
-    iterations = np.zeros(len(angle), dtype=int)
-    converged = np.zeros(len(angle), dtype=bool)
-    z, cost = np.empty((len(angle), white.bx.shape[1])), np.empty(len(angle))
-    last_angle, last_slope, last_curvature = angle.copy(), np.zeros(len(angle)), curvature.copy()
-    for step in range(_MOST_STEPS):
-        active = np.flatnonzero(~converged)
-        if not len(active):
-            break
-        here = angle[active]
-        cost[active], z[active], slope, _ = reduced_cost(
-            white, across[active], up[active], here, ridge, bend=False
-        )
-        bend = last_curvature[active]
-        if step > 0:
-            travelled = here - last_angle[active]
-            bend = np.where(
-                np.abs(travelled) > 1e-9,
-                (slope - last_slope[active]) / np.where(travelled == 0, 1.0, travelled),
-                bend,
-            )
-        last_angle[active], last_slope[active], last_curvature[active] = here, slope, bend
-        rising = slope > 0
-        upper[active[rising]] = here[rising]
-        lower[active[~rising]] = here[~rising]
-        bowl = bend > 0
-        proposal = here - slope / np.where(bowl, bend, 1.0)
-        # A step within rounding of here needs no bracket: its own end may be here.
-        near = bowl & (np.abs(proposal - here) < _TOLERANCE_RAD)
-        inside = bowl & (proposal >= lower[active]) & (proposal <= upper[active])
-        proposal = np.where(inside | near, proposal, 0.5 * (lower[active] + upper[active]))
-        iterations[active] += 1
-        converged[active] = np.abs(proposal - here) < _TOLERANCE_RAD
-        # What has converged stays where its cost and coefficients were worked out.
-        angle[active] = np.where(converged[active], here, proposal)
-    if not converged.all():
-        cost, z, _, _ = reduced_cost(white, across, up, angle, ridge, bend=False)
-    return angle, z, cost, converged, iterations
+    place = newton.minimise(
+        derivatives, (start - origin) / step, cell - 1.0, cell + 1.0, tolerance=1e-7, most_iterations=6
+    ).at
+    return origin + step * place, polynomial.polyval(place, bends, tensor=False) / step**2

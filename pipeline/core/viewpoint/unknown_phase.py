@@ -1,6 +1,6 @@
 """View angle, phase and coefficients together, from the image and its frequency alone.
 
-Symbols are those of `observed_phase`; ``beta`` is the view angle.
+Symbols are those of `reconstruction.unknown_phase`; ``beta`` is the view angle.
 
 Why this is enough: with coefficients and phase eliminated the lowest cost J is a function of one angle beta; as
 the lower envelope of smooth curves it has no local minimum at a kink, so a bracket suffices.
@@ -12,12 +12,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.linear_model import LinearModel, whiten
-from pipeline.core.reconstruction import check_noise_variance
-from pipeline.core.reconstruction.unknown_phase import TurnedObservations, inverse_eigenvalues, lowest_phase
-from pipeline.core.viewpoint import search as view_search
-from pipeline.core.viewpoint.known_phase import FULL_CIRCLE, ViewEstimate
+from pipeline.core import newton
+from pipeline.core.choice import first_lowest
+from pipeline.core.linear_model import LinearModel
+from pipeline.core.reconstruction import Gram, TurnedObservations, gram_of, lowest_phase
+from pipeline.core.viewpoint.estimate import FULL_CIRCLE, ViewEstimate, in_half_open_circle
+from pipeline.core.viewpoint.search import (
+    TOLERANCE_RAD,
+    ReducedCost,
+    ViewMinimum,
+    candidates,
+    local_minima,
+    lowest_but,
+    prefer_lower,
+    reduced_cost,
+)
 from pipeline.validation import InvalidInput
+
+_GRID_STEP_RAD = np.pi / 90
+_MOST_STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -33,115 +46,132 @@ class PhasedEstimate(ViewEstimate):
     phase_rad: np.ndarray
 
 
-def estimate(
+def estimate_unknown_phase(
     model: LinearModel,
     image: np.ndarray,
     *,
     noise_variance: float | None,
     frequency_hz: np.ndarray | None = None,
     angle_range_rad: tuple[float, float] = FULL_CIRCLE,
-    grid_step_rad: float = np.pi / 90,
 ) -> PhasedEstimate:
     """View angle, phase and coefficients together [zhang2007 4.5, 4.6] [zhang2004 14], the phase unknown too.
 
-    Parameters and refusals are those of `observed_phase.from_known_views`; `angle_range_rad` bounds the
-    candidates, and the two lowest minima of their grid are refined, so that `runner_up_cost` is the exact cost of
-    the second.
+    Parameters
+    ----------
+    model : LinearModel
+        Learnt without these walkers, of walkers at phase zero.
+    image : (A, 1 + 2H, J, 2)
+        `ViewedClip.image`, mm.
+    noise_variance : float or None
+        None for least squares (approach I), sigma² in mm² for MAP (approach II).
+    frequency_hz : (A,), optional
+        `ViewedClip.frequency_hz`; needed by a model of 226 numbers.
+    angle_range_rad : (low, high)
+        Candidates.
+
+    Raises
+    ------
+    InvalidInput
+        If the range is empty, or as `reconstruction.from_known_views_unknown_phase`.
+
+    Notes
+    -----
+    The two lowest minima on the grid of candidates are refined, so that `runner_up_cost` is the exact cost of the
+    second.
     """
-    if noise_variance is not None:
-        check_noise_variance(noise_variance)
+    gram = gram_of(model, noise_variance)
     low, high = angle_range_rad
-    if not high > low or not grid_step_rad > 0:
+    if not high > low:
         raise InvalidInput(
             "the range of view angles is empty",
-            expected="low < high and step > 0",
-            received=f"{np.degrees(low):g}..{np.degrees(high):g} deg by {np.degrees(grid_step_rad):g}",
+            expected="low < high",
+            received=f"{np.degrees(low):g}..{np.degrees(high):g} deg",
         )
-    white = whiten(model, prior=noise_variance is not None)
-    rows = TurnedObservations(model, white, image, frequency_hz)
-    grid, closed = view_search.candidates(low, high, grid_step_rad)
+    rows = TurnedObservations(model, gram.white, image, frequency_hz)
+    grid, closed = candidates(low, high, _GRID_STEP_RAD)
     c, s = np.cos(grid), np.sin(grid)
-    values, vectors = np.linalg.eigh(white.gram(c, s))
-    roots = vectors * np.sqrt(inverse_eigenvalues(values, noise_variance))[:, None]
+    spectrum = gram.spectrum(c, s)
+    roots = spectrum.vectors * np.sqrt(spectrum.inverse(noise_variance))[:, None]
     cost = np.empty((len(rows.across), len(grid)))
     for g in range(len(grid)):
         G, H = rows.against(c[g : g + 1], s[g : g + 1])
         K = H @ roots[g]
         cost[:, g] = lowest_phase(G - K @ np.swapaxes(K, 1, 2))[1]
-    height, start = view_search.local_minima(cost, grid, closed=closed)
-    first, every = height.argmin(axis=1), np.arange(len(cost))
-    second, other = view_search.lowest_but(height, first, closed=closed)
+    height, start = local_minima(cost, grid, closed=closed)
+    first, every = first_lowest(height), np.arange(len(cost))
+    second, other = lowest_but(height, first, closed=closed)
     contenders = np.flatnonzero(np.isfinite(other))
-    which, cell = np.concatenate([every, contenders]), np.concatenate([first, second[contenders]])
     step = grid[1] - grid[0]
-    lower, upper = grid[cell] - step, grid[cell] + step
-    if not closed:
-        lower, upper = np.maximum(lower, low), np.minimum(upper, high)
-    found = _descend(rows, which, start[which, cell], lower, upper, noise_variance or 0.0)
-    best, rival = every.copy(), np.full(len(every), -1)
-    rival[contenders] = len(every) + np.arange(len(contenders))
-    swapped = contenders[found[2][rival[contenders]] < found[2][contenders]]
-    best[swapped], rival[swapped] = rival[swapped], swapped
-    runner_up = np.where(rival >= 0, found[2][rival], np.inf)
-    angle, z, lowest, phase, converged, iterations = (part[best] for part in found)
-    angle = np.pi - np.mod(np.pi - angle, 2 * np.pi)  # in (-pi, pi]
-    return PhasedEstimate(angle, z * white.spread, lowest, runner_up, converged, iterations, phase)
+
+    def descend(which: np.ndarray, cell: np.ndarray) -> ViewMinimum:
+        lower, upper = grid[cell] - step, grid[cell] + step
+        if not closed:
+            lower, upper = np.maximum(lower, low), np.minimum(upper, high)
+        return _descend(gram, rows, which, start[which, cell], lower, upper, noise_variance)
+
+    best = prefer_lower(descend(every, first), descend(contenders, second[contenders]), contenders)
+    _, phase = _profile(gram, rows, every, best.angle_rad, noise_variance, bend=False)
+    return PhasedEstimate(
+        in_half_open_circle(best.angle_rad),
+        best.z * gram.white.scale,
+        best.cost,
+        best.runner_up_cost,
+        best.converged,
+        best.n_iterations,
+        phase,
+    )
 
 
 def _profile(
-    rows: TurnedObservations, which: np.ndarray, angle: np.ndarray, ridge: float, *, bend: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """J lowest over phase and coefficients at one angle per row: J, z, J', phase and J'' at a fixed phase.
+    gram: Gram,
+    rows: TurnedObservations,
+    which: np.ndarray,
+    angle: np.ndarray,
+    noise_variance: float | None,
+    *,
+    bend: bool,
+) -> tuple[ReducedCost, np.ndarray]:
+    """J lowest over phase and coefficients at one angle per row, its curvature at a fixed phase; and that phase (n,).
 
     Phase and coefficients are at their minimum, so J' is the partial derivative there.
     """
     c, s = np.cos(angle), np.sin(angle)
     G, H = rows.against(c, s, which)
-    gram = rows.white.gram(c, s)
-    floor = ridge or np.finfo(float).eps * float(np.trace(gram, axis1=1, axis2=2).max())
-    forms = G - H @ np.linalg.solve(gram + floor * np.eye(gram.shape[-1]), np.swapaxes(H, 1, 2))
-    phase, _ = lowest_phase(forms)
+    phase, _ = lowest_phase(gram.eliminate(c, s, G, H, noise_variance))
     across, up = rows.at(phase, which)
-    cost, z, slope, curvature = view_search.reduced_cost(rows.white, across, up, angle, ridge, bend=bend)
-    return cost, z, slope, phase, curvature
+    return reduced_cost(gram, across, up, angle, noise_variance, bend=bend), phase
 
 
 def _descend(
+    gram: Gram,
     rows: TurnedObservations,
     which: np.ndarray,
     start: np.ndarray,
     lower: np.ndarray,
     upper: np.ndarray,
-    ridge: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The zero of J' inside a shrinking bracket: angle, z, J, phase, converged, steps.
+    noise_variance: float | None,
+) -> ViewMinimum:
+    """The minima of J inside brackets (n,) for the observations `which` (n,); runner-up costs infinite.
 
     The first step takes the curvature at a fixed phase, which is never too small; later ones that of the last
-    two slopes; a step out of the bracket, or uphill, becomes a bisection.
+    two slopes.
     """
-    angle, lower, upper = start.copy(), lower.copy(), upper.copy()
-    steps, converged = np.zeros(len(angle), dtype=int), np.zeros(len(angle), dtype=bool)
-    last_angle, last_slope, curvature = angle.copy(), np.zeros(len(angle)), np.zeros(len(angle))
-    for step in range(60):
-        active = np.flatnonzero(~converged)
-        if not len(active):
-            break
-        here = angle[active]
-        _, _, slope, _, bend = _profile(rows, which[active], here, ridge, bend=step == 0)
-        if step:
-            travelled = here - last_angle[active]
-            far = np.abs(travelled) > 1e-9
-            secant = (slope - last_slope[active]) / np.where(far, travelled, 1.0)
-            bend = np.where(far, secant, curvature[active])
-        last_angle[active], last_slope[active], curvature[active] = here, slope, bend
-        rising = slope > 0
-        upper[active[rising]] = here[rising]
-        lower[active[~rising]] = here[~rising]
-        moved = here - slope / np.where(bend > 0, bend, np.inf)
-        inside = (bend > 0) & (moved >= lower[active]) & (moved <= upper[active])
-        moved = np.where(inside, moved, 0.5 * (lower[active] + upper[active]))
-        angle[active] = moved
-        steps[active] += 1
-        converged[active] = np.abs(moved - here) < 1e-10
-    cost, z, _, phase, _ = _profile(rows, which, angle, ridge, bend=False)
-    return angle, z, cost, phase, converged, steps
+    first, _ = _profile(gram, rows, which, start, noise_variance, bend=True)
+    z, cost = np.empty_like(first.z), np.empty_like(first.cost)
+
+    def derivatives(active: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, None]:
+        here, _ = _profile(gram, rows, which[active], angle, noise_variance, bend=False)
+        z[active], cost[active] = here.z, here.cost
+        return here.slope, None
+
+    found = newton.minimise(
+        derivatives,
+        start,
+        lower,
+        upper,
+        tolerance=TOLERANCE_RAD,
+        most_iterations=_MOST_STEPS,
+        curvature=first.curvature,
+    )
+    runner_up = np.full(len(which), np.inf)
+    return ViewMinimum(found.at, z, cost, runner_up, found.converged, found.n_iterations)

@@ -1,4 +1,9 @@
-"""From a recording to a walker: the steady stretch of a clip and its treadmill equivalent (zhang2007 section 2)."""
+"""From a recording to a walker: a usable clip, its steady stretch, its treadmill equivalent (zhang2007 section 2).
+
+In the order of use: `require_millimetres` and `bridge_gaps` make sure of the clip, `steady_stretch` finds the part
+of it in which somebody walks steadily, `treadmill_equivalent` takes the path and the heading out of that part, and
+`set_origin` puts it about the pelvis.  Positions are (T, 15, 3) in WALKER15 order, mm, z up.
+"""
 
 from pipeline.core.walking.steady import (
     STANDING_MM,
@@ -9,13 +14,27 @@ from pipeline.core.walking.steady import (
     steady_stretch,
     treadmill_equivalent,
 )
+from pipeline.core.walking.usable_clip import (
+    LEG_LENGTH_MM,
+    BridgedClip,
+    bridge_gaps,
+    leg_length,
+    require_millimetres,
+    stature,
+)
 
 __all__ = [
+    "LEG_LENGTH_MM",
     "STANDING_MM",
     "TREADMILL_MM_S",
+    "BridgedClip",
     "Stretch",
+    "bridge_gaps",
     "facing",
+    "leg_length",
+    "require_millimetres",
     "set_origin",
+    "stature",
     "steady_stretch",
     "treadmill_equivalent",
 ]

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import polynomial
 
-from pipeline.core.fourier.frequency import SEARCH_HZ, single_frequency_power
+from pipeline.core.choice import first_lowest
+from pipeline.core.fourier import SEARCH_HZ, single_frequency_power
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
 
 _PELVIS = WALKER15.index("pelvis")
 _LEFT = [WALKER15.index(f"left_{joint}") for joint in ("hip", "knee", "ankle")]
@@ -75,7 +76,7 @@ def _stride(signal: np.ndarray, frame_rate_hz: float) -> int:
     """Frames of one stride, from the strongest frequency of the fore-aft distance of the ankles."""
     candidates = np.arange(SEARCH_HZ[0], SEARCH_HZ[1], 0.01)
     power = single_frequency_power(candidates, np.arange(len(signal)) / frame_rate_hz, signal)
-    return max(round(frame_rate_hz / float(candidates[np.argmax(power)])), 5)
+    return max(round(frame_rate_hz / float(candidates[first_lowest(-power)])), 5)
 
 
 def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray:
@@ -116,8 +117,10 @@ def steady_stretch(
 
     Parameters
     ----------
-    positions : (T, 15, 3) mm
-    whole : (T,) bool, frames in which every joint is known
+    positions : (T, 15, 3)
+        mm.
+    whole : (T,) bool
+        Frames in which every joint is known.
     frame_rate_hz : float
     locomotion : {"auto", "overground", "treadmill"}
     speed_band, turn_rad_s, cycles : float
@@ -128,10 +131,7 @@ def steady_stretch(
     InvalidInput
         With the reason why the clip has no such stretch, or if the kind of locomotion is unknown.
     """
-    if locomotion not in ("auto", "overground", "treadmill"):
-        raise InvalidInput(
-            "unknown locomotion", expected="auto, overground or treadmill", received=locomotion
-        )
+    require_choice("locomotion", locomotion, ("auto", "overground", "treadmill"))
     first, last = _longest_run(whole)
     frames = last - first
     if frames < max(frame_rate_hz * cycles / SEARCH_HZ[1], 5):
@@ -204,7 +204,8 @@ def treadmill_equivalent(
 
     Parameters
     ----------
-    positions : (T, 15, 3) mm
+    positions : (T, 15, 3)
+        mm.
     frame_rate_hz : float
     locomotion : {"overground", "treadmill"}
         Overground, each frame turns by the local heading of the path; on a treadmill, all by the mean facing.
@@ -213,8 +214,7 @@ def treadmill_equivalent(
         one cycle around each frame.  A straight trend is not enough: on clips that veer it leaves a tenth to
         a half of the variance unexplained.
     """
-    if path not in ("cubic", "moving_average"):
-        raise InvalidInput("the path is unknown", expected="cubic or moving_average", received=path)
+    require_choice("path", path, ("cubic", "moving_average"))
     pelvis = positions[:, _PELVIS, :2]
     if path == "cubic":
         time = np.linspace(-1.0, 1.0, len(positions))
@@ -237,8 +237,7 @@ def treadmill_equivalent(
 
 def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
     """Positions about the mean pelvis (``pelvis_mean``), or horizontally so and above the floor (``floor``)."""
-    if origin not in ("pelvis_mean", "floor"):
-        raise InvalidInput("the origin is unknown", expected="pelvis_mean or floor", received=origin)
+    require_choice("origin", origin, ("pelvis_mean", "floor"))
     centre = positions[:, _PELVIS].mean(axis=0)
     if origin == "floor":
         centre[2] = np.percentile(positions[:, [_LEFT[2], _RIGHT[2]], 2], 2)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -35,8 +37,19 @@ def stature(positions: np.ndarray) -> float:
     return float(np.nanmean(positions[:, _HEAD, 2]) - np.nanpercentile(ankles, 2))
 
 
-def check_units(positions: np.ndarray) -> None:
-    """Nothing; a InvalidInput if the legs are not of human length in millimetres."""
+def require_millimetres(positions: np.ndarray) -> None:
+    """Require legs of human length in millimetres.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        NaN where a joint is not known.
+
+    Raises
+    ------
+    InvalidInput
+        If their mean length is outside of `LEG_LENGTH_MM`; the sentence names the unit that it looks like.
+    """
     length = leg_length(positions)
     if not np.isfinite(length):
         raise InvalidInput("the legs were never seen whole")
@@ -53,13 +66,41 @@ def check_units(positions: np.ndarray) -> None:
     )
 
 
+@dataclass(frozen=True)
+class BridgedClip:
+    """A clip with its short gaps filled.
+
+    Attributes
+    ----------
+    positions : (T, J, 3)
+        mm.
+    whole : (T,) bool
+        Frames in which every joint is known.
+    n_filled : int
+        Values filled in.
+    """
+
+    positions: np.ndarray
+    whole: np.ndarray
+    n_filled: int
+
+
 def bridge_gaps(
     positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """Positions with short gaps filled, the frames that are whole, and how many values were filled.
+) -> BridgedClip:
+    """A clip in which every gap of at most `gap_s` between measured frames is filled; nothing is extrapolated.
 
-    A gap of at most `gap_s` with measured frames on both sides is bridged by a cubic spline through the joint's
-    measured frames.  Returns (T, J, 3), (T,) bool, int; nothing is extrapolated.
+    Parameters
+    ----------
+    positions : (T, J, 3)
+        mm.
+    valid : (T, J) bool
+        Where a joint was measured.
+    frame_rate_hz, gap_s : float
+
+    Notes
+    -----
+    By a cubic spline through the joint's measured frames.
     """
     filled = np.array(positions, dtype=float)
     known = np.array(valid, dtype=bool)
@@ -78,4 +119,4 @@ def bridge_gaps(
             filled[frames, joint] = spline(frames)
             known[frames, joint] = True
             count += len(frames)
-    return filled, np.all(known, axis=1), count
+    return BridgedClip(filled, np.all(known, axis=1), count)

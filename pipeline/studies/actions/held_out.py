@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import posture
-from pipeline.core.action_model.learning import LearntAction
+from pipeline.core.action_model import LearntAction
 from pipeline.core.posture import LimbLengths
-from pipeline.core.tracking.prediction import Dynamics, learnt_diffusion
+from pipeline.core.tracking import Dynamics, learnt_diffusion
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import Artefact
 from pipeline.studies.actions.learning import learn_action, limb_lengths_of, postures_of, split

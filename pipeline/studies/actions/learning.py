@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.core.action_model import learning as learnt_action
+from pipeline.core.action_model import LearntAction
+from pipeline.core.action_model import learn_action as learn
 from pipeline.core.posture import LimbLengths
 from pipeline.storage.store import Artefact
 from pipeline.studies.options import ActionSpaceModel
@@ -32,13 +33,13 @@ def limb_lengths_of(dataset: Artefact, performance: int) -> LimbLengths:
     )
 
 
-def learn_action(options: ActionSpaceModel, postures: Sequence[np.ndarray]) -> learnt_action.LearntAction:
+def learn_action(options: ActionSpaceModel, postures: Sequence[np.ndarray]) -> LearntAction:
     """What these performances teach, with the options of the model.
 
     Raises
     ------
     InvalidInput
-        If mu is not positive, the band is wider than the sequence, or as `learnt_action.learn`.
+        If mu is not positive, the band is wider than the sequence, or as `action_model.learn_action`.
     """
     if not options.smoothness > 0:
         raise InvalidInput(
@@ -54,7 +55,7 @@ def learn_action(options: ActionSpaceModel, postures: Sequence[np.ndarray]) -> l
             expected=f"1 to {options.samples - 1}, less than model.samples",
             received=str(options.max_disparity),
         )
-    return learnt_action.learn(
+    return learn(
         postures,
         samples=options.samples,
         variance=options.variance,

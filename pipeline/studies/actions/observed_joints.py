@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.tracking.likelihood import Likelihood
+from pipeline.core.tracking import Likelihood
 from pipeline.studies.options import TrackingSweep
 from pipeline.validation import InvalidInput
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from pipeline.core import synchronization
-from pipeline.core.action_model.learning import mean_squared_deviation
-from pipeline.core.synchronization.trellis import STARTS
+from pipeline.core.action_model import mean_squared_deviation
+from pipeline.core.synchronization import STARTS
 from pipeline.storage.store import Artefact
 from pipeline.studies.actions.learning import split
 from pipeline.studies.options import SmoothnessSweep
-from pipeline.synthetic.bending.time_warps import correspondence
+from pipeline.synthetic.bending import correspondence
 from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 

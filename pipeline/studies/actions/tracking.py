@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.resampling import interpolate
-from pipeline.core.tracking import Track, track
-from pipeline.core.tracking.errors import best_phase, joint_error, linear_phase
+from pipeline.core.tracking import Track, best_phase, joint_error, linear_phase, track
 from pipeline.storage.store import Artefact
 from pipeline.studies.actions import tracking_conditions
 from pipeline.studies.actions.held_out import (

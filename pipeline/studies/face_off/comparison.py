@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory.limb_choice import Smoothness, SmoothnessByRule
-from pipeline.core.reconstruction import check_noise_variance
+from pipeline.core.reconstruction import require_noise_variance
 from pipeline.core.resampling import interpolate
 from pipeline.storage.store import Artefact, derive_generator
 from pipeline.studies.actions.observed_joints import occlusion
@@ -141,7 +141,7 @@ def measure(
 
 def _check(options: FaceOffSweep) -> None:
     check_names("cameras", options.cameras, CAMERAS)
-    check_noise_variance(options.noise_variance_mm2)
+    require_noise_variance(options.noise_variance_mm2)
     for name, value, least in (
         ("frames", options.frames, 10),
         ("frame_rate_hz", options.frame_rate_hz, 1.0),

@@ -16,14 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import camera as parallel
-from pipeline.core import fourier, observation
+from pipeline.core import fourier, observation, reconstruction
 from pipeline.core.articulated_trajectory import reconstruct
 from pipeline.core.articulated_trajectory.limb_choice import Smoothness, SmoothnessByRule
-from pipeline.core.fourier.frequency import design
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.pinhole import Pinhole
-from pipeline.core.reconstruction import unknown_phase as observed_phase
 
 PELVIS = WALKER14.joints.index(WALKER14.root)
 
@@ -82,7 +80,7 @@ def series_of_seen(
     Least squares with weight one where the joint was seen and zero elsewhere [zhang2007 3.1], time zero at the first
     frame.  Where too little was seen the solution of least norm about the mean is taken.
     """
-    matrix = design(frequency_hz, np.arange(len(image)) / frame_rate_hz, harmonics)
+    matrix = fourier.design(frequency_hz, np.arange(len(image)) / frame_rate_hz, harmonics)
     coefficients = np.zeros((matrix.shape[1], *image.shape[1:]))
     for joint in range(image.shape[1]):
         seen = np.isfinite(image[:, joint]).all(axis=1)
@@ -142,7 +140,7 @@ def by_eigenwalkers(
         filled = np.where(np.isfinite(image), image, series)
     motions = []
     for noise_variance in noise_variances:
-        found = observed_phase.from_known_views(
+        found = reconstruction.from_known_views_unknown_phase(
             model,
             coefficients[None],
             np.array([angle]),

@@ -11,8 +11,6 @@ import numpy as np
 from pipeline.clips.walks import Walks
 from pipeline.core import errors, fourier, observation, reconstruction
 from pipeline.core.linear_model import LinearModel
-from pipeline.core.reconstruction import noise_path
-from pipeline.core.reconstruction import unknown_phase as observed_phase
 from pipeline.studies.walks.dataset import FourierSamples
 
 PHASES = ("phase_rad", "phase_error_rad")
@@ -44,7 +42,7 @@ class Motion3d:
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², residual left out."""
-        return noise_path.error_path(self._fold, self._sample, self._view, noise_variances)
+        return reconstruction.error_path(self._fold, self._sample, self._view, noise_variances)
 
 
 class Observed2d:
@@ -85,7 +83,7 @@ class Observed2d:
         self, noise_variance: float | None
     ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """True less reconstructed, the missing dimension at phase zero, and what else was found."""
-        views = observed_phase.from_known_views(
+        views = reconstruction.from_known_views_unknown_phase(
             self.fold,
             self.clip.image,
             self.clip.view_angle_rad,
@@ -97,4 +95,4 @@ class Observed2d:
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², each with the phase that it finds, residual left out."""
-        return observed_phase.error_path(self.fold, self.clip, noise_variances)
+        return reconstruction.error_path_unknown_phase(self.fold, self.clip, noise_variances)

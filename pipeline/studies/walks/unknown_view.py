@@ -13,7 +13,6 @@ import numpy as np
 from pipeline.clips.walks import Walks
 from pipeline.core import camera, viewpoint
 from pipeline.core.linear_model import unflatten
-from pipeline.core.viewpoint import unknown_phase
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
@@ -106,7 +105,7 @@ class UnknownView(Sweep):
         def from_2d(r: int) -> dict[str, np.ndarray]:
             seen = Observed2d(model.fold(r), inputs.clips, inputs.dataset, r, view)
             estimates = [
-                unknown_phase.estimate(
+                viewpoint.estimate_unknown_phase(
                     seen.fold,
                     seen.clip.image,
                     noise_variance=method.noise_variance(self.noise_variance_mm2),

@@ -1,5 +1,9 @@
-"""Performances of bending to the floor, by people of different sizes and manners, with known timing."""
+"""Performances of bending to the floor, by people of different sizes and manners, with known timing.
+
+`bending_performances` makes them; `correspondence` is the true matching of two courses of the action.
+"""
 
 from pipeline.synthetic.bending.performances import SUBJECT_SHARE, BendingPerformances, bending_performances
+from pipeline.synthetic.bending.time_warps import correspondence
 
-__all__ = ["SUBJECT_SHARE", "BendingPerformances", "bending_performances"]
+__all__ = ["SUBJECT_SHARE", "BendingPerformances", "bending_performances", "correspondence"]

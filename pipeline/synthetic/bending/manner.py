@@ -1,7 +1,7 @@
 """How people bend to the floor: what differs between persons, and between one person's performances.
 
-The grades of support (*published*, *assumed*) are those of `pipeline.core.normative_gait`.  The sizes were not fitted
-to any recording.  Differences between the sides and the variation of the bent body were widened once, when people
+The grades of support (*published*, *assumed*) are those of `walkers.normative_gait`.  The sizes were not fitted to any
+recording.  Differences between the sides and the variation of the bent body were widened once, when people
 who were all but symmetric and repeated themselves needed only three dimensions; they were not sought to meet the
 sixteen of the paper, and do not.
 

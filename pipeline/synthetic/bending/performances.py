@@ -1,9 +1,9 @@
 """Performances of bending to the floor, by people of different sizes and manners, with known timing.
 
-No performance is drawn from a linear model: each has a body (`pipeline.core.person`), a manner of its own
-(`pipeline.core.bending_manner`), joint angles that follow a phase and joints that follow from a chain of rigid
-segments kept in balance (`pipeline.core.bending_kinematics`).  The phase is a smooth monotone function of time
-(`pipeline.core.time_warps`), drawn for every performance and kept as the truth that synchronization is to find.
+No performance is drawn from a linear model: each has a body (`walkers.person`), a manner of its own (`manner`), joint
+angles that follow a phase and joints that follow from a chain of rigid segments kept in balance (`kinematics`).  The
+phase is a smooth monotone function of time (`time_warps`), drawn for every performance and kept as the truth that
+synchronization is to find.
 """
 
 from __future__ import annotations
@@ -16,18 +16,16 @@ from pipeline.synthetic.bending import time_warps
 from pipeline.synthetic.bending.kinematics import bend
 from pipeline.synthetic.bending.manner import DOWN, UP, draw_manner, draw_sway, varied
 from pipeline.synthetic.walkers.person import draw_person
-from pipeline.validation import InvalidInput
+from pipeline.validation import require_range
 
 FRAMES_SD, LEAST_FRAMES = 0.15, 10
 """Standard deviation of the logarithm of the durations, half of it between people."""
 
-ROOM_MM, FACING_SD = 500.0, np.radians(6.0)
+PLACE_MM, FACING_SD = 500.0, np.radians(6.0)
 """Where people stand on the floor; how much one person's heading differs between performances."""
 
 SUBJECT_SHARE = 0.5
 """Of the variance of durations and rates that is a person's own."""
-
-_POSITIVE = float(np.nextafter(0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,6 @@ def bending_performances(
     frames_mean: float = 100.0,
     frame_rate_hz: float = 30.0,
     rate_spread: float = 0.3,
-    standing: bool = True,
     marker_noise_mm: float = 0.5,
 ) -> BendingPerformances:
     """Forty performances of a bending action, of a hundred frames on average [mozerov2006 2].
@@ -92,14 +89,8 @@ def bending_performances(
     frame_rate_hz : float
     rate_spread : float
         Standard deviation of the logarithm of the rate within a performance; 0 is a constant rate.
-    standing : bool
-        Whether performances begin and end with standing still; else they are cut to the movement.
     marker_noise_mm : float
         Standard deviation of white noise on each coordinate.
-
-    Returns
-    -------
-    BendingPerformances
 
     Raises
     ------
@@ -113,21 +104,12 @@ def bending_performances(
     >>> bends.subject.tolist(), len(bends.positions_mm), bends.positions_mm[0].shape[1:]
     ([0, 1, 0], 3, (15, 3))
     """
-    for what, value, least in (
-        ("number of performances", performances, 1.0),
-        ("number of subjects", subjects, 1.0),
-        ("mean number of frames", frames_mean, LEAST_FRAMES),
-        ("spread of rates", rate_spread, 0.0),
-        ("marker noise", marker_noise_mm, 0.0),
-        ("frame rate", frame_rate_hz, _POSITIVE),
-    ):
-        if not (np.isfinite(value) and value >= least):
-            raise InvalidInput(
-                f"the {what} is too small" if value < least else f"the {what} is no number",
-                where="synthetic bending",
-                expected="more than 0" if least == _POSITIVE else f"{least:g} or more",
-                received=f"{value:g}",
-            )
+    require_range("performances", performances, at_least=1, whole=True)
+    require_range("subjects", subjects, at_least=1, whole=True)
+    require_range("frames_mean", frames_mean, at_least=LEAST_FRAMES)
+    require_range("frame_rate_hz", frame_rate_hz, above=0)
+    require_range("rate_spread", rate_spread, at_least=0)
+    require_range("marker_noise_mm", marker_noise_mm, at_least=0)
     entropy = int(generator.integers(2**63))
     people, manners, pacing, facing = [], [], [], []
     for number in range(subjects):
@@ -142,7 +124,6 @@ def bending_performances(
         facing.append(pace.uniform(-np.pi, np.pi))
 
     positions, phases = [], []
-    first, last = (0.0, 1.0) if standing else (DOWN[0], UP[1])
     for number in range(performances):
         subject = number % subjects
         seeds = np.random.SeedSequence(entropy, spawn_key=(1, number)).spawn(3)
@@ -152,7 +133,7 @@ def bending_performances(
         slower = slower + others * FRAMES_SD * pace.standard_normal() - FRAMES_SD**2 / 2.0
         frames = max(round(frames_mean * np.exp(slower)), LEAST_FRAMES // 2)
         waves = waves + others * time_warps.draw_waves(pace, rate_spread)
-        phase = first + (last - first) * time_warps.warp(waves, frames)
+        phase = time_warps.warp(waves, frames)
         manner = varied(manners[subject], style)
         sway = draw_sway(style, np.arange(frames) / frame_rate_hz)
         joints = bend(people[subject], manner, phase, sway)
@@ -172,7 +153,7 @@ def bending_performances(
 
 
 def _placed(joints: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
-    """Joints (F, 15, 3) turned about the vertical and put somewhere in the room."""
+    """Joints (F, 15, 3) turned about the vertical and put somewhere on the floor."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(joints @ turn.T + [*rng.uniform(-ROOM_MM, ROOM_MM, 2), 0.0])
+    return np.asarray(joints @ turn.T + [*rng.uniform(-PLACE_MM, PLACE_MM, 2), 0.0])

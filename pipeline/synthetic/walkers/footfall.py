@@ -41,7 +41,7 @@ def weight_shares(phase: np.ndarray) -> np.ndarray:
     return smooth / smooth.sum(axis=0)
 
 
-def settled(person: Person) -> Person:
+def keep_to_floor(person: Person) -> Person:
     """The person nearest to the one drawn whose feet keep to the floor and to the belt.
 
     Angles drawn one by one do not fit a floor.  The landmark values of thigh and knee, the scale of the

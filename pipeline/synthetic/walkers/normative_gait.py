@@ -1,6 +1,6 @@
 """Published means and spreads of gait: speed, rhythm and joint angles, each with its source.
 
-With the bodies of `pipeline.core.anthropometry`, every number that `pipeline.core.synthetic` uses.  Three
+With the bodies of `core.anthropometry`, every number that synthetic walkers use.  Three
 grades of support, marked at each:
 
 - *published*: a mean or standard deviation that the source prints;
@@ -143,7 +143,7 @@ SETTLING_SD_DEG = {"thigh": 2.0, "knee": 3.0}
 SETTLING_SCALE_SD = 0.3
 SURGE_MM, SURGE_SD_MM = (0.0, 0.0, 9.7, -2.4), 4.0
 BOB_SD_MM = (4.0, 4.0, 25.0, 25.0, 4.0, 4.0)
-"""How a drawn person is settled on the floor: until when the foot turns about ball or heel (then the toes
+"""How a drawn person is made to keep to the floor: until when the foot turns about ball or heel (then the toes
 bend), how exactly, and by how much each landmark may move: assumed.  Surge of the pelvis on the belt: sine
 and cosine of the first and second harmonic of the stride, 10 mm in the second, fastest just after each
 contact; read: Winter 1991 (forward velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the second, two

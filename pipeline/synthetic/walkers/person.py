@@ -1,6 +1,6 @@
 """A person who walks, drawn from published spreads: body, pace and manner.
 
-The numbers stand in `pipeline.core.anthropometry` (bodies) and `pipeline.core.normative_gait` (gait).
+The numbers stand in `core.anthropometry` (bodies) and `normative_gait` (gait).
 """
 
 from __future__ import annotations

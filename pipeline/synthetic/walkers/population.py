@@ -6,14 +6,13 @@ follow by a chain of rigid segments.
 
 How one walker walks
 --------------------
-1. A person is drawn: `pipeline.core.person`, from the numbers of `pipeline.core.anthropometry` and
-   `pipeline.core.normative_gait`.
+1. A person is drawn: `person`, from the numbers of `core.anthropometry` and `normative_gait`.
 2. The drawn angles are moved as little as will let the feet keep to the floor and to the belt
-   (`pipeline.core.footfall`).
+   (`footfall`).
 3. Phase φ of each leg runs on with stride times that vary and remember; right and left half a cycle apart
-   (`pipeline.core.strides`).
+   (`strides`).
 4. Thigh and knee angles at φ give the leg in its plane; the plane leans so that the ankle keeps to its line
-   (`pipeline.core.kinematics`, and so on to 6).
+   (`kinematics`, and so on to 6).
 5. The standing foot rolls over heel, sole and ball and otherwise rides on the belt.  The pelvis is carried by
    the standing leg (while both stand, by both, in shares that change over smoothly): so it bobs and surges.
 6. Pelvic sway, rotation and obliquity, the trunk, the head and the arms are added on top; then marker noise.
@@ -25,11 +24,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.synthetic.walkers.footfall import settled
+from pipeline.synthetic.walkers.footfall import keep_to_floor
 from pipeline.synthetic.walkers.kinematics import walk
 from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.synthetic.walkers.strides import draw_strides
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 LEAST_CYCLES = 1.5
 LEAST_FRAME_RATE_HZ = 20.0
@@ -86,10 +85,6 @@ def walking_population(
     marker_noise_mm : float
         Standard deviation of white noise on each coordinate.
 
-    Returns
-    -------
-    WalkingPopulation
-
     Raises
     ------
     InvalidInput
@@ -102,7 +97,12 @@ def walking_population(
     >>> walkers.positions_mm.shape, walkers.male.tolist()
     ((5, 360, 15, 3), [False, True, False, True, False])
     """
-    _refuse_bad_sizes(male, female, duration_s, frame_rate_hz, marker_noise_mm)
+    require_range("male", male, at_least=0, whole=True)
+    require_range("female", female, at_least=0, whole=True)
+    require_range("the number of walkers", male + female, at_least=1)
+    require_range("duration_s", duration_s, above=0)
+    require_range("frame_rate_hz", frame_rate_hz, at_least=LEAST_FRAME_RATE_HZ)
+    require_range("marker_noise_mm", marker_noise_mm, at_least=0)
     frames = round(duration_s * frame_rate_hz)
     entropy = int(generator.integers(2**63))
     people: list[Person] = []
@@ -110,7 +110,7 @@ def walking_population(
     for number, (is_male, index) in enumerate(_order(male, female)):
         seeds = np.random.SeedSequence(entropy, spawn_key=(int(is_male), index)).spawn(3)
         traits, strides, noise = (np.random.default_rng(seed) for seed in seeds)
-        person = settled(draw_person(traits, is_male))
+        person = keep_to_floor(draw_person(traits, is_male))
         if duration_s * person.frequency < LEAST_CYCLES:
             raise InvalidInput(
                 "the recording is too short",
@@ -132,26 +132,6 @@ def walking_population(
         speed_mm_s=np.array([p.speed for p in people]),
         stride_frequency_hz=np.array([p.frequency for p in people]),
     )
-
-
-def _refuse_bad_sizes(male: int, female: int, duration_s: float, rate: float, noise: float) -> None:
-    where = "synthetic walkers"
-    if male < 0 or female < 0 or male + female == 0:
-        raise InvalidInput(
-            "there is nobody to walk",
-            where=where,
-            expected="counts of men and women, at least one in all",
-            received=f"{male} and {female}",
-        )
-    for what, value, least, unit in (
-        ("the duration is too short", duration_s, 0.0, "s"),
-        ("the frame rate is too low", rate, LEAST_FRAME_RATE_HZ, "Hz"),
-        ("the marker noise is negative", noise, 0.0, "mm"),
-    ):
-        if not (np.isfinite(value) and value >= least):
-            raise InvalidInput(
-                what, where=where, expected=f"{least:g} {unit} or more", received=f"{value:g} {unit}"
-            )
 
 
 def _order(male: int, female: int) -> list[tuple[bool, int]]:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core import synchronization
-from pipeline.core.action_model.learning import mean_squared_deviation
+from pipeline.core.action_model import mean_squared_deviation
 from pipeline.studies.actions.figures.synchronizations import (
     STAGES,
     key_frame_frames,

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.synchronization.trellis import Trellis
+from pipeline.core.synchronization import Trellis
 
 
 def distances_so_far(nodes: Trellis, image: np.ndarray, paths: np.ndarray) -> np.ndarray:
-    """Synchronization distance (N, P) along paths, up to and with each sample [mozerov2006 12].
+    """Synchronization distance (N, P) along paths, up to and with each sample.
 
     Parameters
     ----------
@@ -22,10 +22,7 @@ def distances_so_far(nodes: Trellis, image: np.ndarray, paths: np.ndarray) -> np
         Disparities.
     """
     paths = np.atleast_2d(paths)
-    misfit = image[np.arange(paths.shape[1]), paths + image.shape[1] // 2]
-    weighed = np.abs(np.diff(paths, axis=1) if nodes.penalty == "change" else paths[:, :-1])
-    misfit[:, 1:] += nodes.smoothness * weighed
-    return np.cumsum(misfit, axis=1)
+    return nodes.distances_so_far(image[np.arange(paths.shape[1]), paths + image.shape[1] // 2], paths)
 
 
 def single_corner_changes(nodes: Trellis, path: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import posture, synchronization
-from pipeline.core.action_model.learning import variance_left
+from pipeline.core.action_model import variance_left
 from pipeline.core.aspace import ASpace
 from pipeline.studies.actions.learning import limb_lengths_of, split
 from pipeline.studies.figure_inputs import ANKLE_HEIGHT_MM, Made

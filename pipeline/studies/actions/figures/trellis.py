@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core import synchronization
-from pipeline.core.synchronization.trellis import Trellis, trellis
+from pipeline.core.synchronization import Trellis, allowed_disparities
 from pipeline.storage.store import derive_generator
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
 from pipeline.studies.actions.figures.synchronizations import STAGE_COLOURS, farthest, options_of
@@ -49,7 +49,7 @@ def pair(made: Made) -> tuple[int, int]:
 def nodes_of(made: Made) -> Trellis:
     """The trellis that the model stage searched."""
     options = options_of(made)
-    return trellis(
+    return allowed_disparities(
         options.samples,
         max_disparity=options.max_disparity,
         smoothness=float(made.model.notes["smoothness"]),

@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE
-from pipeline.core.statistics.rank_correlation import rank_correlation
+from pipeline.core.statistics import rank_correlation
 from pipeline.studies.figure_inputs import Made, Tables
 from pipeline.studies.limbs.figures.limb_paths import CAMERA_COLOURS, CAMERA_NAMES, quartiles
 from pipeline.studies.limbs.scores import SUCCESS

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.core.statistics import circular
+from pipeline.core import statistics
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
@@ -31,17 +31,17 @@ class ViewAngleEstimates(Figure):
         """``table``: per method and view; ``table_walkers``: per walker and method, mean over views."""
         sweep = inputs.sweep
         views, estimated = sweep.view_angle_deg, sweep.angle_deg
-        error = circular.difference_deg(estimated, views)
+        error = statistics.angle_difference_deg(estimated, views)
         failed = np.abs(error) > sweep.failure_deg
         methods, walkers, angles = estimated.shape
-        mean_error = circular.mean_deg(error, axis=1)
+        mean_error = statistics.circular_mean_deg(error, axis=1)
         return {
             "table": tidy(
                 {
                     "method": np.repeat(inputs.sweep.methods.tolist(), angles),
                     "view_angle_deg": np.tile(views, methods),
                     "estimated_mean_deg": (views + mean_error).ravel(),
-                    "estimated_sd_deg": circular.sd_deg(error, axis=1).ravel(),
+                    "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1).ravel(),
                     "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1).ravel(),
                     "failures": failed.sum(axis=1).ravel(),
                     "walkers": np.full(methods * angles, walkers),
@@ -52,7 +52,7 @@ class ViewAngleEstimates(Figure):
                 {
                     "walker": np.tile(inputs.samples, methods),
                     "method": np.repeat(inputs.sweep.methods.tolist(), walkers),
-                    "mean_error_deg": circular.mean_deg(error, axis=2).ravel(),
+                    "mean_error_deg": statistics.circular_mean_deg(error, axis=2).ravel(),
                     "absolute_angle_error_median_deg": np.median(np.abs(error), axis=2).ravel(),
                     "absolute_angle_error_max_deg": np.abs(error).max(axis=2).ravel(),
                     "failures": failed.sum(axis=2).ravel(),

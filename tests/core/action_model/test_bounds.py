@@ -24,9 +24,10 @@ def performances(generator: np.random.Generator, count: int = 12, samples: int =
 
 
 def test_mean_and_spread_by_hand() -> None:
-    model = learn(np.array([[[1.0, 5.0], [0.0, 2.0]], [[3.0, 5.0], [0.0, 6.0]]]), floor=0.5)
+    model = learn(np.array([[[1.0, 5.0], [0.0, 2.0]], [[3.0, 5.0], [0.0, 6.0]]]))
+    floor = 0.01 * np.sqrt((2.0 + 8.0) / 4)  # of the root mean square of sqrt 2, 0, 0 and sqrt 8
     np.testing.assert_allclose(model.mean, [[2.0, 5.0], [0.0, 4.0]])
-    np.testing.assert_allclose(model.standard_deviation, [[np.sqrt(2.0), 0.5], [0.5, np.sqrt(8.0)]])
+    np.testing.assert_allclose(model.standard_deviation, [[np.sqrt(2.0), floor], [floor, np.sqrt(8.0)]])
     np.testing.assert_array_equal(model.floored, [[False, True], [True, False]])
     assert model.n_performances == 2
 
@@ -158,12 +159,9 @@ def test_what_teaches_nothing_is_refused() -> None:
         learn(given_[:1])
     with refused(
         "the performances are all identical, so there is no spread to learn "
-        "(expected performances that differ, or a floor)"
+        "(expected performances that differ)"
     ):
         learn(given_[[0, 0, 0]])
-    assert learn(given_[[0, 0, 0]], floor=0.1).floored.all()
-    with refused("the floor is not positive (expected aSpace units > 0, received 0)"):
-        learn(given_, floor=0.0)
     missing = given_.copy()
     missing[2, 5, 1] = np.nan
     with refused("performance 2, sample 5: a posture has a number that is not finite"):
@@ -181,13 +179,13 @@ def test_what_the_model_does_not_have_is_refused() -> None:
     model, generator = learn(given_), np.random.default_rng(0)
     with refused("the postures do not match the action model (expected (…, 9, 4), received (9, 3))"):
         accepted(model, given_[0, :, :3])
-    with refused("the action model has no such sample (expected 0 to 8, received 9)"):
+    with refused("the sample of the action model must be a whole number at least 0 and at most 8 (got 9)"):
         accepted(model, given_[0], at=9)
-    with refused("the action model has no such sample (expected 0 to 8, received -1)"):
+    with refused("the sample of the action model must be a whole number at least 0 and at most 8 (got -1)"):
         sample(model, 3, generator, at=-1)
-    with refused("the bound is not positive (expected standard deviations > 0, received 0)"):
+    with refused("the bound must be above 0 standard deviations (got 0)"):
         sample(model, 3, generator, bound=0.0)
-    with refused("the number of postures is negative (expected 0 or more, received -3)"):
+    with refused("the number of postures must be a whole number at least 0 (got -3)"):
         sample(model, -3, generator)
     with refused("the groups do not match the performances (expected (12,), received (3,))"):
         acceptance_left_out(given_, groups=np.arange(3))

@@ -10,14 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import action_model, aspace, synchronization
-from pipeline.core.action_model.learning import (
+from pipeline.core.action_model import (
     LearntAction,
     by_key_frames,
-    learn,
+    learn_action,
     mean_squared_deviation,
     variance_left,
 )
-from pipeline.core.synchronization import key_frames
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
@@ -47,7 +46,7 @@ def action(seed: int, count: int = 4, numbers: int = 6, noise: float = 0.02) -> 
 @settings(max_examples=12, deadline=None)
 def test_it_is_made_of_its_pieces(seed: int, penalty: str, start: str, steps: tuple[int, ...]) -> None:
     postures, samples, relative = action(seed), 15, 0.05
-    learnt = learn(
+    learnt = learn_action(
         postures,
         samples=samples,
         variance=0.9,
@@ -96,7 +95,7 @@ def test_it_is_made_of_its_pieces(seed: int, penalty: str, start: str, steps: tu
 
 
 def test_the_median_sequence_keeps_its_own_time() -> None:
-    learnt = learn(action(3), samples=15, max_disparity=6)
+    learnt = learn_action(action(3), samples=15, max_disparity=6)
     assert (learnt.disparity[learnt.median] == 0).all()
     assert learnt.distances[learnt.median, learnt.median] == 0.0
     np.testing.assert_array_equal(learnt.synchronized[learnt.median], learnt.linear[learnt.median])
@@ -105,8 +104,8 @@ def test_the_median_sequence_keeps_its_own_time() -> None:
 def test_the_order_of_the_performances_does_not_matter() -> None:
     postures = action(4, count=5)
     order = [3, 0, 4, 1, 2]
-    one = learn(postures, samples=15, max_disparity=6)
-    other = learn([postures[i] for i in order], samples=15, max_disparity=6)
+    one = learn_action(postures, samples=15, max_disparity=6)
+    other = learn_action([postures[i] for i in order], samples=15, max_disparity=6)
     assert order[other.median] == one.median
     np.testing.assert_allclose(other.distances, one.distances[np.ix_(order, order)], rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(other.synchronized, one.synchronized[order], rtol=0, atol=1e-9)
@@ -116,21 +115,21 @@ def test_the_order_of_the_performances_does_not_matter() -> None:
 @settings(max_examples=10, deadline=None)
 def test_smoothness_does_not_depend_on_the_units(seed: int, scale: float) -> None:
     postures = action(seed)
-    one = learn(postures, samples=15, max_disparity=6)
-    other = learn([scale * p for p in postures], samples=15, max_disparity=6)
+    one = learn_action(postures, samples=15, max_disparity=6)
+    other = learn_action([scale * p for p in postures], samples=15, max_disparity=6)
     assert other.smoothness == pytest.approx(scale**2 * one.smoothness, rel=1e-9)
     np.testing.assert_allclose(other.distances, scale**2 * one.distances, rtol=1e-6)
     assert other.median == one.median
 
 
 def test_synchronized_performances_differ_less() -> None:
-    learnt = learn(action(6), samples=40, max_disparity=19)
+    learnt = learn_action(action(6), samples=40, max_disparity=19)
     left = variance_left(learnt.synchronized).mean()
     assert left < 0.5 * variance_left(learnt.linear).mean()
 
 
 def test_as_many_dimensions_as_are_asked_for() -> None:
-    learnt = learn(action(2), samples=15, dimensions=2, max_disparity=6)
+    learnt = learn_action(action(2), samples=15, dimensions=2, max_disparity=6)
     assert learnt.linear.shape == learnt.synchronized.shape == (4, 15, 2)
     assert learnt.model.mean.shape == (15, 2)
 
@@ -138,13 +137,13 @@ def test_as_many_dimensions_as_are_asked_for() -> None:
 def test_nothing_that_is_given_is_changed() -> None:
     postures = action(8)
     before = [p.copy() for p in postures]
-    learn(postures, samples=15, max_disparity=6)
+    learn_action(postures, samples=15, max_disparity=6)
     for old, new in zip(before, postures, strict=True):
         np.testing.assert_array_equal(old, new)
 
 
 def test_what_is_learnt_is_a_value() -> None:
-    learnt = learn(action(9), samples=15, max_disparity=6)
+    learnt = learn_action(action(9), samples=15, max_disparity=6)
     assert isinstance(learnt, LearntAction)
     with pytest.raises(dataclasses.FrozenInstanceError):
         learnt.median = 0  # type: ignore[misc]
@@ -154,14 +153,14 @@ def test_what_is_learnt_is_a_value() -> None:
 def test_a_performance_alone_is_refused(count: int) -> None:
     message = rf"one performance alone cannot be synchronized \(expected 2 or more, received {count}\)"
     with pytest.raises(InvalidInput, match=message):
-        learn(action(1)[:count])
+        learn_action(action(1)[:count])
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"variance": 0.0}, "the share of the variance is none"),
-        ({"dimensions": 99}, "no such number of dimensions"),
+        ({"variance": 0.0}, "the share of the variance must be above 0"),
+        ({"dimensions": 99}, "the number of dimensions must be"),
         ({"samples": 1}, "one frame cannot hold both ends"),
         ({"penalty": "none"}, "penalty"),
         ({"start": "late"}, "start"),
@@ -172,13 +171,13 @@ def test_a_performance_alone_is_refused(count: int) -> None:
 )
 def test_what_a_piece_refuses_is_refused(options: dict, message: str) -> None:
     with pytest.raises(InvalidInput, match=message):
-        learn(action(1), **{"samples": 15, "max_disparity": 6, **options})
+        learn_action(action(1), **{"samples": 15, "max_disparity": 6, **options})
 
 
 def test_performances_that_are_all_the_same_have_nothing_to_teach() -> None:
     one = action(1)[0]
     with pytest.raises(InvalidInput, match="the performances are all identical"):
-        learn([one, one.copy()], samples=15, max_disparity=6)
+        learn_action([one, one.copy()], samples=15, max_disparity=6)
 
 
 # --- what is left, and the comparison ---------------------------------------------------------------------
@@ -217,8 +216,8 @@ def test_mean_squared_deviation_by_hand() -> None:
 def test_by_key_frames_is_choosing_and_resampling() -> None:
     raw = action(11)
     ours = by_key_frames(raw, samples=20, count=3)
-    chosen = key_frames.choose(raw, count=3)
-    plain = key_frames.resample(raw, chosen.frames, 20)
+    chosen = synchronization.choose_key_frames(raw, count=3)
+    plain = synchronization.resample_by_key_frames(raw, chosen.frames, 20)
     np.testing.assert_array_equal(ours.sequences, plain.sequences)
     np.testing.assert_array_equal(ours.warp, plain.warp)
     np.testing.assert_array_equal(ours.samples, plain.samples)
@@ -228,7 +227,7 @@ def test_by_key_frames_is_choosing_and_resampling() -> None:
 def test_by_key_frames_refuses_as_its_pieces_do() -> None:
     with pytest.raises(InvalidInput, match="there are no performances"):
         by_key_frames([])
-    with pytest.raises(InvalidInput, match="there are no key-frames"):
+    with pytest.raises(InvalidInput, match="the number of key-frames must be"):
         by_key_frames(action(1), count=0)
     with pytest.raises(InvalidInput, match="fewer samples than key-frames and ends"):
         by_key_frames(action(1), samples=6, count=5)

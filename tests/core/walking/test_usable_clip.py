@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core.walking import usable_clip
+from pipeline.core import walking
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.core.walks import RATE_HZ, overground
@@ -22,8 +22,9 @@ def test_short_gaps_are_bridged_and_long_ones_are_not() -> None:
     valid[:6, 2] = False  # nothing before it
     valid[-6:, 2] = False
     holed = np.where(valid[..., None], clip.positions, np.nan)
-    filled, complete, count = usable_clip.bridge_gaps(holed, valid, RATE_HZ, gap_s=0.1)
-    assert count == 10 + 5
+    bridged = walking.bridge_gaps(holed, valid, RATE_HZ, gap_s=0.1)
+    filled, complete = bridged.positions, bridged.whole
+    assert bridged.n_filled == 10 + 5
     expected = np.ones(len(valid), dtype=bool)
     expected[500:511] = False
     expected[:6] = expected[-6:] = False
@@ -46,20 +47,20 @@ def test_a_gap_of_exactly_the_limit_is_bridged(rate_hz: float, gap_s: float, fra
         valid = np.ones((80, 2), dtype=bool)
         valid[20 : 20 + frames + longer, 1] = False
         holed = np.where(valid[..., None], positions, np.nan)
-        filled, complete, count = usable_clip.bridge_gaps(holed, valid, rate_hz, gap_s=gap_s)
-        assert count == (0 if longer else frames)
-        assert complete.all() == (not longer)
+        bridged = walking.bridge_gaps(holed, valid, rate_hz, gap_s=gap_s)
+        assert bridged.n_filled == (0 if longer else frames)
+        assert bridged.whole.all() == (not longer)
         if not longer:
-            np.testing.assert_allclose(filled, positions, rtol=1e-12)
+            np.testing.assert_allclose(bridged.positions, positions, rtol=1e-12)
 
 
 def test_a_joint_seen_in_three_frames_is_left_alone() -> None:
     valid = np.zeros((10, 1), dtype=bool)
     valid[[2, 4, 6]] = True
     positions = np.where(valid[..., None], 1.0, np.nan) * np.ones(3)
-    _, complete, count = usable_clip.bridge_gaps(positions, valid, RATE_HZ, gap_s=0.1)
-    assert count == 0
-    np.testing.assert_array_equal(complete, valid[:, 0])
+    bridged = walking.bridge_gaps(positions, valid, RATE_HZ, gap_s=0.1)
+    assert bridged.n_filled == 0
+    np.testing.assert_array_equal(bridged.whole, valid[:, 0])
 
 
 # Sizes and units
@@ -70,11 +71,11 @@ def test_sizes_worked_out_in_the_head() -> None:
     heights = {"head": 1700.0, "hip": 900.0, "knee": 500.0, "ankle": 80.0, "pelvis": 900.0}
     for j, name in enumerate(WALKER15.joints):
         positions[:, j, 2] = heights.get(name.split("_")[-1], 1200.0)
-    assert usable_clip.leg_length(positions) == pytest.approx(820.0)
-    assert usable_clip.stature(positions) == pytest.approx(1620.0)
+    assert walking.leg_length(positions) == pytest.approx(820.0)
+    assert walking.stature(positions) == pytest.approx(1620.0)
     positions[1:, WALKER15.index("left_knee")] = np.nan
     positions[0, WALKER15.index("left_knee"), 0] = 300.0  # 500 + √(300² + 420²) = 500 + 516.1
-    assert usable_clip.leg_length(positions) == pytest.approx((1016.14 + 820.0) / 2, abs=0.01)
+    assert walking.leg_length(positions) == pytest.approx((1016.14 + 820.0) / 2, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -90,15 +91,15 @@ def test_sizes_worked_out_in_the_head() -> None:
 )
 def test_other_units_are_refused_by_name(mm_to_unit: float, looks: str) -> None:
     positions = overground(0).positions
-    usable_clip.check_units(positions)
+    walking.require_millimetres(positions)
     with pytest.raises(InvalidInput, match=looks):
-        usable_clip.check_units(positions * mm_to_unit)
+        walking.require_millimetres(positions * mm_to_unit)
 
 
 def test_legs_of_36_are_inches_rather_than_the_centimetres_of_a_small_child() -> None:
     positions = overground(0).positions
     with pytest.raises(InvalidInput, match=r"looks like inches .*received 36 mm"):
-        usable_clip.check_units(positions * 36.0 / usable_clip.leg_length(positions))
+        walking.require_millimetres(positions * 36.0 / walking.leg_length(positions))
 
 
 @pytest.mark.parametrize("hidden", ["left_knee", "right_ankle"])
@@ -106,9 +107,9 @@ def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
     positions = overground(0).positions.copy()
     positions[:, WALKER15.index(hidden)] = np.nan
     with pytest.raises(InvalidInput, match="never seen whole"):
-        usable_clip.check_units(positions)
+        walking.require_millimetres(positions)
 
 
 def test_no_size_at_all_is_refused() -> None:
     with pytest.raises(InvalidInput, match="unit of length is wrong"):
-        usable_clip.check_units(np.zeros((9, 15, 3)))
+        walking.require_millimetres(np.zeros((9, 15, 3)))

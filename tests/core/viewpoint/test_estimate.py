@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.core import camera, reconstruction, viewpoint
-from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten, whiten
-from pipeline.core.statistics import circular
-from pipeline.core.viewpoint import known_phase
-from pipeline.core.viewpoint import search as view_search
+from pipeline.core.linear_model import LinearModel, fit, flatten, unflatten
+from pipeline.core.reconstruction import gram_of
+from pipeline.core.statistics import angle_difference_deg
+from pipeline.core.viewpoint import search
+from pipeline.core.viewpoint.estimate import _observations
 from pipeline.validation import InvalidInput
 from tests.strategies import Fold, angles, folds, seeds, walkers
 
@@ -83,7 +84,7 @@ def test_the_global_solver_finds_what_a_hundredth_of_a_degree_finds(
     observed = seen(people[0], generator.uniform(-np.pi, np.pi))
     found = viewpoint.estimate(model, observed, method=method, noise_variance=noise_variance)
     angle_deg, cost = brute_force(model, observed, noise_variance)
-    assert abs(circular.difference_deg(np.degrees(found.angle_rad), angle_deg)) <= 0.01
+    assert abs(angle_difference_deg(np.degrees(found.angle_rad), angle_deg)) <= 0.01
     assert found.converged
     assert found.cost <= cost + 1e-9 * abs(cost)
     assert found.cost == pytest.approx(cost, rel=1e-3, abs=1e-3)
@@ -105,10 +106,10 @@ def test_no_candidate_of_a_fine_grid_is_better(
     strangers = people[:6] + wild * generator.standard_normal((6, 225))
     observed = np.stack([seen(w, generator.uniform(-3, 3)) for w in strangers])
     found = viewpoint.estimate(model, observed, method=name, noise_variance=noise_variance)
-    white = whiten(model, prior=noise_variance is not None)
-    across, up, _ = known_phase._observations(model, white, observed)
+    gram = gram_of(model, noise_variance)
+    across, up, _ = _observations(model, gram.white, observed)
     fine = np.radians(np.arange(-180, 180, 0.25))
-    cost = view_search.cost_on_grid(white, across, up, fine, noise_variance or 0.0)
+    cost = search.cost_on_grid(gram, across, up, fine, noise_variance)
     assert (found.cost <= cost.min(axis=1) * (1 + 1e-9)).all()
     assert (found.runner_up_cost >= found.cost * (1 - 1e-9)).all()
     assert found.converged.all()
@@ -128,20 +129,16 @@ def test_the_lower_of_two_dips_wins_though_the_lowest_candidate_lies_in_the_othe
         return (60 - 100 * np.cos(angle)) ** 2 + (-0.1 - 30 * np.sin(angle)) ** 2
 
     low, step = np.radians(48.73 - 180), np.radians(step_deg)
-    candidates, closed = view_search.candidates(low, low + 2 * np.pi, step)
+    candidates, closed = search.candidates(low, low + 2 * np.pi, step)
     assert closed
     assert np.degrees(candidates[cost(candidates).argmin()]) == pytest.approx(48.73)
-    found = viewpoint.estimate(
-        model,
-        observed,
-        method="least_squares",
-        angle_range_rad=(low, low + 2 * np.pi),
-        grid_step_rad=step,
-    )
+    gram = gram_of(model, None)
+    across, up, _ = _observations(model, gram.white, observed)
+    found = search.global_minimum(gram, across, up, (low, low + 2 * np.pi), step, None)
     fine = np.radians(np.arange(-180, 180, 0.001))
-    assert np.degrees(found.angle_rad) == pytest.approx(np.degrees(fine[cost(fine).argmin()]), abs=1e-3)
-    assert found.cost == pytest.approx(cost(fine).min(), rel=1e-6)
-    assert found.runner_up_cost == pytest.approx(cost(fine[fine > 0]).min(), rel=1e-6)
+    assert np.degrees(found.angle_rad[0]) == pytest.approx(np.degrees(fine[cost(fine).argmin()]), abs=1e-3)
+    assert found.cost[0] == pytest.approx(cost(fine).min(), rel=1e-6)
+    assert found.runner_up_cost[0] == pytest.approx(cost(fine[fine > 0]).min(), rel=1e-6)
 
 
 # The function of one angle
@@ -153,39 +150,38 @@ def test_the_cost_on_the_grid_and_the_reduced_cost_are_the_printed_one(
     fold: Fold, angle: float, true: float, method: tuple[str, float | None]
 ) -> None:
     model, (_, noise_variance) = fold.model, method
-    white = whiten(model, prior=noise_variance is not None)
+    gram = gram_of(model, noise_variance)
     observed = np.stack(
         [seen(fold.sample, true), seen(fold.sample, true + 1.0), 0.0 * seen(fold.sample, 0.0)]
     )
-    across, up, _ = known_phase._observations(model, white, observed)
-    ridge = noise_variance or 0.0
-    grid = view_search.cost_on_grid(white, across, up, np.array([angle, angle + 0.5]), ridge)
-    reduced, z, _, _ = view_search.reduced_cost(white, across, up, np.full(3, angle), ridge, bend=False)
+    across, up, _ = _observations(model, gram.white, observed)
+    grid = search.cost_on_grid(gram, across, up, np.array([angle, angle + 0.5]), noise_variance)
+    reduced = search.reduced_cost(gram, across, up, np.full(3, angle), noise_variance, bend=False)
     for i, row in enumerate(observed):
         scale = float((row**2).sum() + (model.mean**2).sum())
-        expected = printed_cost(model, row, angle, z[i] * white.spread, noise_variance)
-        assert reduced[i] == pytest.approx(expected, rel=1e-9, abs=1e-12 * scale)
+        expected = printed_cost(model, row, angle, reduced.z[i] * gram.white.scale, noise_variance)
+        assert reduced.cost[i] == pytest.approx(expected, rel=1e-9, abs=1e-12 * scale)
         assert grid[i, 0] == pytest.approx(expected, rel=1e-9, abs=1e-11 * scale)
         if noise_variance is not None or fold.drawn.find("generic") >= 0:
             lowest, _ = printed_minimum(model, row, angle, noise_variance)
             assert expected == pytest.approx(lowest, rel=1e-9, abs=1e-11 * scale)
 
 
-@pytest.mark.parametrize("ridge", [0.0, 70.0])
+@pytest.mark.parametrize("noise_variance", [None, 70.0])
 @pytest.mark.parametrize("seed", range(4))
-def test_slope_and_bend_are_the_limits_of_differences(seed: int, ridge: float) -> None:
+def test_slope_and_bend_are_the_limits_of_differences(seed: int, noise_variance: float | None) -> None:
     """The error of central differences falls with the square of the step, until rounding takes over."""
     generator = np.random.default_rng(seed)
     people = flatten(walkers(generator, 15), generator.uniform(0.7, 1.1, 15))
     model = fit(people[1:], 10, scale_last=None)
-    white = whiten(model, prior=ridge > 0)
+    gram = gram_of(model, noise_variance)
     here = generator.uniform(-3, 3, 5)
     observed = np.stack([seen(people[0], angle) for angle in here + 0.3])
-    across, up, _ = known_phase._observations(model, white, observed)
+    across, up, _ = _observations(model, gram.white, observed)
 
     def reduced(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        cost, _, slope, bend = view_search.reduced_cost(white, across, up, angle, ridge, bend=True)
-        return cost, slope, bend
+        found = search.reduced_cost(gram, across, up, angle, noise_variance, bend=True)
+        return found.cost, found.slope, found.curvature
 
     _, slope, bend = reduced(here)
     steps = 10.0 ** np.array([-1.5, -2.0, -2.5])
@@ -204,23 +200,23 @@ def test_slope_and_bend_are_the_limits_of_differences(seed: int, ridge: float) -
 def test_dips_of_a_cost_worked_out_in_the_head() -> None:
     grid = np.radians(np.arange(6.0))
     cost = np.array([[9.0, 1.0, 1.0, 9.0, 4.0, 6.0]])  # one dip in two cells, then another
-    height, place = view_search.local_minima(cost, grid, closed=False)
+    height, place = search.local_minima(cost, grid, closed=False)
     np.testing.assert_allclose(height[0], [np.inf, 0.0, 0.0, np.inf, 4.0 - 9.0 / 56.0, np.inf])
     np.testing.assert_allclose(np.degrees(place[0, [1, 2, 4]]), [1.5, 1.5, 4 + 3.0 / 14.0])
-    cell, value = view_search.lowest_but(height, np.array([1]), closed=False)
+    cell, value = search.lowest_but(height, np.array([1]), closed=False)
     assert (cell[0], value[0]) == (4, height[0, 4])
-    _, none = view_search.lowest_but(height[:, :3], np.array([1]), closed=False)
+    _, none = search.lowest_but(height[:, :3], np.array([1]), closed=False)
     assert none[0] == np.inf
 
 
 def test_the_ends_of_a_range_are_dips_and_those_of_a_circle_are_not() -> None:
     grid, cost = np.arange(4.0), np.array([[3.0, 5.0, 4.0, 1.0]])
-    height, place = view_search.local_minima(cost, grid, closed=False)
+    height, place = search.local_minima(cost, grid, closed=False)
     assert height[0].tolist() == [3.0, np.inf, np.inf, 1.0]
     assert place[0, [0, 3]].tolist() == [0.0, 3.0]
-    height, _ = view_search.local_minima(cost, grid, closed=True)
+    height, _ = search.local_minima(cost, grid, closed=True)
     assert np.flatnonzero(np.isfinite(height[0])).tolist() == [3]
-    circle, closed = view_search.candidates(-1.0, -1.0 + 2 * np.pi, np.pi / 2)
+    circle, closed = search.candidates(-1.0, -1.0 + 2 * np.pi, np.pi / 2)
     assert closed
     np.testing.assert_allclose(circle, -1.0 + np.arange(4) * np.pi / 2)
 
@@ -242,7 +238,7 @@ def test_the_view_of_a_walker_within_the_model_is_recovered(
     found = viewpoint.estimate(
         model, seen(model.mean + k @ model.components, true), method=name, noise_variance=noise_variance
     )
-    assert abs(circular.difference_deg(np.degrees(found.angle_rad), np.degrees(true))) < 1e-5
+    assert abs(angle_difference_deg(np.degrees(found.angle_rad), np.degrees(true))) < 1e-5
     assert -np.pi < found.angle_rad <= np.pi
     np.testing.assert_allclose(found.coefficients, k, rtol=0, atol=1e-4)
     assert found.cost < 1e-6 * found.runner_up_cost
@@ -265,7 +261,7 @@ def test_many_observations_at_once_are_each_alone(
         scale = float((row**2).sum())
         assert together.cost[i] == pytest.approx(float(alone.cost), rel=1e-8, abs=1e-12 * scale)
         if alone.runner_up_cost > 1.001 * alone.cost:  # else two angles may be told apart by rounding alone
-            apart = circular.difference_deg(np.degrees(together.angle_rad[i]), np.degrees(alone.angle_rad))
+            apart = angle_difference_deg(np.degrees(together.angle_rad[i]), np.degrees(alone.angle_rad))
             assert abs(apart) < 1e-4
 
 
@@ -324,10 +320,10 @@ def test_a_restricted_range_is_kept_and_its_best_candidate_taken(
         model, observed, method="map", noise_variance=70.0, angle_range_rad=(low, high)
     )
     assert np.mod(found.angle_rad - low + 1e-9, 2 * np.pi) <= high - low + 2e-9
-    white = whiten(model)
-    across, up, _ = known_phase._observations(model, white, observed)
+    gram = gram_of(model, 70.0)
+    across, up, _ = _observations(model, gram.white, observed)
     fine = np.linspace(low, high, 4 * width_deg + 1)
-    cost = view_search.cost_on_grid(white, across, up, fine, 70.0)
+    cost = search.cost_on_grid(gram, across, up, fine, 70.0)
     assert found.cost <= cost.min() * (1 + 1e-8)
 
 
@@ -427,15 +423,14 @@ HOLED[3] = np.nan
 @pytest.mark.parametrize(
     ("observed", "options", "sentence"),
     [
-        (SEEN, {"method": "bayes"}, r"method is unknown \(expected least_squares or map, received bayes\)"),
+        (SEEN, {"method": "bayes"}, r"method must be least_squares or map \(got bayes\)"),
         (SEEN, {"method": "map"}, "MAP needs a noise variance"),
-        (SEEN, {"method": "map", "noise_variance": 0.0}, "noise variance .* is not positive"),
-        (SEEN, {"method": "least_squares", "noise_variance": -1.0}, "noise variance .* is not positive"),
-        (SEEN, {"solver": "matlab"}, "solver is unknown"),
+        (SEEN, {"method": "map", "noise_variance": 0.0}, "noise variance .* must be above 0"),
+        (SEEN, {"method": "least_squares", "noise_variance": -1.0}, "noise variance .* must be above 0"),
+        (SEEN, {"solver": "matlab"}, "solver must be global or published"),
         (SEEN, {"angle_range_rad": (1.0, 1.0)}, "range of view angles is empty"),
         (SEEN, {"angle_range_rad": (0.0, np.inf)}, "range of view angles is empty"),
         (SEEN, {"angle_range_rad": (0.0, np.nan)}, "range of view angles is empty"),
-        (SEEN, {"grid_step_rad": 0.0}, "range of view angles is empty"),
         (
             SEEN[:-1],
             {},
@@ -444,7 +439,7 @@ HOLED[3] = np.nan
         (np.append(SEEN, 5.0), {}, "another size than the model"),
         (np.zeros((2, 3, 150)), {}, "another size than the model"),
         (np.zeros((0, 150)), {}, "there is no observation"),
-        (HOLED, {}, "an observed value is not finite"),
+        (HOLED, {}, "the observation must be finite"),
     ],
 )
 def test_what_cannot_be_estimated_is_refused(observed: np.ndarray, options: dict, sentence: str) -> None:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from pipeline.core import camera, errors, fourier, reconstruction
 from pipeline.core.linear_model import fit, flatten, unflatten
-from pipeline.core.reconstruction import noise_path
 from tests.core.printed import printed
 from tests.strategies import Fold, angles, folds, walkers
 
@@ -27,7 +26,7 @@ def test_the_path_of_errors_equals_the_naive_loop_over_time(
     fold: Fold, view: list[float], sweep: list[float]
 ) -> None:
     """Every view and sigma²: solve, synthesise, difference, square, mean over a cycle and the joints."""
-    path = noise_path.error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
+    path = reconstruction.error_path(fold.model, fold.sample, np.array(view), np.array(sweep))
     truth = fourier.synthesise(unflatten(fold.sample), 1.0, TIMES)
     size = max(np.square(unflatten(fold.sample - fold.model.mean)).mean(), 1e-6)
     for a, angle in enumerate(view):
@@ -43,7 +42,7 @@ def test_the_path_of_errors_equals_the_naive_loop_over_time(
 def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
     people = flatten(walkers(np.random.default_rng(4), 40))
     model, view, sweep = fit(people[1:], 30), np.radians([-90, -20, 0, 45]), np.array([1.0, 70.0, 625.0])
-    path = noise_path.error_path(model, people[0], view, sweep)
+    path = reconstruction.error_path(model, people[0], view, sweep)
     for s, noise_variance in enumerate(sweep):
         one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
         expected = errors.walker_error(errors.absolute_error(one.delta))

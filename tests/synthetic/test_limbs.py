@@ -159,11 +159,8 @@ def test_coordinates_inside_the_basis_are_recovered_without_any_residual() -> No
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (
-            {"length_mm": -1.0},
-            r"synthetic limbs: the length is out of range \(expected 0 or more, received -1\)",
-        ),
-        ({"swing_rad": 1.6}, r"the swing is out of range \(expected 0 or more, up to 1.5, received 1.6\)"),
+        ({"length_mm": -1.0}, r"length_mm must be at least 0 \(got -1\)"),
+        ({"swing_rad": 1.6}, r"swing_rad must be at least 0 and at most 1.5 \(got 1.6\)"),
         ({"bandwidth": 1}, r"nothing smooth moves .*received 1 cosines, 20 frames\)"),
         ({"bandwidth": 21}, "nothing smooth moves"),
         ({"middle": np.zeros(3)}, "the middle of a limb is no direction"),
@@ -178,11 +175,11 @@ def test_limbs_that_cannot_be_are_refused(options: dict, sentence: str) -> None:
 
 def test_bodies_and_series_that_cannot_be_are_refused() -> None:
     generator = np.random.default_rng(0)
-    with pytest.raises(InvalidInput, match="the wandering is out of range"):
+    with pytest.raises(InvalidInput, match="wander_mm must be at least 0"):
         synthetic_body(generator, 20, wander_mm=np.inf)
     with pytest.raises(InvalidInput, match="the stature is no length"):
         synthetic_body(generator, 20, stature_mm=0.0)
-    with pytest.raises(InvalidInput, match="the swing is out of range"):
+    with pytest.raises(InvalidInput, match="swing must be at least 0"):
         cartesian_limb(generator, 20, swing=np.nan)
     assert np.abs(smooth_series(generator, 2, 1, bandwidth=2)).max() == 1.0
     with pytest.raises(InvalidInput, match="received 2 cosines, 1 frames"):

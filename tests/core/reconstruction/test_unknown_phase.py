@@ -11,7 +11,13 @@ from hypothesis import strategies as st
 
 from pipeline.core import errors, fourier, observation, reconstruction, walking
 from pipeline.core.linear_model import LinearModel, fit, flatten, leave_one_out, unflatten
-from pipeline.core.reconstruction import unknown_phase as observed_phase
+from pipeline.core.reconstruction import (
+    error_path_unknown_phase,
+    from_known_views_unknown_phase,
+    lowest_phase,
+)
+from pipeline.core.reconstruction.unknown_phase import turned as turned_rows
+from pipeline.core.reconstruction.unknown_phase import turning
 from pipeline.synthetic import walkers as synthetic
 from pipeline.validation import InvalidInput
 from tests.core.printed import printed_cost
@@ -27,8 +33,8 @@ def test_turning_is_the_shift_of_a_representation(seed: int, harmonics: int) -> 
     generator = np.random.default_rng(seed)
     series = generator.standard_normal((3, 1 + 2 * harmonics, 4))
     phase = generator.uniform(-7, 7, 3)
-    f = observed_phase.turning(phase, harmonics)
-    flat = (f[:, None] @ observed_phase.turned(series))[:, 0]
+    f = turning(phase, harmonics)
+    flat = (f[:, None] @ turned_rows(series))[:, 0]
     assert np.allclose(flat, fourier.shift(series[..., None], phase)[..., 0].reshape(3, -1), atol=1e-12)
 
 
@@ -54,14 +60,14 @@ def test_no_phase_of_a_fine_grid_is_lower_than_the_lowest(seed: int, harmonics: 
         forms[:, :, :-2] *= 1e-3
     elif style == "tiny":
         forms *= 1e-12
-    phase, cost = observed_phase.lowest_phase(forms)
+    phase, cost = lowest_phase(forms)
     assert phase.shape == cost.shape == (6,)
     assert ((phase > -np.pi) & (phase <= np.pi)).all()
-    f = observed_phase.turning(np.linspace(-np.pi, np.pi, 5001), harmonics)
+    f = turning(np.linspace(-np.pi, np.pi, 5001), harmonics)
     everywhere = np.einsum("gb,nbc,gc->ng", f, forms, f)
     scale = np.abs(forms).max() * size
     assert (cost <= everywhere.min(axis=1) + 1e-12 * scale).all()
-    at = observed_phase.turning(phase, harmonics)
+    at = turning(phase, harmonics)
     assert np.allclose(np.einsum("nb,nbc,nc->n", at, forms, at), cost, atol=1e-12 * scale, rtol=0)
 
 
@@ -72,7 +78,7 @@ def test_no_phase_of_a_fine_grid_is_lower_than_the_lowest(seed: int, harmonics: 
 @settings(max_examples=25, deadline=None)
 def test_no_phase_of_the_printed_problem_costs_less(fold: Fold, noise: float | None) -> None:
     clip = watched(fold)
-    found = observed_phase.from_known_views(
+    found = from_known_views_unknown_phase(
         fold.model, clip.image, VIEWS, noise_variance=noise, frequency_hz=clip.frequency_hz
     )
     for a in (0, 3):
@@ -91,7 +97,7 @@ def test_at_the_phase_found_the_reconstruction_is_that_of_a_known_phase(
     fold: Fold, noise: float | None
 ) -> None:
     clip = watched(fold)
-    found = observed_phase.from_known_views(
+    found = from_known_views_unknown_phase(
         fold.model, clip.image, VIEWS, noise_variance=noise, frequency_hz=clip.frequency_hz
     )
     for a, view in enumerate(VIEWS):
@@ -120,7 +126,7 @@ def test_a_walker_whom_the_model_can_be_is_found_with_phase_and_frequency(traili
     frequency = sample[225] / (2 * np.pi) if trailing else 0.87
     for phase in (-3.0, -0.7, 0.0, 1.6, 3.1):
         clip = observation.observe(played(unflatten(sample), frequency, phase, 3.1), RATE_HZ, VIEWS)
-        found = observed_phase.from_known_views(
+        found = from_known_views_unknown_phase(
             model, clip.image, VIEWS, noise_variance=None, frequency_hz=clip.frequency_hz
         )
         assert np.abs(wrapped(found.phase_rad - phase)).max() < 1e-5
@@ -138,8 +144,8 @@ def test_where_the_clip_starts_moves_the_phase_and_nothing_else() -> None:
     results = []
     for first in (0, 37, 111):
         clip = observation.observe(motion[first : first + 400], RATE_HZ, VIEWS)
-        found = observed_phase.from_known_views(model, clip.image, VIEWS, noise_variance=70.0)
-        path = observed_phase.error_path(model, clip, np.array([1.0, 70.0]))
+        found = from_known_views_unknown_phase(model, clip.image, VIEWS, noise_variance=70.0)
+        path = error_path_unknown_phase(model, clip, np.array([1.0, 70.0]))
         error = errors.absolute_error(clip.missing - found.missing)
         results.append((found.phase_rad - 2 * np.pi * 0.9 * first / RATE_HZ, found.coefficients, error, path))
     for phase, k, error, path in results[1:]:
@@ -158,7 +164,7 @@ def test_noisy_clips_that_are_not_whole_cycles_give_frequency_and_phase() -> Non
         clip = observation.observe(motion, RATE_HZ, VIEWS)
         assert np.abs(clip.frequency_hz - 0.94).max() < 0.01
         for noise in (None, 70.0):
-            found = observed_phase.from_known_views(model, clip.image, VIEWS, noise_variance=noise)
+            found = from_known_views_unknown_phase(model, clip.image, VIEWS, noise_variance=noise)
             assert np.degrees(np.abs(wrapped(found.phase_rad - phase))).max() < 5.0
 
 
@@ -174,7 +180,7 @@ def test_walkers_whom_the_model_has_not_seen_give_frequency_and_phase() -> None:
     for model, r in leave_one_out(samples, 15):
         clip = observation.observe(clips[r], people.frame_rate_hz, VIEWS)
         assert np.abs(clip.frequency_hz / series[r].frequency_hz - 1).max() < 0.04
-        found = observed_phase.from_known_views(model, clip.image, VIEWS, noise_variance=70.0)
+        found = from_known_views_unknown_phase(model, clip.image, VIEWS, noise_variance=70.0)
         middle = np.pi * (len(clips[r]) - 1) / people.frame_rate_hz
         ours = found.phase_rad + clip.frequency_hz * middle
         off.append(np.degrees(wrapped(ours - series[r].phase_rad - series[r].frequency_hz * middle)))
@@ -186,10 +192,10 @@ def test_walkers_whom_the_model_has_not_seen_give_frequency_and_phase() -> None:
 @settings(max_examples=15, deadline=None)
 def test_the_path_holds_the_error_of_each_noise_variance_at_its_own_phase(fold: Fold) -> None:
     clip, sigma2 = watched(fold), np.array([1.0, 9.0, 70.0, 625.0])
-    path = observed_phase.error_path(fold.model, clip, sigma2)
+    path = error_path_unknown_phase(fold.model, clip, sigma2)
     assert path.shape == (len(VIEWS), len(sigma2))
     for s, noise in enumerate(sigma2):
-        found = observed_phase.from_known_views(
+        found = from_known_views_unknown_phase(
             fold.model, clip.image, VIEWS, noise_variance=float(noise), frequency_hz=clip.frequency_hz
         )
         naive = errors.walker_error(errors.absolute_error(clip.missing - found.missing))
@@ -207,7 +213,7 @@ def test_an_eigenwalker_that_the_view_does_not_show_stays_at_zero() -> None:
     person = average + 40.0 * components[0] - 25.0 * components[1]
     profile = np.array([np.pi / 2])
     clip = observation.observe(played(person, 0.9, 0.2, 3.0), RATE_HZ, profile)
-    found = observed_phase.from_known_views(model, clip.image, profile, noise_variance=None)
+    found = from_known_views_unknown_phase(model, clip.image, profile, noise_variance=None)
     assert found.coefficients[0] == pytest.approx([0.0, -25.0], abs=1e-3)
     assert found.phase_rad[0] == pytest.approx(0.2, abs=1e-6)
 
@@ -219,8 +225,8 @@ def test_an_eigenwalker_that_the_view_does_not_show_stays_at_zero() -> None:
         ("another size than the model", {"image": np.zeros((5, 15, 2))}),
         ("does not give it", {"frequency_hz": None}),
         ("does not give it", {"frequency_hz": np.ones(3)}),
-        ("an observed value is not finite", {"image": np.full((2, 5, 15, 2), np.nan)}),
-        ("an observed value is not finite", {"frequency_hz": np.array([1.0, np.nan])}),
+        ("the observation must be finite", {"image": np.full((2, 5, 15, 2), np.nan)}),
+        ("the observation must be finite", {"frequency_hz": np.array([1.0, np.nan])}),
         ("noise variance", {"noise_variance": 0.0}),
         ("noise variance", {"noise_variance": np.nan}),
     ],
@@ -235,7 +241,7 @@ def test_observations_that_do_not_fit_the_model_are_refused(words: str, argument
     } | arguments
     image = given_.pop("image")
     with pytest.raises(InvalidInput, match=words):
-        observed_phase.from_known_views(model, image, np.zeros(2), **given_)
+        from_known_views_unknown_phase(model, image, np.zeros(2), **given_)
 
 
 def test_a_bad_path_is_refused() -> None:
@@ -243,4 +249,4 @@ def test_a_bad_path_is_refused() -> None:
     model = fit(people.reshape(6, -1), 3)
     clip = observation.observe(played(people[0], 0.9, 0.0, 3.0), RATE_HZ, VIEWS)
     with pytest.raises(InvalidInput, match="noise variance"):
-        observed_phase.error_path(model, clip, np.array([70.0, -1.0]))
+        error_path_unknown_phase(model, clip, np.array([70.0, -1.0]))

@@ -14,10 +14,18 @@ from scipy import stats
 from pipeline.core import camera
 from pipeline.core.pinhole import look_at
 from pipeline.core.resampling import interpolate
-from pipeline.core.tracking import Track, particles, track
-from pipeline.core.tracking.errors import best_phase, joint_error, linear_phase
-from pipeline.core.tracking.likelihood import Likelihood
-from pipeline.core.tracking.prediction import Dynamics, Walk, learnt_diffusion
+from pipeline.core.tracking import (
+    Dynamics,
+    Likelihood,
+    Track,
+    best_phase,
+    joint_error,
+    learnt_diffusion,
+    linear_phase,
+    particles,
+    track,
+)
+from pipeline.core.tracking.prediction import Walk
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
@@ -110,7 +118,7 @@ def test_log_weights_keep_what_weights_would_lose() -> None:
     assert particles.effective_sample_size(log_weights) == pytest.approx(2.0)
     with pytest.raises(InvalidInput, match="weights cannot be normalised"):
         particles.normalise(np.array([-np.inf, -np.inf]))
-    with pytest.raises(InvalidInput, match=r"offset .* \(expected \[0, 1\), received 1\)"):
+    with pytest.raises(InvalidInput, match=r"offset .* must be at least 0 and below 1 \(got 1\)"):
         particles.resample_systematically(np.zeros(1), 1.0)
 
 
@@ -487,7 +495,6 @@ def test_the_best_phase_is_the_best_of_all(seed: int) -> None:
 def test_errors_are_of_the_joints_and_not_of_the_place() -> None:
     true = np.random.default_rng(0).standard_normal((4, JOINTS, 3))
     np.testing.assert_allclose(joint_error(np.add(true, [3.0, 4.0, 0.0]), true), 0.0, atol=1e-12)
-    np.testing.assert_allclose(joint_error(np.add(true, [3.0, 4.0, 0.0]), true, root=None), 5.0)
     moved = true.copy()
     moved[:, 0, 0] += 14.0
     np.testing.assert_allclose(joint_error(moved, true), 1.0)  # one of fourteen joints
@@ -506,8 +513,8 @@ def test_errors_are_of_the_joints_and_not_of_the_place() -> None:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"n_particles": 0}, r"there are no particles \(expected n_particles >= 1, received 0\)"),
-        ({"moves": -1}, r"the number of moves is negative \(expected moves >= 0, received -1\)"),
+        ({"n_particles": 0}, r"n_particles must be a whole number at least 1 \(got 0\)"),
+        ({"moves": -1}, r"moves must be a whole number at least 0 \(got -1\)"),
         ({"mean": np.zeros((9, 4))}, r"disagree \(expected both \(P, b\), received \(9, 4\) and \(9, 5\)\)"),
         ({"mean": np.full((9, 5), np.nan)}, "sample 0: the action model has a number that is not finite"),
         ({"sd": np.full((9, 5), -1.0)}, r"a standard deviation .* is negative \(received -1\)"),
@@ -546,4 +553,3 @@ def test_bad_input_is_refused_in_a_sentence(change: dict, sentence: str) -> None
 
 def test_a_random_walk_may_step_by_more_than_the_learnt_deviation() -> None:
     Walk(np.zeros((2, 1)), np.ones((2, 1)), Dynamics(diffusion=2.0), prior=False)
-    Walk(np.zeros((2, 1)), np.ones((2, 1)), Dynamics(diffusion=2.0, reversion=False), prior=True)

@@ -206,8 +206,8 @@ def test_a_circle_is_refused_when_turns_must_be_slow() -> None:
 
 def test_unknown_choices_are_refused() -> None:
     clip = overground(0)
-    refused(clip, r"unknown locomotion \(expected auto, overground or treadmill, rec", locomotion="indoors")
-    with pytest.raises(InvalidInput, match="path is unknown"):
+    refused(clip, r"locomotion must be one of auto, overground, treadmill", locomotion="indoors")
+    with pytest.raises(InvalidInput, match="path must be cubic or moving_average"):
         walking.treadmill_equivalent(clip.positions, RATE_HZ, locomotion="overground", path="straight")
-    with pytest.raises(InvalidInput, match="origin is unknown"):
+    with pytest.raises(InvalidInput, match="origin must be pelvis_mean or floor"):
         walking.set_origin(clip.positions, origin="head")

@@ -186,14 +186,14 @@ HOLED[7, 3, 1] = np.nan
 @pytest.mark.parametrize(
     ("positions", "rate_hz", "options", "sentence"),
     [
-        (GOOD[:, 0], 60.0, {}, r"wrong shape \(expected \(T, J, 3\), received \(100, 3\)\)"),
-        (GOOD, 0.0, {}, "frame rate is not positive"),
-        (GOOD, -60.0, {}, "frame rate is not positive"),
-        (GOOD, np.nan, {}, "frame rate is not positive"),
-        (GOOD, np.inf, {}, "frame rate is not positive"),
-        (GOOD, 60.0, {"harmonics": 0}, "no harmonics"),
-        (GOOD, 60.0, {"frequency_hz": 0.0}, "frequency is not positive"),
-        (GOOD, 60.0, {"frequency_hz": np.nan}, "frequency is not positive"),
+        (GOOD[:, 0], 60.0, {}, r"positions must have shape \(T, 15, S\) \(got \(100, 3\)\)"),
+        (GOOD, 0.0, {}, "the frame rate must be above 0 Hz"),
+        (GOOD, -60.0, {}, "the frame rate must be above 0 Hz"),
+        (GOOD, np.nan, {}, "the frame rate must be above 0 Hz"),
+        (GOOD, np.inf, {}, "the frame rate must be above 0 Hz"),
+        (GOOD, 60.0, {"harmonics": 0}, "harmonics must be a whole number at least 1"),
+        (GOOD, 60.0, {"frequency_hz": 0.0}, "the frequency must be above 0 Hz"),
+        (GOOD, 60.0, {"frequency_hz": np.nan}, "the frequency must be above 0 Hz"),
         (GOOD[:5], 60.0, {}, "shorter than its Fourier series"),
         (
             GOOD[:30],

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from pipeline.core.synchronization import (
     all_pairs,
+    allowed_disparities,
     disparity_space_image,
     distances,
     median_sequence,
@@ -21,7 +22,6 @@ from pipeline.core.synchronization import (
     synchronization_distance,
     synchronize,
     synchronize_all,
-    trellis,
     warp,
 )
 from pipeline.validation import InvalidInput
@@ -369,7 +369,7 @@ def test_a_band_wider_than_the_sequence_changes_nothing() -> None:
         assert np.array_equal(one.disparity, just.disparity[0, 1])
 
 
-def test_a_step_longer_than_the_sequence_takes_no_room() -> None:
+def test_a_step_longer_than_the_sequence_takes_no_memory() -> None:
     found = synchronize(GOOD, GOOD + 1, max_disparity=5, smoothness=0.5, steps=(-(10**12), 0, 1))
     assert not found.disparity.any()
 
@@ -565,33 +565,33 @@ def test_a_sequence_that_cannot_be_used_is_named_with_its_frame(x_m: np.ndarray,
         (
             "smoothness",
             -0.1,
-            "the smoothness (mu) cannot be so (expected a number of 0 or more, received -0.1)",
+            "the smoothness (mu) must be at least 0 (got -0.1)",
         ),
         (
             "smoothness",
             np.nan,
-            "the smoothness (mu) cannot be so (expected a number of 0 or more, received nan)",
+            "the smoothness (mu) must be at least 0 (got nan)",
         ),
         (
             "smoothness",
             np.inf,
-            "the smoothness (mu) cannot be so (expected a number of 0 or more, received inf)",
+            "the smoothness (mu) must be at least 0 (got inf)",
         ),
-        ("smoothness", "1", "the smoothness (mu) cannot be so (expected a number of 0 or more, received 1)"),
+        ("smoothness", "1", "the smoothness (mu) must be at least 0 (got '1')"),
         (
             "max_disparity",
             -1,
-            "the largest disparity cannot be so (expected a whole number of 0 or more, received -1)",
+            "the largest disparity must be a whole number at least 0 (got -1)",
         ),
         (
             "max_disparity",
             2.5,
-            "the largest disparity cannot be so (expected a whole number of 0 or more, received 2.5)",
+            "the largest disparity must be a whole number at least 0 (got 2.5)",
         ),
-        ("penalty", "size", "the penalty is unknown (expected change or as_printed, received size)"),
-        ("start", "pinned", "the start is unknown (expected fixed or free, received pinned)"),
+        ("penalty", "size", "penalty must be change or as_printed (got size)"),
+        ("start", "pinned", "start must be fixed or free (got pinned)"),
         ("steps", (-1, 1), "no step leaves the disparity as it is (expected 0 among them, received (-1, 1))"),
-        ("steps", (-1, 0, 0.5), "a step cannot be so (expected a whole number, received 0.5)"),
+        ("steps", (-1, 0, 0.5), "a step must be a whole number (got 0.5)"),
         (
             "steps",
             (-2, -1, 0, 1, 2),
@@ -650,8 +650,8 @@ def test_time_that_cannot_be_normalised_is_refused() -> None:
         normalise(GOOD, 1)
     with pytest.raises(InvalidInput, match="the sequence: coordinate 1 of frame 4 is not finite"):
         normalise(with_gap(np.nan), 5)
-    for wrong in (0, 2.0):
-        with pytest.raises(InvalidInput, match="the number of frames cannot be so"):
+    for wrong in (0, 2.5):
+        with pytest.raises(InvalidInput, match="the number of frames must be a whole number at least 1"):
             normalise(GOOD, wrong)  # type: ignore[arg-type]
 
 
@@ -665,12 +665,12 @@ def test_arguments_are_left_as_they_are() -> None:
 
 
 def test_the_trellis_of_two_pinned_ends_is_a_rhombus() -> None:
-    nodes = trellis.trellis(7, max_disparity=2, smoothness=1.0)
+    nodes = allowed_disparities(7, max_disparity=2, smoothness=1.0)
     assert nodes.high.tolist() == [0, 1, 2, 2, 2, 1, 0]
     assert nodes.low.tolist() == [0, -1, -2, -2, -2, -1, 0]
-    free = trellis.trellis(7, max_disparity=2, smoothness=1.0, start="free")
+    free = allowed_disparities(7, max_disparity=2, smoothness=1.0, start="free")
     assert free.high.tolist() == [2, 2, 2, 2, 2, 1, 0]
     assert free.low.tolist() == [0, -1, -2, -2, -2, -1, 0]
-    faster = trellis.trellis(7, max_disparity=6, smoothness=1.0, steps=(-2, -1, 0, 1))
+    faster = allowed_disparities(7, max_disparity=6, smoothness=1.0, steps=(-2, -1, 0, 1))
     assert faster.high.tolist() == [0, 2, 4, 3, 2, 1, 0]
     assert faster.low.tolist() == [0, -1, -2, -3, -4, -2, 0]

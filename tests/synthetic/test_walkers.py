@@ -291,21 +291,20 @@ def test_the_walk_does_not_depend_on_the_camera(frame_rate_hz: float) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"male": 0, "female": 0}, "nobody"),
-        ({"male": -1}, "nobody"),
-        ({"marker_noise_mm": -0.5}, "noise is negative"),
+        ({"male": 0, "female": 0}, "the number of walkers must be at least 1"),
+        ({"male": -1}, "male must be a whole number at least 0"),
+        ({"marker_noise_mm": -0.5}, "marker_noise_mm must be at least 0"),
         ({"marker_noise_mm": float("nan")}, "noise"),
         ({"duration_s": 1.0}, "too short"),
-        ({"duration_s": -1.0}, "too short"),
+        ({"duration_s": -1.0}, "duration_s must be above 0"),
         ({"duration_s": float("inf")}, "duration"),
-        ({"frame_rate_hz": 5.0}, "frame rate is too low"),
+        ({"frame_rate_hz": 5.0}, "frame_rate_hz must be at least 20"),
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(arguments: dict, words: str) -> None:
     with pytest.raises(InvalidInput, match=words) as refusal:
         walking_population(np.random.default_rng(0), **arguments)
     assert "\n" not in str(refusal.value)
-    assert refusal.value.expected
     assert refusal.value.received
 
 

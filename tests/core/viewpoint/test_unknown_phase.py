@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.core import fourier, linear_model, observation, reconstruction, viewpoint
+from pipeline.core import fourier, observation, reconstruction, viewpoint
 from pipeline.core.linear_model import fit, unflatten
-from pipeline.core.reconstruction import unknown_phase as observed_phase
-from pipeline.core.viewpoint import unknown_phase as observed_viewpoint
+from pipeline.core.reconstruction import TurnedObservations, gram_of
+from pipeline.core.viewpoint import estimate_unknown_phase, unknown_phase
 from pipeline.validation import InvalidInput
 from tests.core.printed import printed_cost
 from tests.core.watched import RATE_HZ, VIEWS, inside, noises, played, watched, wrapped
@@ -33,9 +33,7 @@ def test_view_and_phase_of_a_walker_whom_the_model_can_be_are_found(
     frequency = sample[225] / (2 * np.pi) if trailing else 1.02
     view = np.radians([-179.0, -91.0, -13.7, 0.0, 44.0, 90.0, 180.0])
     clip = observation.observe(played(unflatten(sample), frequency, 2.2, 2.9), RATE_HZ, view)
-    found = observed_viewpoint.estimate(
-        model, clip.image, noise_variance=noise, frequency_hz=clip.frequency_hz
-    )
+    found = estimate_unknown_phase(model, clip.image, noise_variance=noise, frequency_hz=clip.frequency_hz)
     assert found.converged.all()
     assert np.abs(wrapped(found.angle_rad - view)).max() < 1e-4
     assert np.abs(wrapped(found.phase_rad - 2.2)).max() < 1e-4
@@ -49,7 +47,7 @@ def test_view_and_phase_of_a_walker_whom_the_model_can_be_are_found(
 def test_no_view_and_phase_of_the_printed_problem_cost_less(fold: Fold, noise: float | None) -> None:
     clip = watched(fold)
     image, frequency = clip.image[1:2], clip.frequency_hz[1:2]
-    found = observed_viewpoint.estimate(fold.model, image, noise_variance=noise, frequency_hz=frequency)
+    found = estimate_unknown_phase(fold.model, image, noise_variance=noise, frequency_hz=frequency)
 
     def printed(view: float, phase: float) -> float:
         return printed_cost(fold.model, image[0], frequency[0], view, phase, noise)
@@ -71,15 +69,13 @@ def test_the_slope_of_the_reduced_cost_is_that_of_finite_differences(
     fold: Fold, noise: float | None, angle: float
 ) -> None:
     clip = watched(fold)
-    white = linear_model.whiten(fold.model, prior=noise is not None)
-    rows = observed_phase.TurnedObservations(fold.model, white, clip.image, clip.frequency_hz)
+    gram = gram_of(fold.model, noise)
+    rows = TurnedObservations(fold.model, gram.white, clip.image, clip.frequency_hz)
     which = np.arange(len(VIEWS))
 
     def profile(beta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        cost, _, slope, phase, _ = observed_viewpoint._profile(
-            rows, which, np.full(len(VIEWS), beta), noise or 0.0, bend=False
-        )
-        return cost, slope, phase
+        found, phase = unknown_phase._profile(gram, rows, which, np.full(len(VIEWS), beta), noise, bend=False)
+        return found.cost, found.slope, phase
 
     _, slope, phase = profile(angle)
     off, smooth = [], np.ones(len(VIEWS), dtype=bool)
@@ -101,21 +97,22 @@ def test_with_the_phase_known_the_view_is_that_of_the_papers_way() -> None:
     model = fit(people[1:].reshape(24, -1), 10)
     clip = observation.observe(played(people[0], 0.9, 1.1, 4.0), RATE_HZ, VIEWS)
     for noise, method in ((None, "least_squares"), (70.0, "map")):
-        found = observed_viewpoint.estimate(model, clip.image, noise_variance=noise)
+        found = estimate_unknown_phase(model, clip.image, noise_variance=noise)
         turned = np.stack([fourier.shift(o, p) for o, p in zip(clip.image, found.phase_rad, strict=True)])
         known = viewpoint.estimate(model, turned, method=method, noise_variance=noise)
         assert np.allclose(found.angle_rad, known.angle_rad, rtol=0, atol=1e-8)
         assert np.allclose(found.cost, known.cost, rtol=1e-7)
 
 
-def test_of_two_minima_the_lower_is_taken_though_the_grid_is_coarse() -> None:
+def test_of_two_minima_the_lower_is_taken_though_the_grid_is_coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     generator = np.random.default_rng(6)
     model = fit(walkers(generator, 12).reshape(12, -1), 5)
     nobody = 200.0 * generator.standard_normal((400, 5, 15, 2))  # as well seen from here as from there
-    coarse, fine = (
-        observed_viewpoint.estimate(model, nobody, noise_variance=70.0, grid_step_rad=np.radians(step))
-        for step in (30.0, 3.0)
-    )
+    found = []
+    for step in (30.0, 3.0):
+        monkeypatch.setattr(unknown_phase, "_GRID_STEP_RAD", np.radians(step))
+        found.append(estimate_unknown_phase(model, nobody, noise_variance=70.0))
+    coarse, fine = found
     assert (coarse.cost <= coarse.runner_up_cost).all()
     assert np.mean(np.abs(wrapped(coarse.angle_rad - fine.angle_rad)) < 1e-6) > 0.95
     assert (fine.cost <= coarse.cost * (1 + 1e-9)).all()
@@ -127,7 +124,7 @@ def test_candidates_may_be_limited() -> None:
     model = fit(people[1:].reshape(11, -1), 5)
     clip = observation.observe(played(people[0], 0.9, 0.0, 4.0), RATE_HZ, np.radians([60.0, 20.0]))
     limits = (np.radians(-30.0), np.radians(40.0))
-    found = observed_viewpoint.estimate(model, clip.image, noise_variance=70.0, angle_range_rad=limits)
+    found = estimate_unknown_phase(model, clip.image, noise_variance=70.0, angle_range_rad=limits)
     assert np.degrees(found.angle_rad[0]) == pytest.approx(40.0, abs=1e-6)
     assert np.degrees(found.angle_rad[1]) == pytest.approx(20.0, abs=5.0)
 
@@ -139,8 +136,8 @@ def test_candidates_may_be_limited() -> None:
         ("another size than the model", {"image": np.zeros((5, 15, 2))}),
         ("does not give it", {"frequency_hz": None}),
         ("does not give it", {"frequency_hz": np.ones(3)}),
-        ("an observed value is not finite", {"image": np.full((2, 5, 15, 2), np.nan)}),
-        ("an observed value is not finite", {"frequency_hz": np.array([1.0, np.nan])}),
+        ("the observation must be finite", {"image": np.full((2, 5, 15, 2), np.nan)}),
+        ("the observation must be finite", {"frequency_hz": np.array([1.0, np.nan])}),
         ("noise variance", {"noise_variance": 0.0}),
         ("noise variance", {"noise_variance": np.nan}),
     ],
@@ -155,7 +152,7 @@ def test_observations_that_do_not_fit_the_model_are_refused(words: str, argument
     } | arguments
     image = given_.pop("image")
     with pytest.raises(InvalidInput, match=words):
-        observed_viewpoint.estimate(model, image, **given_)
+        estimate_unknown_phase(model, image, **given_)
 
 
 def test_an_empty_range_of_views_is_refused() -> None:
@@ -163,9 +160,7 @@ def test_an_empty_range_of_views_is_refused() -> None:
     model = fit(people.reshape(6, -1), 3)
     clip = observation.observe(played(people[0], 0.9, 0.0, 3.0), RATE_HZ, VIEWS)
     with pytest.raises(InvalidInput, match="range of view angles is empty"):
-        observed_viewpoint.estimate(model, clip.image, noise_variance=None, angle_range_rad=(1.0, 1.0))
-    with pytest.raises(InvalidInput, match="range of view angles is empty"):
-        observed_viewpoint.estimate(model, clip.image, noise_variance=None, grid_step_rad=0.0)
+        estimate_unknown_phase(model, clip.image, noise_variance=None, angle_range_rad=(1.0, 1.0))
 
 
 def test_nothing_mutates_its_arguments() -> None:
@@ -177,9 +172,9 @@ def test_nothing_mutates_its_arguments() -> None:
     image = clip.image
     before = image.copy(), model.mean.copy(), model.components.copy(), clip.coefficients.copy()
     for noise in (None, 70.0):
-        observed_phase.from_known_views(model, image, VIEWS, noise_variance=noise)
-        observed_viewpoint.estimate(model, image, noise_variance=noise)
-    observed_phase.error_path(model, clip, np.array([70.0]))
+        reconstruction.from_known_views_unknown_phase(model, image, VIEWS, noise_variance=noise)
+        estimate_unknown_phase(model, image, noise_variance=noise)
+    reconstruction.error_path_unknown_phase(model, clip, np.array([70.0]))
     assert np.array_equal(motion, held)
     for one, two in zip(before, (image, model.mean, model.components, clip.coefficients), strict=True):
         assert np.array_equal(one, two)

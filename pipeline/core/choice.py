@@ -1,0 +1,31 @@
+"""Choices among nearly equal values by a rule that does not depend on rounding.
+
+The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
+therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+MARGIN = 1e-10
+"""Relative difference at which two costs count as equal: some thousand roundings of sums of a hundred squares."""
+
+
+def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) -> np.ndarray:
+    """Index along an axis of the first value that is as low as the lowest, up to a relative margin.
+
+    Parameters
+    ----------
+    values : (…, C)
+        Infinities are allowed.
+    axis : int
+    margin : float
+
+    Examples
+    --------
+    >>> int(first_lowest(np.array([2.0, 1.0 + 1e-13, 1.0])))
+    1
+    """
+    lowest = values.min(axis=axis, keepdims=True)
+    return np.asarray((values <= lowest + margin * np.abs(lowest)).argmax(axis=axis))

@@ -1,0 +1,105 @@
+"""Minima of functions of one variable, each inside its own bracket, by Newton's method that cannot leave it.
+
+Symbols
+-------
+``f'``, ``f''``  slope and curvature of a function at a point
+``[l, u]``       its bracket: f falls at l and rises at u
+
+Why not Newton's method alone: far from a minimum its step may go uphill or out of the bracket.  Such a step is
+replaced by halving the bracket, which every slope makes smaller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+Derivatives = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray | None]]
+"""Slopes (n,) and curvatures (n,) of the functions with these indices (n,) at these points (n,)."""
+
+
+@dataclass(frozen=True)
+class BracketedMinima:
+    """Minima of A functions.
+
+    Attributes
+    ----------
+    at : (A,)
+        The last point at which each function was evaluated: within the tolerance of the minimum if converged.
+    converged : (A,) bool
+    n_iterations : (A,) int
+        Evaluations of each function.
+    """
+
+    at: np.ndarray
+    converged: np.ndarray
+    n_iterations: np.ndarray
+
+
+def minimise(
+    derivatives: Derivatives,
+    start: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    *,
+    tolerance: float,
+    most_iterations: int,
+    curvature: np.ndarray | None = None,
+) -> BracketedMinima:
+    """Minima of A functions, where their slopes vanish or at the end of a bracket towards which they fall.
+
+    Parameters
+    ----------
+    derivatives : callable
+        f' and f'' of the functions still worked on.  With f'' None the curvature is that of the last two slopes.
+    start, lower, upper : (A,)
+        First points and brackets.
+    tolerance : float
+        Length of a step at which a function has converged.
+    most_iterations : int
+    curvature : (A,), optional
+        At the start, for `derivatives` that give none; without, the first step halves the bracket.
+
+    Examples
+    --------
+    >>> found = minimise(
+    ...     lambda rows, x: (4.0 * x**3 - 4.0 * x, 12.0 * x**2 - 4.0),  # of x^4 - 2 x^2
+    ...     np.array([0.1]), np.array([0.0]), np.array([3.0]), tolerance=1e-12, most_iterations=50,
+    ... )
+    >>> found.at.round(9).tolist(), found.converged.tolist()
+    ([1.0], [True])
+    """
+    following, lower, upper = (np.array(values, dtype=float) for values in (start, lower, upper))
+    at, slopes = following.copy(), np.zeros(len(following))
+    bends = np.zeros(len(at)) if curvature is None else np.array(curvature, dtype=float)
+    converged, iterations = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=int)
+    active = np.arange(len(at))
+    for step in range(most_iterations):
+        if not len(active):
+            break
+        here = following[active]
+        slope, bend = derivatives(active, here)
+        if bend is None:
+            bend = bends[active]
+            if step > 0:
+                travelled = here - at[active]
+                far = np.abs(travelled) > 10.0 * tolerance  # nearer, the difference of slopes is rounding
+                bend = np.where(far, (slope - slopes[active]) / np.where(far, travelled, 1.0), bend)
+        at[active], slopes[active], bends[active] = here, slope, bend
+        rising = slope > 0
+        upper[active[rising]] = here[rising]
+        lower[active[~rising]] = here[~rising]
+        bowl = bend > 0
+        proposal = here - slope / np.where(bowl, bend, 1.0)
+        # A step within the tolerance needs no bracket: its own end may be here.
+        near = np.abs(proposal - here) < tolerance
+        inside = (proposal >= lower[active]) & (proposal <= upper[active])
+        proposal = np.where(bowl & (near | inside), proposal, 0.5 * (lower[active] + upper[active]))
+        iterations[active] += 1
+        done = np.abs(proposal - here) < tolerance
+        converged[active] = done
+        following[active] = proposal
+        active = active[~done]
+    return BracketedMinima(at, converged, iterations)

@@ -1,0 +1,174 @@
+"""The linear system behind both approaches, (A + sigma² I) z = h: zhang2007 equations 3.9 and 3.15.
+
+Every coefficient that is published comes from here, whether the view is known or searched for.
+
+Symbols
+-------
+``E_hat``   eigenwalkers seen from a view, (150, N)
+``B``       whitened eigenwalkers E diag(sqrt(lambda)); without a prior B = E
+``A``       ``B_hat^T B_hat``, (N, N)
+``h``       ``B_hat^T d``, (N,), d the observation less the projected average walker
+``z``       ``k / sqrt(lambda)``; without a prior the coefficients k themselves
+``sigma2``  noise variance of [zhang2007 3.12], mm²
+
+Why computed differently from how it is printed: with k = sqrt(lambda) z, [zhang2007 3.15] becomes (A + sigma² I) z = h.
+No eigenvalue is then below sigma², so the normal equations are safe; four products of a model give A at every view
+angle, A(alpha) = cos² Gxx + sin cos (Gxy + Gxy^T) + sin² Gyy + Gzz; and one eigendecomposition of A serves every
+sigma².  The printed forms are `least_squares` and `maximum_a_posteriori`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
+from pipeline.validation import require_range
+
+_UNSEEN = 1e-13
+"""Eigenvalue of A, relative to the largest, at which a view does not show its direction: the products that make A
+cancel there to some hundred roundings at worst."""
+
+_SAFE = 1e-10
+"""Smallest over largest pivot above which least squares is solved without a look at the eigenvalues."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Eigendecompositions of A for many views.
+
+    Attributes
+    ----------
+    values : (A, N)
+        Ascending.
+    vectors : (A, N, N)
+        In columns.
+    """
+
+    values: np.ndarray
+    vectors: np.ndarray
+
+    def inverse(self, noise_variance: float | np.ndarray | None) -> np.ndarray:
+        """1 / (s + sigma²) of the eigenvalues s; for least squares zero where the view shows nothing.
+
+        Parameters
+        ----------
+        noise_variance : float, array or None
+            sigma² in mm²; an array (S,) adds an axis, (A, S, N).
+        """
+        if noise_variance is None:
+            seen = self.values > _UNSEEN * self.values.max(axis=-1, keepdims=True)
+            return np.where(seen, 1.0, 0.0) / np.where(seen, self.values, 1.0)
+        if np.ndim(noise_variance):
+            return 1.0 / (self.values[:, None] + np.asarray(noise_variance)[:, None])
+        return 1.0 / (self.values + noise_variance)
+
+
+class Gram:
+    """A at any view angle, and the solutions of (A + sigma² I) z = h.
+
+    Parameters
+    ----------
+    white : WhitenedModel
+        With the prior for a noise variance, without it for least squares.
+    """
+
+    def __init__(self, white: WhitenedModel) -> None:
+        self.white = white
+        xy = white.bx.T @ white.by
+        self._parts = np.stack(
+            [white.bx.T @ white.bx, xy + xy.T, white.by.T @ white.by, white.bz.T @ white.bz]
+        )
+        # A exceeds Gzz at every angle, so where that has no small eigenvalue, A has none.
+        largest = float(np.trace(self._parts[0] + self._parts[2] + self._parts[3]))
+        self._seen_from_everywhere = bool(np.linalg.eigvalsh(self._parts[3])[0] > _SAFE * largest)
+
+    def at(self, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
+        """A (A, N, N) for A view angles, given their cosines and sines (A,)."""
+        weights = np.stack([cosine**2, sine * cosine, sine**2, np.ones_like(cosine)], axis=-1)
+        return np.tensordot(weights, self._parts, axes=1)
+
+    def spectrum(self, cosine: np.ndarray, sine: np.ndarray) -> Spectrum:
+        """Eigendecompositions of A for A view angles."""
+        return Spectrum(*np.linalg.eigh(self.at(cosine, sine)))
+
+    def solve(
+        self, cosine: np.ndarray, sine: np.ndarray, h: np.ndarray, noise_variance: float | None
+    ) -> np.ndarray:
+        """z (A, N, K) of (A + sigma² I) z = h for A view angles [zhang2007 3.9, 3.15] [zhang2004 9].
+
+        Parameters
+        ----------
+        cosine, sine : (A,)
+        h : (A, N, K)
+        noise_variance : float or None
+            sigma² in mm² (approach II), or None for least squares (approach I): of all solutions the shortest, so
+            that a direction which the view does not show stays at zero, as with the pseudo-inverse.
+        """
+        A = self.at(cosine, sine)
+        if noise_variance is not None:
+            return np.linalg.solve(A + noise_variance * np.eye(A.shape[-1]), h)
+        if self._seen_from_everywhere or _well_conditioned(A):
+            return np.linalg.solve(A, h)
+        spectrum = Spectrum(*np.linalg.eigh(A))
+        projected = np.swapaxes(spectrum.vectors, 1, 2) @ h
+        return spectrum.vectors @ (spectrum.inverse(None)[..., None] * projected)
+
+    def eliminate(
+        self,
+        cosine: np.ndarray,
+        sine: np.ndarray,
+        G: np.ndarray,
+        H: np.ndarray,
+        noise_variance: float | None,
+    ) -> np.ndarray:
+        """G - H (A + sigma² I)^-1 H^T (A, B, B): a quadratic form of the observation, coefficients eliminated.
+
+        Parameters
+        ----------
+        cosine, sine : (A,)
+        G : (A, B, B)
+        H : (A, B, N)
+        noise_variance : float or None
+        """
+        return G - H @ self.solve(cosine, sine, np.swapaxes(H, 1, 2), noise_variance)
+
+
+def gram_of(model: LinearModel, noise_variance: float | None) -> Gram:
+    """The system of a model with its prior, or without it for least squares.
+
+    Parameters
+    ----------
+    model : LinearModel
+    noise_variance : float or None
+        sigma² in mm²; None for least squares.
+
+    Raises
+    ------
+    InvalidInput
+        If the noise variance is not positive and finite.
+    """
+    if noise_variance is not None:
+        require_noise_variance(noise_variance)
+    return Gram(whiten(model, prior=noise_variance is not None))
+
+
+def require_noise_variance(noise_variance: float) -> float:
+    """Return a noise variance that is positive and finite, mm².
+
+    Raises
+    ------
+    InvalidInput
+        If it is not.
+    """
+    return float(require_range("the noise variance (sigma²)", noise_variance, above=0, unit="mm²"))
+
+
+def _well_conditioned(A: np.ndarray) -> bool:
+    """Whether every matrix has a Cholesky factor with no pivot near rounding: eight times cheaper than eigh."""
+    try:
+        pivots = np.diagonal(np.linalg.cholesky(A), axis1=-2, axis2=-1) ** 2
+    except np.linalg.LinAlgError:
+        return False
+    return bool((pivots.min(axis=-1) > _SAFE * pivots.max(axis=-1)).all())

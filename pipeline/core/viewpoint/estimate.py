@@ -1,0 +1,159 @@
+"""View angle and coefficients together: zhang2007 section 4.3 and appendix B, zhang2004 section 4.3.
+
+Symbols
+-------
+``alpha``  true view angle of an observation; ``beta`` a candidate, rad
+``J``      ``min over k`` of ||w_hat - w_bar_hat(beta) - E_hat(beta) k||² (+ sigma² sum k²/lambda)
+``z``      whitened coefficients, k = sqrt(lambda) z
+
+Why computed differently from how it is printed: for a candidate beta the coefficients are eliminated (variable
+projection), so that what is left is a function of one angle.  That function is laid out over the whole circle
+and its lowest dip is refined by Newton steps that cannot leave it (`search`): the global minimum, unless a dip hides
+between two points of the grid, with neither a start to choose nor whole degrees.  `solver="published"` is what the
+appendix describes (`published`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
+from pipeline.core.reconstruction import Gram, require_noise_variance
+from pipeline.core.viewpoint.published import best_candidate, from_one_start
+from pipeline.core.viewpoint.search import global_minimum
+from pipeline.validation import InvalidInput, require_choice, require_finite
+
+FULL_CIRCLE = (-np.pi, np.pi)
+
+_GRID_STEP_RAD = {"global": np.pi / 90, "published": np.pi / 180}
+"""2 degrees where the best cell is refined, and the 1 degree of appendix B where it is not."""
+
+
+@dataclass(frozen=True)
+class ViewEstimate:
+    """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).
+
+    Attributes
+    ----------
+    angle_rad : (A,)
+        In (-pi, pi].
+    coefficients : (A, N)
+        k in mm.
+    cost : (A,)
+        The minimum of [zhang2007 4.5], squared, or of [zhang2007 4.6] times 2 sigma²; mm².
+    runner_up_cost : (A,)
+        The lowest cost of any other local minimum, to the accuracy of the grid; infinite where there is none
+        or, from one start, none was looked for.  Near `cost`, the view is ambiguous (a front seen for a back).
+    converged : (A,) bool
+    n_iterations : (A,) int
+    """
+
+    angle_rad: np.ndarray
+    coefficients: np.ndarray
+    cost: np.ndarray
+    runner_up_cost: np.ndarray
+    converged: np.ndarray
+    n_iterations: np.ndarray
+
+
+def estimate(
+    model: LinearModel,
+    observed: np.ndarray,
+    *,
+    method: str,
+    noise_variance: float | None = None,
+    solver: str = "global",
+    angle_range_rad: tuple[float, float] = FULL_CIRCLE,
+    start_rad: float = 0.0,
+) -> ViewEstimate:
+    """View angle and coefficients of 2D Fourier representations [zhang2007 4.5] [zhang2007 4.6] [zhang2004 14].
+
+    Parameters
+    ----------
+    model : LinearModel
+        Of 225 numbers, or of 226 with the frequency last.
+    observed : (150,) or (A, 150), or (5, 15, 2) or (A, 5, 15, 2)
+        2D Fourier representations in the printed order, horizontal and vertical of each joint together; with a
+        model of 226 numbers, (151,) or (A, 151) with the angular frequency in rad/s last.
+    method : {"least_squares", "map"}
+    noise_variance : float, optional
+        sigma² in mm²; needed for ``map``.
+    solver : {"global", "published"}
+        ``published``: trust-region least squares from `start_rad` and the average walker for approach I, the
+        best candidate of the grid for approach II, as in appendix B.
+    angle_range_rad : (low, high)
+        Candidates; the whole circle by default (the appendix scans 0 to pi).  The trust region has no bounds.
+    start_rad : float
+        Where the published solver of approach I starts, with all coefficients zero.
+
+    Raises
+    ------
+    InvalidInput
+        Unknown method or solver, sigma² missing or not positive, an empty range, no observation or one of
+        another size than the model's, or values that are not finite.
+    """
+    require_choice("method", method, ("least_squares", "map"))
+    require_choice("solver", solver, tuple(_GRID_STEP_RAD))
+    if noise_variance is not None:
+        require_noise_variance(noise_variance)
+    elif method == "map":
+        raise InvalidInput(
+            "MAP needs a noise variance", expected="noise_variance in mm² > 0", received="none"
+        )
+    low, high = angle_range_rad
+    if not -np.inf < low < high < np.inf:
+        raise InvalidInput(
+            "the range of view angles is empty",
+            expected="low < high",
+            received=f"{np.degrees(low):g}..{np.degrees(high):g} deg",
+        )
+    sigma2 = noise_variance if method == "map" else None
+    white = whiten(model, prior=solver == "published" or sigma2 is not None)
+    across, up, single = _observations(model, white, observed)
+    step = _GRID_STEP_RAD[solver]
+    if solver == "global":
+        found = global_minimum(Gram(white), across, up, angle_range_rad, step, sigma2)
+    elif sigma2 is None:
+        found = from_one_start(white, across, up, start_rad)
+    else:
+        found = best_candidate(Gram(white), across, up, angle_range_rad, step, sigma2)
+    answer = (
+        in_half_open_circle(found.angle_rad),
+        found.z * white.scale,
+        found.cost,
+        found.runner_up_cost,
+        found.converged,
+        found.n_iterations,
+    )
+    return ViewEstimate(*(a[0] for a in answer)) if single else ViewEstimate(*answer)
+
+
+def in_half_open_circle(angle_rad: np.ndarray) -> np.ndarray:
+    """The same angles in (-pi, pi]."""
+    return np.pi - np.mod(np.pi - angle_rad, 2 * np.pi)
+
+
+def _observations(
+    model: LinearModel, white: WhitenedModel, observed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Horizontal (A, 75) and vertical (A, 75 or 76, the scaled frequency last) of the observations."""
+    observed = np.asarray(observed, dtype=float)
+    if observed.ndim >= 3 and observed.shape[-1] == 2:
+        observed = observed.reshape(*observed.shape[:-3], -1)
+    single = observed.ndim == 1
+    rows = np.atleast_2d(observed)
+    points = len(white.mean_x)
+    trailing = len(white.mean_z) - points
+    if rows.ndim != 2 or rows.shape[1] != 2 * points + trailing:
+        raise InvalidInput(
+            "the observation has another size than the model",
+            expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
+            received=str(observed.shape),
+        )
+    if not len(rows):
+        raise InvalidInput("there is no observation", expected="one or more", received=str(observed.shape))
+    require_finite("the observation", rows)
+    up = np.concatenate([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]], axis=1)
+    return rows[:, 0 : 2 * points : 2], up, single
