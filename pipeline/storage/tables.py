@@ -7,6 +7,7 @@ cells and takes the surplus of a long one for an index, without a word, and a ta
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
 import secrets
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pipeline.storage.sealed_folders import digest, read_manifest
 from pipeline.validation import InvalidInput
 
 _INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
@@ -75,7 +77,7 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
         raise InvalidInput(f"cannot write results: {error.strerror or error} ({path})") from error
 
 
-def read(path: Path) -> dict[str, np.ndarray]:
+def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """The columns of a table, in file order.
 
     A column is int64 if every cell is a whole number without leading zeros, else float64 if every cell is a
@@ -85,10 +87,27 @@ def read(path: Path) -> dict[str, np.ndarray]:
     Raises
     ------
     InvalidInput
-        If the file is missing, empty, not UTF-8, or a row is not as long as the header.
+        If the file is missing, empty, not UTF-8, a row is not as long as the header, or the bytes that were read
+        do not have the sha256 given.
     """
-    header, rows = _cells(Path(path))
+    header, rows = _cells(Path(path), sha256)
     return {name: _typed([row[i] for row in rows]) for i, name in enumerate(header)}
+
+
+def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
+    """The tables of a published figure by name (``table``, ``table_walkers``, …), each as `read` gives it.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder has no sealed manifest, or a table is not what the manifest says it was when published.
+    """
+    files = read_manifest(folder)["files"]
+    return {
+        Path(name).stem: read(folder / name, sha256=fact["sha256"])
+        for name, fact in sorted(files.items())
+        if re.fullmatch(r"table\w*\.csv", name)
+    }
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -169,12 +188,19 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     return array + 0.0 if array.dtype.kind == "f" else array
 
 
-def _cells(path: Path) -> tuple[list[str], list[list[str]]]:
+def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a CSV file, every row as long as the header."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, row) for row in reader]
+        content = path.read_bytes()
+        if sha256 is not None and (received := digest(content)) != sha256:
+            raise InvalidInput(
+                "the table was changed after it was published",
+                where=str(path),
+                expected=f"sha256 {sha256[:12]}…",
+                received=f"{received[:12]}…",
+            )
+        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
+        lines = [(reader.line_num, row) for row in reader]
     except OSError as error:
         raise InvalidInput(f"cannot read the table: {error.strerror}", where=str(path)) from error
     except UnicodeDecodeError as error:
