@@ -134,31 +134,51 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
         As `read`.
     """
     a, b = read(path_a), read(path_b)
-    if list(a) != list(b):
-        return [f"columns differ: {', '.join(a)} is not {', '.join(b)}"]
-    length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
-    if length_a != length_b:
-        return [f"rows differ in number: {length_a} is not {length_b}"]
-    differences: list[tuple[int, str]] = []
-    for name, values_a in a.items():
-        values_b = b[name]
-        if values_a.dtype.kind in "if" and values_b.dtype.kind in "if":
-            with np.errstate(invalid="ignore"):  # infinity less infinity
-                distance = np.abs(values_a.astype(float) - values_b)
-                limit = absolute + relative * np.maximum(np.abs(values_a), np.abs(values_b))
-                close = (values_a == values_b) | (np.isfinite(limit) & (distance <= limit))
-            agree = close | (np.isnan(values_a) & np.isnan(values_b))
-        else:
-            agree = values_a.astype(str) == values_b.astype(str)
-        differences += [
-            (int(i), f"line {i + 2}, {name}: {values_a[i]} is not {values_b[i]}")
-            for i in np.flatnonzero(~agree)
-        ]
+    if complaint := _unlike(a, b):
+        return [complaint]
+    differences = [
+        (int(i), f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
+        for name in a
+        for i in np.flatnonzero(_needed(a[name], b[name], absolute) > relative)
+    ]
     differences.sort(key=lambda item: item[0])
     told = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
     if (more := len(differences) - len(told)) > 0:
         told.append(f"and {more} more cells")
     return told
+
+
+def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) -> dict[str, float]:
+    """For each column the least ``relative`` with which `compare` finds no difference; infinite if there is none.
+
+    Raises
+    ------
+    InvalidInput
+        As `read`.
+    """
+    a, b = read(path_a), read(path_b)
+    if _unlike(a, b):
+        return dict.fromkeys(a, np.inf)
+    return {name: float(_needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
+
+
+def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
+    """Why the cells of two tables cannot be compared; empty if they can."""
+    if list(a) != list(b):
+        return f"columns differ: {', '.join(a)} is not {', '.join(b)}"
+    length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
+    return "" if length_a == length_b else f"rows differ in number: {length_a} is not {length_b}"
+
+
+def _needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
+    """Relative tolerance at which each cell of two columns agrees: zero where they are equal, infinite if never."""
+    if a.dtype.kind not in "if" or b.dtype.kind not in "if":
+        return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
+    with np.errstate(invalid="ignore", divide="ignore"):  # infinity less infinity, nothing over nothing
+        beyond = np.maximum(np.abs(a.astype(float) - b) - absolute, 0.0)
+        needed = beyond / np.maximum(np.abs(a), np.abs(b))
+    never = ~(np.isfinite(a) & np.isfinite(b))
+    return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.where(never, np.inf, needed))
 
 
 def _column(name: str, values: Any, where: str) -> np.ndarray:
