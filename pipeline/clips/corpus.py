@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import os
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -14,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from pipeline import fetch, formats
-from pipeline.formats import acclaim
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
 from pipeline.validation import InvalidInput
 
@@ -146,7 +146,7 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
     """How a file, or the skeleton read with it, differs from what the table lists as `name`; empty if not."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
-        listed_as = file.relative_to(top).as_posix()
+        listed_as = Path(os.path.relpath(file, top)).as_posix()
         expected, received = digests.get(listed_as, ""), _sha256_of(file)
         if received != expected:
             return str(
@@ -261,7 +261,7 @@ def _read_together(path: Path) -> list[Path]:
     files = [path]
     if path.suffix.lower() == ".amc":
         with suppress(InvalidInput):  # without its skeleton the clip is refused when it is read, by name
-            files.append(asf_amc.skeleton_of(path))
+            files.append(acclaim.skeleton_of(path))
     return files
 
 
@@ -274,6 +274,6 @@ def _sha256_of(path: Path) -> str:
         raise InvalidInput(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def _sha256_of_version(path: Path, size: int, mtime_ns: int) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
