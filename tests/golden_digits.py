@@ -24,7 +24,7 @@ from pathlib import Path
 
 from numpy._core import _multiarray_umath as simd
 
-from pipeline.__main__ import presets
+from pipeline.cli.presets import presets
 from pipeline.storage import tables
 from pipeline.studies.ledger import TIMING
 from tests.processes import finished
@@ -60,7 +60,7 @@ def make(figures: Sequence[str], environment: Mapping[str, str], results: Path) 
     """The folder with the smoke tables of these figures, made in a process of its own."""
     command = [
         sys.executable, "-m", "pipeline", "figures", f"experiment={','.join(figures)}", "data=synthetic", "scale=smoke",
-        f"results={results}", "workers=1", "report.picture=false", "report.recording=false",
+        f"results={results}", "workers=1", "figure.picture=false", "figure.recording=false",
     ]  # fmt: skip
     done = finished(command, environment=environment)
     if done.returncode:

@@ -16,8 +16,8 @@ from subprocess import CompletedProcess
 import numpy as np
 import pytest
 
-from pipeline.__main__ import compose, presets
-from pipeline.cli.commands import VERBS
+from pipeline.cli.commands import COMMANDS
+from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
@@ -29,7 +29,7 @@ from tests.processes import WAIT_S, python, started
 ROOT = Path(__file__).resolve().parent.parent
 FIXTURES = Path(__file__).resolve().parent / "fixtures"
 RATE_HZ = 60.0
-QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
+QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
 
 
 def run(*arguments: str, **environment: str) -> CompletedProcess[str]:
@@ -78,7 +78,7 @@ def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
     said = say("--help")
     assert said.status == 0
     assert said.out == say().out == say("-h").out == say("help").out
-    for word in (*presets(), *VERBS, "figures", "-m", "Exit status"):
+    for word in (*presets(), *COMMANDS, "figures", "-m", "Exit status"):
         assert word in said.out
     assert "{figures}" not in said.out
     assert max(map(len, said.out.splitlines())) <= 120
@@ -150,8 +150,8 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "sweep=unknown_view", ["sweep", "sweep=known_view"]),
         ("zhang2007_fig6", "sweep=known_view", ["sweep", "sweep=unknown_view"]),
         ("zhang2007_fig4", "sweep=none", ["sweep", "sweep=known_view"]),
-        ("zhang2007_fig4", "report.walker=12", ["report.walker", "0 to 11"]),
-        ("zhang2007_fig4", "report.instants=0", ["report.instants"]),
+        ("zhang2007_fig4", "figure.walker=12", ["figure.walker", "0 to 11"]),
+        ("zhang2007_fig4", "figure.instants=0", ["figure.instants"]),
         ("zhang2007_fig5", "model.components=0", ["1 or more"]),
         ("zhang2007_fig5", "model.divisor=R-2", ["R-1 or R"]),
         ("zhang2004_fig4", "model.omega_scale_mm=0", ["model.omega_scale_mm", "> 0"]),
@@ -194,7 +194,7 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
     say: Callable, smoke_cache: Path, figure: str, override: str
 ) -> None:
     said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
-    assert_one_sentence(said.err, "whole numbers", "report.recording=false")
+    assert_one_sentence(said.err, "whole numbers", "figure.recording=false")
     assert say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", override).status == 0
 
 
@@ -216,7 +216,7 @@ def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache:
     assert said.status == 1
     assert_one_sentence(said.err, "refused (zhang2007_fig5, zhang2007_fig2)", "no components")
     said = say(
-        "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "report.picture=false",
+        "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "figure.picture=false",
         "dataset.size=stature",
     )  # fmt: skip
     assert said.status == 0
@@ -562,12 +562,12 @@ def assert_unharmed(thesis: Path) -> None:
 @pytest.mark.parametrize(
     ("option", "value"),
     [
-        ("figure", "{thesis}"),
-        ("figure", "../../.."),
-        ("figure", "../thesis"),
-        ("figure", ".."),
-        ("figure", "''"),
-        ("figure", ".hidden"),
+        ("name", "{thesis}"),
+        ("name", "../../.."),
+        ("name", "../thesis"),
+        ("name", ".."),
+        ("name", "''"),
+        ("name", ".hidden"),
         ("data.name", "../thesis"),
         ("data.name", "{thesis}"),
         ("scale.name", "../../thesis"),
@@ -697,7 +697,7 @@ def test_a_full_disk_leaves_nothing_half_written_and_the_next_run_picks_up(
 
 FULL_DISK = """
     import resource, sys
-    from pipeline import __main__ as command_line
+    from pipeline.cli import main as command_line
 
     arguments = ["experiment=zhang2007_fig4", "scale=smoke", f"results={sys.argv[1]}"]
 
@@ -728,7 +728,7 @@ def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -
 
 SLOW = """
     import sys, time
-    from pipeline import __main__ as command_line
+    from pipeline.cli import main as command_line
     from pipeline.stages import {stage} as stage
 
     really = stage.{function}
@@ -793,7 +793,7 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
     def ctrl_c(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipeline.__main__.compose", ctrl_c)
+    monkeypatch.setattr("pipeline.cli.compose.compose", ctrl_c)
     said = say("figures")
     assert said.status == 130
     assert_one_sentence(said.err, "interrupted")
@@ -804,8 +804,8 @@ def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
 
     every = built_figures()
     assert set(every) == set(presets())
-    assert figures_for(["data=synthetic"], compose) == every
-    bends = figures_for(["data=hdm05"], compose)
+    assert figures_for(["data=synthetic"]) == every
+    bends = figures_for(["data=hdm05"])
     assert set(bends) == {f for f in every if f.startswith("mozerov2006")} - {"mozerov2006_warp_error"}
 
 

@@ -15,25 +15,19 @@ from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 SPECTRUM = {
-    "table": (
-        {
-            "component": np.arange(1, 32),
-            "eigenvalue_mm2": np.ones(31),
-            "variance_fraction": np.full(31, 1 / 31),
-            "cumulative_fraction": np.concatenate([np.linspace(0.5, 0.955, 30), [1.0]]),
-        },
-        ["component"],
-    ),
-    "table_harmonics": (
-        {
-            "walker": ["a", "a", "b", "b"],
-            "harmonic": [1, 2, 1, 2],
-            "variance_fraction": [0.92, 0.06, 0.918, 0.06],
-            "residual_fraction": [0.02, 0.02, 0.022, 0.022],
-            "frequency_hz": [1.0, 1.0, 0.9, 0.9],
-        },
-        ["walker", "harmonic"],
-    ),
+    "table": {
+        "component": np.arange(1, 32),
+        "eigenvalue_mm2": np.ones(31),
+        "variance_fraction": np.full(31, 1 / 31),
+        "cumulative_fraction": np.concatenate([np.linspace(0.5, 0.955, 30), [1.0]]),
+    },
+    "table_harmonics": {
+        "walker": ["a", "a", "b", "b"],
+        "harmonic": [1, 2, 1, 2],
+        "variance_fraction": [0.92, 0.06, 0.918, 0.06],
+        "residual_fraction": [0.02, 0.02, 0.022, 0.022],
+        "frequency_hz": [1.0, 1.0, 0.9, 0.9],
+    },
 }
 
 
@@ -52,8 +46,8 @@ def test_a_figure_is_judged_on_its_own_tables() -> None:
 def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     folder = tmp_path / "zhang2007_fig2"
     folder.mkdir()
-    for name, (columns, sort_by) in SPECTRUM.items():
-        tables.write(folder / f"{name}.csv", columns, sort_by=sort_by)
+    for name, columns in SPECTRUM.items():
+        tables.write(folder / f"{name}.csv", columns)
     write_manifest(folder, {})
     alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
     found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig2", "zhang2007_fig5"]))
@@ -71,8 +65,8 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
 def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path) -> None:
     folder = tmp_path / "zhang2007_fig2"
     folder.mkdir()
-    for name, (columns, sort_by) in SPECTRUM.items():
-        tables.write(folder / f"{name}.csv", columns, sort_by=sort_by)
+    for name, columns in SPECTRUM.items():
+        tables.write(folder / f"{name}.csv", columns)
     with pytest.raises(InvalidInput, match=r"zhang2007_fig2: manifest.json is missing"):
         judge_folder(tmp_path, "synthetic", ["zhang2007_fig2"])
     write_manifest(folder, {})
@@ -96,10 +90,10 @@ def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
     fast, slow = (seconds | {"seconds": np.full(2, value)} for value in (1e-6, 1e6))
     verdicts = []
     for number, columns in enumerate((fast, slow)):
-        made = {"table_timing": (columns, [])}
+        made = {"table_timing": columns}
         folder = tmp_path / str(number) / "mozerov2006_fig3"
         folder.mkdir(parents=True)
-        tables.write(folder / "table_timing.csv", columns, sort_by=[])
+        tables.write(folder / "table_timing.csv", columns)
         write_manifest(folder, {})
         verdicts.append(judge_figure("mozerov2006_fig3", made, "synthetic"))
         verdicts.append(judge_folder(folder.parent, "synthetic", ["mozerov2006_fig3"]))

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pipeline import fetch, formats
+from pipeline.formats import acclaim
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
 from pipeline.validation import InvalidInput
 
