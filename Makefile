@@ -14,10 +14,10 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run view equations claims check format test bench golden archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run view equations claims check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
 	@echo; echo "  one figure:   make FIGURE [DATA=synthetic|optical|cmu|hdm05] [SCALE=full|smoke], where FIGURE is"
 	@echo "                $(FIGURES)" | fold -s -w 90 | sed '2,$$s/^/                /'
 	@echo "  everything else: make run ARGS=--help"
@@ -72,6 +72,12 @@ bench: $(READY) ## ours against peers and naive loops, alternating, as ratios
 golden: $(READY) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
 	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden report.picture=false report.recording=false
 	@for f in $(FIGURES); do cp results/golden/scratch/*/$$f/table.csv tests/golden/$$f.csv; done; rm -rf results/golden
+
+digits: $(READY) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some
+	@$(VENV)/bin/python -m tests.golden_digits $(ARGS)
+
+golden-kernels: $(READY) ## the golden tables of the figures that iterate, under two BLAS kernels
+	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
 archive: $(READY) ## keep the full-scale results of this commit under results/archive
 	@$(RUN) archive data=$(DATA)

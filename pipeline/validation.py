@@ -7,6 +7,7 @@ sentence and exits with status 1; a stage that handles many clips lists it besid
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
@@ -144,6 +145,29 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
         words = [str(choice) for choice in allowed]
         listed = " or ".join(words) if len(words) < 3 else f"one of {', '.join(words)}"
         raise InvalidInput(f"must be {listed}", where=name, received=str(value))
+    return value
+
+
+def require_name(name: str, value: str) -> str:
+    """Return a value that names one folder and cannot lead out of the folder above it.
+
+    Raises
+    ------
+    InvalidInput
+        If it is empty, begins with a dot, or holds a separator, a blank at an end or a control character.
+
+    Examples
+    --------
+    >>> require_name("figure", "zhang2007_fig5")
+    'zhang2007_fig5'
+    >>> require_name("figure", "../elsewhere")
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: figure must be a plain name, not a path (got '../elsewhere')
+    """
+    plain = isinstance(value, str) and value == value.strip() and not value.startswith(".")
+    if not plain or not value or re.search(r"[/\\\x00-\x1f\x7f]", value):
+        raise InvalidInput("must be a plain name, not a path", where=name, received=repr(value))
     return value
 
 

@@ -10,7 +10,6 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import getpass
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +20,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from hypothesis.configuration import set_hypothesis_home_dir
 from rich.console import Console
 
@@ -33,12 +32,15 @@ from pipeline.cli.presets import presets
 from pipeline.cli.summary import Outcome
 from pipeline.storage import tables
 from pipeline.storage.store import Store
+from tests.processes import python
 
 # Failing examples are remembered between runs, but outside of the tree.
 set_hypothesis_home_dir(Path(tempfile.gettempdir()) / f"gait-pipeline-hypothesis-{getpass.getuser()}")
-settings.register_profile("dev", deadline=None, max_examples=50)
-settings.register_profile("ci", deadline=None, max_examples=50, derandomize=True, database=None)
-settings.register_profile("deep", deadline=None, max_examples=500)  # HYPOTHESIS_PROFILE=deep make test
+# No example fails because the machine is busy.
+patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("dev", patient, max_examples=50)
+settings.register_profile("ci", patient, max_examples=50, derandomize=True, database=None)
+settings.register_profile("deep", patient, max_examples=500)  # HYPOTHESIS_PROFILE=deep make test
 settings.load_profile(
     os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") == "true" else "dev")
 )
@@ -115,14 +117,7 @@ def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results folder of every preset at ``scale=smoke``, with pictures and recordings, made by the command line."""
     results = tmp_path_factory.mktemp("smoke")
     command = ["-m", "pipeline", "figures", "scale=smoke", "workers=1", f"results={results}"]
-    made = subprocess.run(
-        [sys.executable, *command],
-        cwd=Path(__file__).resolve().parent.parent,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
+    made = python(*command)
     assert made.returncode == 0, made.stderr
     return results
 

@@ -3,44 +3,38 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import importlib.util
 import os
 import signal
-import subprocess
 import sys
 import textwrap
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import numpy as np
 import pytest
 
-from pipeline.__main__ import compose, presets
-from pipeline.cli.commands import VERBS
+from pipeline.cli.commands import COMMANDS
+from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import WALKER15
 from pipeline.storage import sealed_folders, store, tables
 from pipeline.storage.sealed_folders import is_complete
 from pipeline.synthetic.walkers import WalkingPopulation, walking_population
 from pipeline.validation import InvalidInput
+from tests.processes import WAIT_S, python, started
 
 ROOT = Path(__file__).resolve().parent.parent
 FIXTURES = Path(__file__).resolve().parent / "fixtures"
 RATE_HZ = 60.0
-QUICK = ("scale=smoke", "report.picture=false", "report.recording=false")
+QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
 
 
-def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+def run(*arguments: str, **environment: str) -> CompletedProcess[str]:
     """``python -m pipeline …`` as a process of its own."""
-    return subprocess.run(
-        [sys.executable, "-m", "pipeline", *arguments],
-        cwd=ROOT,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return python("-m", "pipeline", *arguments, **environment)
 
 
 def leftovers(folder: Path) -> list[str]:
@@ -74,9 +68,8 @@ def test_help_waits_for_no_library() -> None:
             assert end.code == 0
         print("imported:", [name for name in {heavy} if name in sys.modules])
     """
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code)], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    done = python("-c", textwrap.dedent(code))
+    assert done.returncode == 0, done.stderr
     assert done.stdout.endswith("imported: []\n")
     assert done.stderr == ""
 
@@ -85,7 +78,7 @@ def test_help_names_every_figure_command_and_exit_status(say: Callable) -> None:
     said = say("--help")
     assert said.status == 0
     assert said.out == say().out == say("-h").out == say("help").out
-    for word in (*presets(), *VERBS, "figures", "-m", "Exit status"):
+    for word in (*presets(), *COMMANDS, "figures", "-m", "Exit status"):
         assert word in said.out
     assert "{figures}" not in said.out
     assert max(map(len, said.out.splitlines())) <= 120
@@ -101,7 +94,7 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
     [
         (["frobnicate"], ["command is unknown", "figures", "verify", "frobnicate"]),
         (["=3"], ["command is unknown"]),
-        (["scale=smoke"], ["no figure is chosen", *presets()]),
+        (["scale=smoke"], ["no experiment is chosen", *presets()]),
         (["experiment=zhang2007_fig9"], ["experiment:", "zhang2007_fig5", "received zhang2007_fig9"]),
         (["experiment=zhang2007_fig5", "model.component=3"], ["model.component:", "components"]),
         (["experiment=zhang2007_fig5", "model.components=x"], ["model.components:", "Integer"]),
@@ -137,35 +130,39 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
 @pytest.mark.parametrize(
     ("figure", "override", "words"),
     [
-        ("zhang2007_fig5", "sweep.noise_variance_mm2=0", ["sigma²", "> 0"]),
-        ("zhang2007_fig5", "sweep.noise_variance_mm2=-70", ["sigma²", "received -70"]),
-        ("zhang2007_fig5", "sweep.noise_variance_mm2=nan", ["noise_variance_mm2", "not finite"]),
+        (
+            "zhang2007_fig5",
+            "sweep.noise_variance_mm2=0",
+            ["sweep.noise_variance_mm2 must be above 0", "got 0"],
+        ),
+        ("zhang2007_fig5", "sweep.noise_variance_mm2=-70", ["must be above 0", "got -70"]),
+        ("zhang2007_fig5", "sweep.noise_variance_mm2=nan", ["noise_variance_mm2", "got nan"]),
         ("zhang2007_fig3", "sweep.sigma2_mm2.start=0", ["sigma²", "> 0"]),
         ("zhang2007_fig3", "sweep.methods=[least_squares]", ["sweep.methods", "map"]),
-        ("zhang2007_fig5", "sweep.view_angle_deg.stop=-90", ["sweep.view_angle_deg", "length zero"]),
+        ("zhang2007_fig5", "sweep.view_angle_deg.stop=-90", ["sweep.view_angle_deg.stop must be above -90"]),
         ("zhang2007_fig6", "sweep.view_angle_deg.step=0", ["sweep.view_angle_deg", "step"]),
         ("zhang2007_fig5", "sweep.methods=[]", ["sweep.methods", "none"]),
-        ("zhang2007_fig5", "sweep.methods=[map,map]", ["sweep.methods", "twice"]),
+        ("zhang2007_fig5", "sweep.methods=[map,map]", ["sweep.methods must be", "got map, map"]),
         ("zhang2007_fig5", "sweep.methods=[mpa]", ["sweep.methods", "least_squares", "mpa"]),
-        ("zhang2007_fig5", "sweep.truth=video", ["sweep.truth", "motion or fourier"]),
-        ("zhang2007_fig5", "sweep.missing_variance=x", ["temporal or overall"]),
-        ("zhang2007_fig5", "sweep.phase_source=x", ["sweep.phase_source", "motion3d or observed2d"]),
+        ("zhang2007_fig5", "sweep.truth=video", ["sweep.truth", "motion, fourier"]),
+        ("zhang2007_fig5", "sweep.missing_variance=x", ["temporal, overall"]),
+        ("zhang2007_fig5", "sweep.phase_source=x", ["sweep.phase_source", "motion3d, observed2d"]),
         ("zhang2007_fig4", "sweep.demonstration_views_deg=[]", ["sweep.demonstration_views_deg"]),
-        ("zhang2007_fig6", "sweep.solver=guess", ["global or published"]),
+        ("zhang2007_fig6", "sweep.solver=guess", ["global, published"]),
         ("zhang2007_fig6", "sweep.angle_range_deg=[0]", ["sweep.angle_range_deg", "[low, high]"]),
         ("zhang2007_fig6", "sweep.angle_range_deg=[90,-90]", ["range of view angles is empty"]),
-        ("zhang2007_fig5", "sweep=unknown_view", ["sweep", "sweep=known_view"]),
-        ("zhang2007_fig6", "sweep=known_view", ["sweep", "sweep=unknown_view"]),
-        ("zhang2007_fig4", "sweep=none", ["sweep", "sweep=known_view"]),
-        ("zhang2007_fig4", "report.walker=12", ["report.walker", "0 to 11"]),
-        ("zhang2007_fig4", "report.instants=0", ["report.instants"]),
-        ("zhang2007_fig5", "model.components=0", ["1 or more"]),
-        ("zhang2007_fig5", "model.divisor=R-2", ["R-1 or R"]),
-        ("zhang2004_fig4", "model.omega_scale_mm=0", ["model.omega_scale_mm", "> 0"]),
-        ("zhang2007_fig5", "dataset.harmonics=0", ["1 or more"]),
-        ("zhang2007_fig5", "dataset.walks=some", ["dataset.walks", "best or all"]),
-        ("zhang2007_fig5", "dataset.size=big", ["dataset.size", "absolute or stature"]),
-        ("zhang2007_fig5", "dataset.origin=moon", ["pelvis_mean or floor"]),
+        ("zhang2007_fig5", "sweep=unknown_view", ["sweep: ", "expected KnownView"]),
+        ("zhang2007_fig6", "sweep=known_view", ["sweep: ", "expected UnknownView"]),
+        ("zhang2007_fig4", "sweep=none", ["sweep: ", "expected KnownView"]),
+        ("zhang2007_fig4", "figure.walker=12", ["figure.walker", "0 to 11"]),
+        ("zhang2007_fig4", "figure.instants=0", ["figure.instants"]),
+        ("zhang2007_fig5", "model.components=0", ["model.components must be at least 1"]),
+        ("zhang2007_fig5", "model.divisor=R-2", ["R-1, R"]),
+        ("zhang2004_fig4", "model.omega_scale_mm=0", ["model.omega_scale_mm must be above 0"]),
+        ("zhang2007_fig5", "dataset.harmonics=0", ["dataset.harmonics must be at least 1"]),
+        ("zhang2007_fig5", "dataset.walks=some", ["dataset.walks", "best, all"]),
+        ("zhang2007_fig5", "dataset.size=big", ["dataset.size", "absolute, stature"]),
+        ("zhang2007_fig5", "dataset.origin=moon", ["pelvis_mean, floor"]),
         ("zhang2007_fig5", "data.population=0", ["data.population"]),
         ("zhang2007_fig5", "data.walkers=-1", ["data.walkers"]),
         ("zhang2007_fig5", "data.walkers=1", ["at least three walkers", "received 1"]),
@@ -189,7 +186,8 @@ def test_options_that_cannot_work_end_in_one_sentence(
     said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", *override.split())
     assert said.status == 1
     assert said.out == ""
-    assert_one_sentence(said.err, figure, *words)
+    # A choice that is none is found when options are composed, before there is a figure.
+    assert_one_sentence(said.err, *words, *([] if "Invalid value" in said.err else [figure]))
     assert leftovers(smoke_cache) == []
 
 
@@ -201,7 +199,7 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
     say: Callable, smoke_cache: Path, figure: str, override: str
 ) -> None:
     said = say(f"experiment={figure}", "scale=smoke", f"results={smoke_cache}", override)
-    assert_one_sentence(said.err, "whole numbers", "report.recording=false")
+    assert_one_sentence(said.err, "whole numbers", "figure.recording=false")
     assert say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", override).status == 0
 
 
@@ -221,9 +219,11 @@ def test_one_refused_figure_does_not_stop_the_others(say: Callable, smoke_cache:
         "data.walkers=3", "model.components=0",
     )  # fmt: skip
     assert said.status == 1
-    assert_one_sentence(said.err, "refused (zhang2007_fig5, zhang2007_fig2)", "no components")
+    assert_one_sentence(
+        said.err, "refused (zhang2007_fig5, zhang2007_fig2)", "model.components must be at least 1"
+    )
     said = say(
-        "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "report.picture=false",
+        "figures", "experiment=zhang2007_fig3,zhang2007_fig2", *QUICK, f"results={smoke_cache}", "figure.picture=false",
         "dataset.size=stature",
     )  # fmt: skip
     assert said.status == 0
@@ -507,18 +507,140 @@ def test_a_listed_recording_that_is_not_here_is_listed_as_such(
     assert "1 of 5 clips refused" in said.out
 
 
+@pytest.mark.parametrize("place", ["data.raw", "data.mirror"])
+def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
+    say: Callable, walks: Path, tmp_path: Path, place: str
+) -> None:
+    table, changed = sources(tmp_path, walks), walks / "bela_1.csv"
+    content = changed.read_bytes()
+    changed.write_bytes(content[:-3] + bytes([content[-3] ^ 1]) + content[-2:])
+    assert changed.stat().st_size == len(content)
+    folders = {"data.raw": tmp_path / "none", "data.mirror": tmp_path / "none"} | {place: walks}
+    said = say(
+        "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}", "data=cmu", "data.sources=[mine]",
+        f"data.table={table}", *(f"{option}={folder}" for option, folder in folders.items()),
+        "+skeleton@data.skeletons.walker15=walker15",
+    )  # fmt: skip
+    assert (said.status, said.err) == (0, "")
+    report = ingest_report(tmp_path / "results")
+    assert {name: row["verdict"] for name, row in report.items()} == {
+        "anna_1": "kept", "bela_1": "refused", "cleo_1": "kept", "dora_1": "kept"
+    }  # fmt: skip
+    assert report["bela_1"]["reason"].startswith(
+        "bela_1.csv: the file is not the recording that the table lists"
+    )
+    assert f"expected sha256 {hashlib.sha256(content).hexdigest()[:12]}…" in report["bela_1"]["reason"]
+    assert "1 of 4 clips refused" in said.out
+
+
 def sources(folder: Path, walks: Path, *gone: str) -> Path:
     """A table of sources that lists the files in a folder, and some that are not there."""
     (like,) = tables.read_rows(ROOT / "data" / "sources.csv")[:1]
     rows = [
         {**like, "path": path.name, "source": "mine", "subject": path.stem, "trial": path.stem, "skeleton": "walker15",
-         "frame_rate_hz": "60", "bytes": str(path.stat().st_size if path.exists() else 1)}
+         "frame_rate_hz": "60", "bytes": str(path.stat().st_size if path.exists() else 1),
+         "sha256": hashlib.sha256(path.read_bytes() if path.exists() else b"").hexdigest()}
         for path in [*sorted(walks.iterdir()), *(walks / name for name in gone)]
     ]  # fmt: skip
     lines = [",".join(rows[0]), *(",".join(f'"{value}"' for value in row.values()) for row in rows)]
     path = folder / "sources.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
+
+
+# --- what stands at the destination -----------------------------------------------------------------------
+
+
+@pytest.fixture
+def thesis(tmp_path: Path) -> Path:
+    """A folder that is not ours."""
+    folder = tmp_path / "thesis"
+    (folder / "chapters").mkdir(parents=True)
+    (folder / "chapters" / "one.tex").write_text("years of work")
+    (folder / "table.csv").write_text("mine\n")
+    return folder
+
+
+def assert_unharmed(thesis: Path) -> None:
+    files = {path.relative_to(thesis).as_posix(): path.read_text() for path in thesis.rglob("*.*")}
+    assert files == {"chapters/one.tex": "years of work", "table.csv": "mine\n"}
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("name", "{thesis}"),
+        ("name", "../../.."),
+        ("name", "../thesis"),
+        ("name", ".."),
+        ("name", "''"),
+        ("name", ".hidden"),
+        ("data.name", "../thesis"),
+        ("data.name", "{thesis}"),
+        ("scale.name", "../../thesis"),
+    ],
+)
+def test_a_name_that_is_a_path_is_refused_before_anything_is_computed(
+    say: Callable, tmp_path: Path, thesis: Path, option: str, value: str
+) -> None:
+    said = say(
+        "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}",
+        f"{option}={value.format(thesis=thesis)}",
+    )  # fmt: skip
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, f"{option} must be a plain name, not a path")
+    assert_unharmed(thesis)
+    assert not (tmp_path / "results").exists()
+
+
+def test_the_name_of_the_users_own_data_is_no_path_either(
+    say: Callable, walks: Path, tmp_path: Path, thesis: Path
+) -> None:
+    said = say(*of_folder(walks, tmp_path / "results", "data.name=../thesis"))
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(said.err, "data.name must be a plain name")
+    assert_unharmed(thesis)
+
+
+def test_a_folder_that_was_not_published_is_not_replaced(
+    say: Callable, tmp_path: Path, thesis: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    destination = tmp_path / "results" / "synthetic" / "smoke" / "zhang2007_fig2"
+    destination.parent.mkdir(parents=True)
+    thesis.rename(destination)
+    monkeypatch.setattr("pipeline.synthetic.walkers.walking_population", _not_called)
+    said = say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path / 'results'}")
+    assert (said.status, said.out) == (1, "")
+    assert_one_sentence(
+        said.err, str(destination), "was not published by this program", "manifest.json is missing"
+    )
+    assert_unharmed(destination)
+
+
+def test_a_readers_own_files_survive_another_run(say: Callable, tmp_path: Path) -> None:
+    arguments = ["experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path}"]
+    assert say(*arguments).status == 0
+    folder = tmp_path / "synthetic" / "smoke" / "zhang2007_fig2"
+    (folder / "notes.txt").write_text("mine")
+    (folder / "table.csv").write_text("edited")
+    assert say(*arguments).status == 0
+    assert sealed_folders.complaints_about(folder) == []
+    assert (folder / "notes.txt").read_text() == "mine"
+    assert leftovers(tmp_path) == []
+
+
+def test_claims_of_an_edited_table_are_refused_and_the_file_is_named(say: Callable, tmp_path: Path) -> None:
+    arguments = ["scale=smoke", f"results={tmp_path}"]
+    assert say("experiment=zhang2007_fig5", *arguments).status == 0
+    assert say("claims", *arguments).status == 0
+    table = tmp_path / "synthetic" / "smoke" / "zhang2007_fig5" / "table.csv"
+    columns = tables.read(table)
+    columns["absolute_error_mm2"][columns["method"] == "map"] *= 0.7
+    tables.write(table, columns, sort_by=[])
+    for command in ("claims", "archive"):
+        said = say(command, *arguments)
+        assert (said.status, said.out) == (1, "")
+        assert_one_sentence(said.err, str(table), "changed after it was published")
 
 
 # --- disks ------------------------------------------------------------------------------------------------
@@ -548,7 +670,7 @@ def test_a_read_only_results_folder_is_noticed_before_the_work(
     say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(store.os, "access", lambda path, mode: False)
-    monkeypatch.setattr("pipeline.clips.walks.synthetic.walking_population", _not_called)
+    monkeypatch.setattr("pipeline.synthetic.walkers.walking_population", _not_called)
     said = say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}")
     assert said.status == 1
     assert_one_sentence(said.err, "cannot write results", "Permission denied")
@@ -582,7 +704,7 @@ def test_a_full_disk_leaves_nothing_half_written_and_the_next_run_picks_up(
 
 FULL_DISK = """
     import resource, sys
-    from pipeline import __main__ as command_line
+    from pipeline.cli import main as command_line
 
     arguments = ["experiment=zhang2007_fig4", "scale=smoke", f"results={sys.argv[1]}"]
 
@@ -598,10 +720,7 @@ FULL_DISK = """
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
 def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -> None:
     """The viewer's library writes in a thread of its own and only logs what goes wrong there."""
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(FULL_DISK), str(tmp_path)],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = python("-c", textwrap.dedent(FULL_DISK), str(tmp_path))
     assert done.returncode == 1, done.stderr
     assert "Traceback" not in done.stderr
     assert "cannot write results: the recording was cut short" in done.stderr.splitlines()[-1]
@@ -615,42 +734,41 @@ def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -
 
 
 SLOW = """
-    import sys, time
-    from pipeline import __main__ as command_line
-    from pipeline.stages import {stage} as stage
+    import functools, sys, time
+    from pipeline.cli import main as command_line
+    import {module}
 
-    really = stage.{function}
+    really = {owner}.{function}
+
+    @functools.wraps(really)
     def slow(*arguments, **options):
         made = really(*arguments, **options)
         print("here", flush=True)
-        time.sleep(60)
+        time.sleep(3600)
         return made
-    stage.{function} = slow
+
+    {owner}.{function} = slow
     sys.exit(command_line.main(sys.argv[1:]))
 """
 
 
-def interrupted(stage: str, function: str, number: int, *arguments: str) -> tuple[int, str]:
-    """Exit status and last words of a run that gets a signal in the middle of a stage."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(SLOW).format(stage=stage, function=function), *arguments],
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert process.stdout is not None
-    line = process.stdout.readline()
-    process.send_signal(number)
-    try:
-        _, err = process.communicate(timeout=30)
-    finally:
-        process.kill()
-    assert line == "here\n", err
-    return process.returncode, err
+def interrupted(module: str, function: str, number: int, *arguments: str) -> tuple[int, str]:
+    """Exit status and last words of a run that gets a signal after a function has done its work."""
+    owner, _, name = f"{module}.{function}".rpartition(".")
+    script = textwrap.dedent(SLOW).format(module=module, owner=owner, function=name)
+    with started([sys.executable, "-c", script, *arguments]) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        process.send_signal(number)
+        _, err = process.communicate(timeout=WAIT_S)
+        assert line == "here\n", err
+        return process.returncode, err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(tmp_path: Path) -> None:
     arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
-    status, err = interrupted("sweep", "known_view.measure", signal.SIGINT, *arguments)
+    status, err = interrupted("pipeline.studies.walks.known_view", "KnownView.measure", signal.SIGINT, *arguments)
     assert status == 130
     assert_one_sentence(err, "interrupted", "goes on from there")
     assert leftovers(tmp_path) == []
@@ -666,7 +784,7 @@ def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(t
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_a_run_that_was_killed_while_it_published_resumes(tmp_path: Path) -> None:
     arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
-    status, _ = interrupted("report", "judge_figure", signal.SIGKILL, *arguments)
+    status, _ = interrupted("pipeline.stages.figure", "judge_figure", signal.SIGKILL, *arguments)
     assert status == -signal.SIGKILL
     assert len(leftovers(tmp_path)) == 1, (
         "the kill left its temporary folder, which nothing takes for a result"
@@ -686,7 +804,7 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
     def ctrl_c(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pipeline.__main__.compose", ctrl_c)
+    monkeypatch.setattr("pipeline.cli.compose.compose", ctrl_c)
     said = say("figures")
     assert said.status == 130
     assert_one_sentence(said.err, "interrupted")
@@ -697,8 +815,8 @@ def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
 
     every = built_figures()
     assert set(every) == set(presets())
-    assert figures_for(["data=synthetic"], compose) == every
-    bends = figures_for(["data=hdm05"], compose)
+    assert figures_for(["data=synthetic"]) == every
+    bends = figures_for(["data=hdm05"])
     assert set(bends) == {f for f in every if f.startswith("mozerov2006")} - {"mozerov2006_warp_error"}
 
 
@@ -744,10 +862,10 @@ def test_variants_by_every_launcher(launcher: str, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     folders = sorted(path.parent for path in variants.glob("*/zhang2007_fig2/manifest.json"))
-    assert [folder.parent.name.split(",")[0] for folder in folders] == [
-        "0_model.components=5",
-        "1_model.components=10",
-    ]
+    names = [folder.parent.name for folder in folders]
+    assert [("model.components=5," in name, "model.components=10," in name) for name in names] == [
+        (True, False), (False, True)
+    ]  # fmt: skip
     assert all(is_complete(folder) for folder in folders)
     first, second = (tables.read(folder / "table.csv") for folder in folders)
     np.testing.assert_array_equal(first["eigenvalue_mm2"], second["eigenvalue_mm2"])
@@ -761,11 +879,11 @@ def test_a_refused_variant_ends_non_zero_and_the_others_are_made(say: Callable, 
     )  # fmt: skip
     assert said.status == 1
     assert "Traceback" not in said.err
-    assert said.err.splitlines()[-1].startswith("model.components=0,")
-    assert "no components (expected 1 or more, received 0)" in said.err
-    assert [path.parts[-3] for path in variants.glob("*/*/table.csv")] == [
-        next(variants.glob("1_model.components=5*")).name
-    ]
+    assert "model.components=0," in said.err.splitlines()[-1]
+    assert "model.components must be at least 1 (got 0)" in said.err
+    (made,) = variants.glob("*/*/table.csv")
+    assert made.parts[-3].startswith("1_")
+    assert "model.components=5," in made.parts[-3]
 
 
 def test_variants_go_below_the_results_folder_that_is_named(say: Callable, tmp_path: Path) -> None:
@@ -789,11 +907,9 @@ def test_a_preset_goes_to_its_own_folder_and_anything_else_to_scratch(say: Calla
     assert say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path}").status == 0
     assert is_complete(tmp_path / "synthetic" / "smoke" / "zhang2007_fig2")
     assert not (tmp_path / "scratch").exists()
-    started = time.time()
     assert say("experiment=zhang2007_fig2", *QUICK, f"results={tmp_path}", "seed=1").status == 0
     (scratch,) = tmp_path.glob("scratch/*/zhang2007_fig2")
     assert is_complete(scratch)
-    assert scratch.stat().st_mtime >= started - 2
 
 
 def test_a_refusal_survives_the_way_back_from_another_process() -> None:

@@ -18,6 +18,7 @@ import pytest
 from pipeline.fetch import NEEDED_COLUMNS, FetchReport, Progress, fetch, open_http, read_sources, resolve
 from pipeline.fetch import transfer as fetch_transfer
 from pipeline.validation import InvalidInput
+from tests.processes import WAIT_S
 
 CONTENT = np.random.default_rng(0).bytes(200_000)
 OTHER = b"Joint;x;y;z\n" * 100
@@ -88,7 +89,7 @@ def server() -> Iterator[Server]:
             yield running
         finally:
             running.shutdown()
-            thread.join(timeout=10)
+            thread.join(timeout=WAIT_S)
 
 
 @pytest.fixture(autouse=True)
@@ -97,8 +98,8 @@ def _no_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def direct(request: urllib.request.Request, *, timeout: float) -> Any:
-    """The opener of the house, less patient."""
-    return open_http(request, timeout=min(timeout, 5))
+    """The project's own opener, patient enough for a busy machine."""
+    return open_http(request, timeout=max(timeout, WAIT_S))
 
 
 def no_network(*_: Any, **__: Any) -> Any:

@@ -1,6 +1,5 @@
 """Recordings: what was given is what is in the file, or there is no file."""
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from pipeline.recordings.check import PROGRAM, digest, entities, read_column, sc
 from pipeline.recordings.recording import Bars, Image2D, Matrix, Notes, Plot, Recording, Space3D, Split
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
+from tests.processes import finished
 
 BONES = WALKER15.bones
 ANGLES = np.arange(-90, 91, 30)
@@ -150,8 +150,7 @@ def test_the_command_line_agrees_with_the_digest(tmp_path: Path) -> None:
     for name, shift in (("a", 0.0), ("b", 0.0), ("c", 10.0)):
         write_gait(tmp_path / f"{name}.rrd", positions=positions + shift)
     compare = [str(PROGRAM), "rrd", "compare", "--unordered", str(tmp_path / "a.rrd")]
-    same = subprocess.run([*compare, str(tmp_path / "b.rrd")], capture_output=True, timeout=60, check=False)
-    other = subprocess.run([*compare, str(tmp_path / "c.rrd")], capture_output=True, timeout=60, check=False)
+    same, other = (finished([*compare, str(tmp_path / f"{name}.rrd")]) for name in "bc")
     assert (same.returncode, other.returncode) == (0, 1)
 
 

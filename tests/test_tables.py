@@ -190,6 +190,25 @@ def test_compare_names_the_cells_that_differ(tmp_path: Path) -> None:
     assert tables.compare(tmp_path / "a.csv", tmp_path / "c.csv") == ["rows differ in number: 3 is not 2"]
 
 
+def test_the_relative_difference_is_the_least_tolerance_that_compare_accepts(tmp_path: Path) -> None:
+    a, b = tmp_path / "a.csv", tmp_path / "b.csv"
+    same = {"word": ["x", "y", "z"], "gap": [np.nan, np.inf, 0.0]}
+    tables.write(a, {**same, "error": [1.0, 200.0, 0.0], "flag": [True, False, True]}, sort_by=[])
+    tables.write(b, {**same, "error": [1.001, 200.02, 5e-10], "flag": [True, True, True]}, sort_by=[])
+    found = tables.relative_differences(a, b)
+    assert found == {"word": 0.0, "gap": 0.0, "error": pytest.approx(1e-3, rel=2e-3), "flag": np.inf}
+    at, below = (
+        [told for told in tables.compare(a, b, relative=factor * found["error"]) if "error" in told]
+        for factor in (1.0, 0.999)
+    )
+    assert at == []
+    assert below == ["line 2, error: 1 is not 1.001"]
+    tables.write(b, {**same, "error": [1.0, 200.0, np.nan], "flag": [True, False, True]}, sort_by=[])
+    assert tables.relative_differences(a, b)["error"] == np.inf
+    tables.write(b, {"word": ["x"]}, sort_by=[])
+    assert set(tables.relative_differences(a, b).values()) == {np.inf}
+
+
 def test_compare_accepts_equal_infinities_and_tells_how_many_more(tmp_path: Path) -> None:
     tables.write(tmp_path / "a.csv", {"x": [np.inf, *range(20)]}, sort_by=[])
     tables.write(tmp_path / "b.csv", {"x": [np.inf, *range(1, 21)]}, sort_by=[])

@@ -174,6 +174,9 @@ def view(arguments: Sequence[str]) -> int:
 def keep(arguments: Sequence[str]) -> int:
     """Keep full-scale results of this commit under results/archive."""
     config, folder = _results_folder(arguments)
+    figures = figures_for(arguments)
+    if folder.is_dir():
+        write_claims(folder / "claims.csv", judge_folder(folder, config.data.name, figures))
     made_with = provenance.provenance()
     kept = archive.keep(
         folder,
@@ -181,7 +184,7 @@ def keep(arguments: Sequence[str]) -> int:
         date=date.today().isoformat(),
         commit=made_with["commit"],
         dirty=made_with["dirty"],
-        figures_expected=figures_for(arguments),
+        figures_expected=figures,
     )
     open_console().print(f"kept in {kept}")
     return 0

@@ -28,7 +28,7 @@ from pipeline.cli.presets import CONF, presets
 from pipeline.clips.options import FolderData, RecordedData, SyntheticData
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_name
 
 DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
 
@@ -91,6 +91,10 @@ def _typed(composed: Any) -> Experiment:
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
     _name_folder(experiment)
+    # These three make the folder that an experiment is published in.
+    require_name("name", experiment.name)
+    require_name("data.name", experiment.data.name)
+    require_name("scale.name", experiment.scale.name)
     return experiment
 
 

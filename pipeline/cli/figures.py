@@ -15,6 +15,7 @@ from pipeline.cli.summary import STAGES, Outcome, summarise
 from pipeline.clips.kinds import Clips
 from pipeline.papers import OVERRIDDEN, Verdict
 from pipeline.stages import dataset, figure, ingest, model, sweep
+from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.ledger import judge_folder, write_claims
@@ -36,6 +37,7 @@ def make_figure(
 ) -> Outcome:
     """Run the five stages in order and publish the figure in `folder`; `at` is told when a stage begins."""
     experiment.validate()
+    require_replaceable(folder)
     seconds: dict[str, float] = {}
 
     @contextmanager

@@ -40,7 +40,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.cli.presets import first_comment, presets
-from pipeline.validation import InvalidInput
 
 if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
@@ -139,7 +138,9 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _run(arguments: Sequence[str]) -> int:
+    # Imported here, so that help waits for no library.
     from pipeline.cli.commands import COMMANDS
+    from pipeline.validation import InvalidInput
 
     if arguments[0] == "figures":
         return make_all(arguments[1:])

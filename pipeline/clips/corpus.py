@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
+import os
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -15,13 +17,12 @@ import numpy as np
 from pipeline import fetch, formats
 from pipeline.formats import acclaim
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
-from pipeline.storage import tables
 from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True)
 class Clip:
-    """One recording to be ingested."""
+    """One recording to be ingested; `mismatch` says how it is not the one that the table lists, if it is not."""
 
     name: str
     person: str
@@ -32,6 +33,7 @@ class Clip:
     mapping: SourceMapping
     frame_rate_hz: float
     units: str
+    mismatch: str = ""
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -43,6 +45,10 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     """What the file holds, and its joints: positions (T, 15, 3) mm and where they are valid (T, 15)."""
     if clip.path is None:
         raise InvalidInput("not on this machine", expected="`make data` to fetch it")
+    if clip.mismatch:
+        raise InvalidInput(clip.mismatch)
+    if _digest(clip.path) != clip.sha256:
+        raise InvalidInput("the file changed during this run", where=clip.name)
     motion = formats.read(clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None)
     return motion, *map_joints(motion, clip.mapping)
 
@@ -101,9 +107,11 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
 
 def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> list[Clip]:
     """Clips of the table, each of those on this machine with its digest, which reads the whole file."""
+    listed = fetch.read_sources(listing.table)
+    digests = {row["path"]: row["sha256"] for row in listed}
     rows = [
         row
-        for row in tables.read_rows(listing.table)
+        for row in listed
         if row["source"] in sources
         and (row["action"] == action or row["action"].startswith(f"{action}:"))
         and row["skeleton"] in listing.skeletons
@@ -129,9 +137,28 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
                 mapping=listing.skeletons[row["skeleton"]],
                 frame_rate_hz=float(row["frame_rate_hz"]),
                 units="",
+                mismatch=_mismatch(path, row["path"], digests) if path else "",
             )
         )
     return clips
+
+
+def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
+    """How a file, or the skeleton read with it, differs from what the table lists as `name`; empty if not."""
+    top = path.parents[len(PurePosixPath(name).parts) - 1]
+    for file in _read_together(path):
+        listed_as = Path(os.path.relpath(file, top)).as_posix()
+        expected, received = digests.get(listed_as, ""), _sha256_of(file)
+        if received != expected:
+            return str(
+                InvalidInput(
+                    "the file is not the recording that the table lists (`make data` fetches it again)",
+                    where=listed_as,
+                    expected=f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
+                    received=f"{received[:12]}…",
+                )
+            )
+    return ""
 
 
 def folder_clips(
@@ -226,11 +253,28 @@ def first_people(clips: list[Clip], limit: int) -> list[Clip]:
 
 def _digest(path: Path) -> str:
     """sha256 of a recording; of an AMC together with its skeleton, which it cannot be read without."""
+    digests = [_sha256_of(file) for file in _read_together(path)]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
+
+
+def _read_together(path: Path) -> list[Path]:
+    """The files that a recording is read from: itself, and of an AMC its skeleton."""
+    files = [path]
+    if path.suffix.lower() == ".amc":
+        with suppress(InvalidInput):  # without its skeleton the clip is refused when it is read, by name
+            files.append(acclaim.skeleton_of(path))
+    return files
+
+
+def _sha256_of(path: Path) -> str:
+    """sha256 of a file, read once in a process as long as its size and time of change stay the same."""
     try:
-        total = hashlib.sha256(path.read_bytes())
-        if path.suffix.lower() == ".amc":
-            with suppress(InvalidInput):  # without its skeleton the clip is refused when it is read, by name
-                total.update(acclaim.skeleton_of(path).read_bytes())
+        stat = path.stat()
+        return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
     except OSError as error:
         raise InvalidInput(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
-    return total.hexdigest()
+
+
+@functools.cache
+def _sha256_of_version(path: Path, size: int, mtime_ns: int) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -41,7 +41,7 @@ def _git(*arguments: str) -> str | None:
             ["git", "-C", str(PROJECT), *arguments],
             capture_output=True,
             text=True,
-            timeout=20,
+            timeout=600,
             env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
         )
     except (OSError, subprocess.SubprocessError):

@@ -1,7 +1,10 @@
 """Folders that are whole or not there: sealed manifests, temporary folders, renames, and what a kill leaves.
 
 A finished folder carries ``manifest.json`` with the size and sha256 of every other file and of itself.  It is
-filled under a temporary name, synced, and renamed.  `pipeline.store` and `pipeline.archive` are built on this.
+filled under a temporary name, synced, and renamed.  `store` and `archive` are built on this.
+
+A published folder is replaced only if it carries such a manifest, and files in it that the manifest does not list are
+moved into the folder that takes its place.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -126,6 +129,57 @@ def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
     sync(folder)
 
 
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """What a sealed ``manifest.json`` says, without its seal.
+
+    Raises
+    ------
+    InvalidInput
+        If it is missing, was changed, or was not written by `write_manifest`.
+    """
+    try:
+        manifest = json.loads((folder / MANIFEST).read_bytes())
+        seal = manifest.pop("seal")
+        known = all({"bytes", "sha256"} <= fact.keys() for fact in manifest["files"].values())
+        unchanged = digest(compact(manifest)) == seal
+    except (FileNotFoundError, NotADirectoryError):
+        raise InvalidInput(f"{MANIFEST} is missing", where=str(folder)) from None
+    except OSError as error:
+        raise InvalidInput(f"{MANIFEST} cannot be read: {error.strerror}", where=str(folder)) from None
+    except (ValueError, KeyError, AttributeError, TypeError):
+        raise InvalidInput(f"{MANIFEST} cannot be understood", where=str(folder)) from None
+    if not known:
+        raise InvalidInput(f"{MANIFEST} cannot be understood", where=str(folder))
+    if not unchanged:
+        raise InvalidInput(f"{MANIFEST} was changed", where=str(folder))
+    return dict(manifest)
+
+
+def require_replaceable(folder: Path) -> None:
+    """Validate a destination: nothing is there, or a folder with a sealed manifest.
+
+    Raises
+    ------
+    InvalidInput
+        If anything else is there.
+    """
+    if not os.path.lexists(folder):
+        return
+    reason = "it is a symbolic link"
+    if not folder.is_symlink():
+        try:
+            read_manifest(folder)
+            return
+        except InvalidInput as complaint:
+            reason = complaint.what
+    raise InvalidInput(
+        "what stands here was not published by this program and is not replaced",
+        where=str(folder),
+        expected=f"nothing, or a folder with its sealed {MANIFEST}",
+        received=reason,
+    )
+
+
 def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
     """What is wrong with a folder that `write_manifest` sealed; empty if nothing is.
 
@@ -136,15 +190,9 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
         Also read every file and compare its sha256; without it, sizes only.
     """
     try:
-        manifest = json.loads((folder / MANIFEST).read_bytes())
-        seal = manifest.pop("seal")
-        if digest(compact(manifest)) != seal:
-            return [f"{MANIFEST} was changed"]
-        files = manifest["files"].items()
-    except FileNotFoundError:
-        return [f"{MANIFEST} is missing"]
-    except (ValueError, KeyError, AttributeError, TypeError):
-        return [f"{MANIFEST} cannot be understood"]
+        files = read_manifest(folder)["files"].items()
+    except InvalidInput as complaint:
+        return [complaint.what]
     complaints = []
     for name, fact in files:
         path = folder / name
@@ -180,11 +228,22 @@ def swap_in(temporary: Path, folder: Path) -> None:
 
     A full folder cannot be renamed over another: the older one steps aside for an instant, under a name from
     which `remove_stale` brings it back should the run be killed just there.
+
+    Raises
+    ------
+    InvalidInput
+        If `folder` carries no sealed manifest, or holds a file that is not ours under a name that is needed.
     """
     aside = folder.with_name(f".old-{_tag()}-{folder.name}")
     _live_temporaries.add(aside.name)
     try:
         while True:
+            require_replaceable(folder)
+            if taken := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
+                raise InvalidInput(
+                    "a file stands here that this program did not write, under a name that it needs",
+                    where=str(folder / taken[0]),
+                )
             with suppress(FileNotFoundError):
                 folder.replace(aside)
             try:
@@ -193,7 +252,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             except OSError as error:
                 if error.errno not in FULL:
                     raise
-                shutil.rmtree(aside, ignore_errors=True)  # another process published just now: its turn to go
+                _retire(aside, folder)  # another process published just now: its turn to go
         sync(folder.parent)
     except BaseException:
         if not folder.exists() and aside.exists():
@@ -201,8 +260,40 @@ def swap_in(temporary: Path, folder: Path) -> None:
         raise
     finally:
         if folder.exists():
-            shutil.rmtree(aside, ignore_errors=True)
+            _retire(aside, folder)
         _live_temporaries.discard(aside.name)
+
+
+def _not_listed(folder: Path) -> list[str]:
+    """Files and folders in a published folder that its manifest does not list, as relative names."""
+    ours = {MANIFEST}
+    with suppress(InvalidInput):
+        ours |= read_manifest(folder)["files"].keys()
+    parents = {parent.as_posix() for name in ours for parent in PurePosixPath(name).parents}
+
+    def walk(inside: Path) -> Iterator[str]:
+        for path in sorted(inside.iterdir()):
+            name = path.relative_to(folder).as_posix()
+            if path.is_dir() and not path.is_symlink():
+                if name in parents:
+                    yield from walk(path)
+                else:
+                    yield name
+            elif name not in ours:
+                yield name
+
+    return list(walk(folder)) if folder.is_dir() else []
+
+
+def _retire(aside: Path, folder: Path) -> None:
+    """Delete an older publication; what its manifest does not list moves to `folder`, or all of it stays."""
+    with suppress(OSError):
+        for name in _not_listed(aside):
+            if os.path.lexists(folder / name):
+                return
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (aside / name).rename(folder / name)
+        shutil.rmtree(aside, ignore_errors=True)
 
 
 def _tag() -> str:
@@ -220,8 +311,11 @@ def remove_stale(parent: Path) -> None:
             # Another machine's processes cannot be asked for: its folders go once they are a day old.
             if _is_alive(int(pid)) if machine == _HERE else time.time() - path.stat().st_mtime < _ONE_DAY_S:
                 continue
-            if kind == "old" and name and not (parent / name).exists():
-                path.replace(parent / name)
+            if kind == "old" and name:
+                if (parent / name).exists():
+                    _retire(path, parent / name)
+                else:
+                    path.replace(parent / name)
             else:
                 shutil.rmtree(path, ignore_errors=True)
 

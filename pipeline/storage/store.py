@@ -39,6 +39,7 @@ from pipeline.storage.sealed_folders import (
     complaints_about,
     digest,
     remove_stale,
+    require_replaceable,
     swap_in,
     sync,
     temporary_folder,
@@ -205,16 +206,18 @@ class Store:
         """A folder beside `folder` to fill, which takes its place when the body ends well.
 
         The body writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it
-        raises, the older `folder` stays as it was.
+        raises, the older `folder` stays as it was.  Files in the older one that its manifest does not list are
+        kept: they move into the new one.
 
         Raises
         ------
         InvalidInput
-            If the results cannot be written.
+            If the results cannot be written, or what stands at `folder` carries no manifest of ours.
         """
         with writing(folder):
             folder.parent.mkdir(parents=True, exist_ok=True)
         remove_stale(folder.parent)
+        require_replaceable(folder)
         with writing(folder, only=CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
             publication = Publication(temporary)
             yield publication

@@ -7,6 +7,7 @@ cells and takes the surplus of a long one for an index, without a word, and a ta
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
 import secrets
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pipeline.storage.sealed_folders import digest, read_manifest
 from pipeline.validation import InvalidInput
 
 _INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
@@ -75,7 +77,7 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
         raise InvalidInput(f"cannot write results: {error.strerror or error} ({path})") from error
 
 
-def read(path: Path) -> dict[str, np.ndarray]:
+def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
     """The columns of a table, in file order.
 
     A column is int64 if every cell is a whole number without leading zeros, else float64 if every cell is a
@@ -85,10 +87,27 @@ def read(path: Path) -> dict[str, np.ndarray]:
     Raises
     ------
     InvalidInput
-        If the file is missing, empty, not UTF-8, or a row is not as long as the header.
+        If the file is missing, empty, not UTF-8, a row is not as long as the header, or the bytes that were read
+        do not have the sha256 given.
     """
-    header, rows = _cells(Path(path))
+    header, rows = _cells(Path(path), sha256)
     return {name: _typed([row[i] for row in rows]) for i, name in enumerate(header)}
+
+
+def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
+    """The tables of a published figure by name (``table``, ``table_walkers``, …), each as `read` gives it.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder has no sealed manifest, or a table is not what the manifest says it was when published.
+    """
+    files = read_manifest(folder)["files"]
+    return {
+        Path(name).stem: read(folder / name, sha256=fact["sha256"])
+        for name, fact in sorted(files.items())
+        if re.fullmatch(r"table\w*\.csv", name)
+    }
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -115,31 +134,51 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
         As `read`.
     """
     a, b = read(path_a), read(path_b)
-    if list(a) != list(b):
-        return [f"columns differ: {', '.join(a)} is not {', '.join(b)}"]
-    length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
-    if length_a != length_b:
-        return [f"rows differ in number: {length_a} is not {length_b}"]
-    differences: list[tuple[int, str]] = []
-    for name, values_a in a.items():
-        values_b = b[name]
-        if values_a.dtype.kind in "if" and values_b.dtype.kind in "if":
-            with np.errstate(invalid="ignore"):  # infinity less infinity
-                distance = np.abs(values_a.astype(float) - values_b)
-                limit = absolute + relative * np.maximum(np.abs(values_a), np.abs(values_b))
-                close = (values_a == values_b) | (np.isfinite(limit) & (distance <= limit))
-            agree = close | (np.isnan(values_a) & np.isnan(values_b))
-        else:
-            agree = values_a.astype(str) == values_b.astype(str)
-        differences += [
-            (int(i), f"line {i + 2}, {name}: {values_a[i]} is not {values_b[i]}")
-            for i in np.flatnonzero(~agree)
-        ]
+    if complaint := _unlike(a, b):
+        return [complaint]
+    differences = [
+        (int(i), f"line {i + 2}, {name}: {a[name][i]} is not {b[name][i]}")
+        for name in a
+        for i in np.flatnonzero(_needed(a[name], b[name], absolute) > relative)
+    ]
     differences.sort(key=lambda item: item[0])
     told = [sentence for _, sentence in differences[:_SHOWN_DIFFERENCES]]
     if (more := len(differences) - len(told)) > 0:
         told.append(f"and {more} more cells")
     return told
+
+
+def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) -> dict[str, float]:
+    """For each column the least ``relative`` with which `compare` finds no difference; infinite if there is none.
+
+    Raises
+    ------
+    InvalidInput
+        As `read`.
+    """
+    a, b = read(path_a), read(path_b)
+    if _unlike(a, b):
+        return dict.fromkeys(a, np.inf)
+    return {name: float(_needed(a[name], b[name], absolute).max(initial=0.0)) for name in a}
+
+
+def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
+    """Why the cells of two tables cannot be compared; empty if they can."""
+    if list(a) != list(b):
+        return f"columns differ: {', '.join(a)} is not {', '.join(b)}"
+    length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
+    return "" if length_a == length_b else f"rows differ in number: {length_a} is not {length_b}"
+
+
+def _needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
+    """Relative tolerance at which each cell of two columns agrees: zero where they are equal, infinite if never."""
+    if a.dtype.kind not in "if" or b.dtype.kind not in "if":
+        return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
+    with np.errstate(invalid="ignore", divide="ignore"):  # infinity less infinity, nothing over nothing
+        beyond = np.maximum(np.abs(a.astype(float) - b) - absolute, 0.0)
+        needed = beyond / np.maximum(np.abs(a), np.abs(b))
+    never = ~(np.isfinite(a) & np.isfinite(b))
+    return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, np.where(never, np.inf, needed))
 
 
 def _column(name: str, values: Any, where: str) -> np.ndarray:
@@ -169,12 +208,19 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
     return array + 0.0 if array.dtype.kind == "f" else array
 
 
-def _cells(path: Path) -> tuple[list[str], list[list[str]]]:
+def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a CSV file, every row as long as the header."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, row) for row in reader]
+        content = path.read_bytes()
+        if sha256 is not None and (received := digest(content)) != sha256:
+            raise InvalidInput(
+                "the table was changed after it was published",
+                where=str(path),
+                expected=f"sha256 {sha256[:12]}…",
+                received=f"{received[:12]}…",
+            )
+        reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
+        lines = [(reader.line_num, row) for row in reader]
     except OSError as error:
         raise InvalidInput(f"cannot read the table: {error.strerror}", where=str(path)) from error
     except UnicodeDecodeError as error:

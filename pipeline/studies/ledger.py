@@ -11,12 +11,16 @@ import numpy as np
 from pipeline import papers
 from pipeline.storage import tables
 
+TIMING = "table_timing"
+"""Seconds of the machine that made a figure: published, judged by nothing."""
+
 
 def judge_figure(figure: str, made_tables: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
     """Verdicts on the claims that one figure backs alone."""
     by_name = {
         _name(figure, name): {column: np.asarray(values) for column, values in table.items()}
         for name, table in made_tables.items()
+        if name != TIMING
     }
     alone = [
         claim for claim in _claims([figure]) if all(name.split("/")[0] == figure for name in claim.tables)
@@ -25,11 +29,20 @@ def judge_figure(figure: str, made_tables: Mapping[str, Any], data_name: str) ->
 
 
 def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[papers.Verdict]:
-    """Verdicts on all claims of these figures, from the tables published below ``results/<data>/<scale>``."""
-    by_name = {}
-    for figure in figures:
-        for path in sorted((folder / figure).glob("table*.csv")):
-            by_name[_name(figure, path.stem)] = tables.read(path)
+    """Verdicts on all claims of these figures, from the tables published below ``results/<data>/<scale>``.
+
+    Raises
+    ------
+    InvalidInput
+        If a table of a figure that is there is not what was published.
+    """
+    by_name = {
+        _name(figure, table): columns
+        for figure in figures
+        if (folder / figure).is_dir()
+        for table, columns in tables.read_published(folder / figure).items()
+        if table != TIMING
+    }
     return papers.judge(_claims(figures), by_name, data_name)
 
 

@@ -83,12 +83,6 @@ def test_mistiming_hides_the_common_pattern(synthetic_tables: Tables) -> None:
     assert_holds(synthetic_tables, "different_speeds_hide_the_pattern")
 
 
-def test_synchronization_is_as_fast_as_in_the_paper_and_faster_than_the_action(
-    synthetic_tables: Tables,
-) -> None:
-    assert_holds(synthetic_tables, "seconds_for_a_pair", "seconds_for_the_set", "real_time")
-
-
 def test_the_results_are_very_similar_to_the_manual_ones(synthetic_tables: Tables) -> None:
     assert_holds(synthetic_tables, "as_good_as_key_frames", "like_key_frames")
 

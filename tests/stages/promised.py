@@ -117,7 +117,7 @@ PROMISED |= {
             "warp_from_keyframe_sd_frames",
         ],
         "table_model": ["sample", "component", "mean", "standard_deviation", "floored"],
-        "table_timings": ["what", "performances", "samples", "dimensions", "seconds"],
+        "table_timing": ["what", "performances", "samples", "dimensions", "seconds"],
         "table_posture": [
             "limbs", "joints", "numbers", "numbers_per_limb", "asymmetry", "limb_norm_error_max", "cosine_change_max",
         ],

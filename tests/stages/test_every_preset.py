@@ -20,6 +20,8 @@ from pipeline.recordings import check as recording_check
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import complaints_about
+from pipeline.studies.ledger import TIMING
+from tests import golden_digits
 from tests.stages.promised import ENTITIES, MAY_BE_EMPTY, PROMISED, WALKERS
 
 GOLDEN = Path(__file__).resolve().parent.parent / "golden"
@@ -198,18 +200,20 @@ def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
         np.testing.assert_allclose(values.ravel(), table[column][of_method], rtol=1e-6)
 
 
-LOOSE = {"mozerov2006_tracking": 0.3}
-"""A filter's error may change by so much when rounding, another on another machine, lets another particle survive."""
-
-
 def test_the_smoke_table_is_the_golden_one(folder: Path) -> None:
-    """Changed numbers need `make golden` and a line under "Scientific changes"."""
-    relative = LOOSE.get(folder.name, 1e-6)
+    """Changed numbers need `make golden` and a line under "Scientific changes"; `make digits` says how many hold."""
+    relative = golden_digits.read_tolerances().get((folder.name, "table"), golden_digits.LEAST)
     assert tables.compare(GOLDEN / f"{folder.name}.csv", folder / "table.csv", relative=relative) == []
 
 
 def test_there_is_a_golden_table_for_each_preset_and_no_other() -> None:
-    assert {path.stem for path in GOLDEN.glob("*.csv")} == set(presets())
+    assert {path.stem for path in GOLDEN.glob("*.csv")} - {"digits"} == set(presets())
+
+
+def test_the_digits_that_hold_are_stated_for_tables_that_are_promised() -> None:
+    for figure, table in golden_digits.read_tolerances():
+        assert table in {*PROMISED[figure], "table_ingest"}, (figure, table)
+        assert table != TIMING
 
 
 def test_the_claims_are_judged_where_the_figures_are(say: Callable, smoke_results: Path) -> None:

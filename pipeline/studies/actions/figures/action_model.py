@@ -34,7 +34,7 @@ __all__ = ["picture", "recordings", "tables"]
 
 
 def tables(made: Made) -> Tables:
-    """``table``: the drawn sequences; further tables: distances, spectrum, performances, stages, model, timings."""
+    """``table``: the drawn sequences; further tables: distances, spectrum, performances, stages, model, timing."""
     if not isinstance(made.config.sweep, TimingSweep):
         raise InvalidInput(
             "synchronization has not been timed",
@@ -51,7 +51,7 @@ def tables(made: Made) -> Tables:
         "table_performances": (_performances(made), ["performance"]),
         "table_stages": (stages_compared(made), []),
         "table_model": (_model(made), ["sample", "component"]),
-        "table_timings": (_timings(made), []),
+        "table_timing": (_timing(made), []),
         "table_posture": (_posture(made), []),
     }
 
@@ -110,7 +110,7 @@ def _model(made: Made) -> dict[str, Any]:
     }
 
 
-def _timings(made: Made) -> dict[str, Any]:
+def _timing(made: Made) -> dict[str, Any]:
     arrays, notes = made.sweep.arrays, made.sweep.notes
     return {
         "what": arrays["what"],

@@ -1,0 +1,195 @@
+"""How many digits of the smoke tables hold on any processor: made under other kernels and compared.
+
+python -m tests.golden_digits [FIGURE ...]
+    Make the tables of all figures (or of those named) under every setting, one process to each, and renew their rows of
+    ``tests/golden/digits.csv``: the largest relative difference in each table, and the tolerance that follows from it.
+python -m tests.golden_digits --check [FIGURE ...]
+    Make those that iterate (or those named) under two BLAS kernels and compare them with the golden tables, to the
+    tolerances of that file.  Exit status 1, with figure, table, line, column and both values, if a digit moved.
+
+``--settings=Prescott,Haswell`` picks settings; those that this processor cannot run are left out, and said.  Tables of
+seconds (`TIMING`) are never compared.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from numpy._core import _multiarray_umath as simd
+
+from pipeline.cli.presets import presets
+from pipeline.storage import tables
+from pipeline.studies.ledger import TIMING
+from tests.processes import finished
+
+GOLDEN = Path(__file__).resolve().parent / "golden"
+DIGITS = GOLDEN / "digits.csv"
+
+LEAST = 1e-6
+"""Tolerance where nothing iterates, and the least anywhere."""
+MARGIN = 10.0
+"""A tolerance is so many times the difference measured, rounded up to a power of ten."""
+
+KERNELS = {"Prescott": "SSE3", "Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
+"""Of OpenBLAS, each with what the processor must know."""
+CHECKED = ("Prescott", "Haswell")
+ITERATE = ("park2011", "mozerov2006_tracking", "mozerov2006_warp_error", "zhang2004_fig5", "zhang2007_fig6")
+"""Beginnings of the figures whose numbers come out of searches and refinements."""
+
+VARIABLES = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME")
+
+
+def settings() -> dict[str, dict[str, str]]:
+    """Environment variables of every setting that this processor can run."""
+    has = {name for name, here in simd.__cpu_features__.items() if here}
+    found: dict[str, dict[str, str]] = {"default": {}}
+    found |= {kernel: {"OPENBLAS_CORETYPE": kernel} for kernel, needs in KERNELS.items() if needs in has}
+    if vectors := [name for name in simd.__cpu_dispatch__ if name in has]:
+        found["no_simd"] = {"NPY_DISABLE_CPU_FEATURES": " ".join(vectors)}
+    return found | {"generic": {"NUMBA_CPU_NAME": "generic"}}
+
+
+def make(figures: Sequence[str], environment: Mapping[str, str], results: Path) -> Path:
+    """The folder with the smoke tables of these figures, made in a process of its own."""
+    command = [
+        sys.executable, "-m", "pipeline", "figures", f"experiment={','.join(figures)}", "data=synthetic", "scale=smoke",
+        f"results={results}", "workers=1", "figure.picture=false", "figure.recording=false",
+    ]  # fmt: skip
+    done = finished(command, environment=environment)
+    if done.returncode:
+        sys.exit(f"the tables could not be made under {dict(environment)}:\n{done.stderr}")
+    (folder,) = results.glob("scratch/*")
+    return folder
+
+
+def make_all(
+    figures: Sequence[str], chosen: Mapping[str, Mapping[str, str]], results: Path, jobs: int
+) -> dict[str, Path]:
+    """The folder of each setting."""
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        running = {
+            name: pool.submit(make, figures, environment, results / name)
+            for name, environment in chosen.items()
+        }
+        return {name: future.result() for name, future in running.items()}
+
+
+def names_of(folder: Path) -> list[str]:
+    """The tables of a figure that must not depend on the processor."""
+    return sorted(path.stem for path in folder.glob("table*.csv") if path.stem != TIMING)
+
+
+def tolerance(difference: float) -> float:
+    """What may differ in a table for which so much was measured; no tolerance makes up for text that differs.
+
+    Examples
+    --------
+    >>> [tolerance(measured) for measured in (0.0, 3e-8, 2e-7, 1e-3, float("inf"))]
+    [1e-06, 1e-06, 1e-05, 0.01, 1e-06]
+    """
+    if not math.isfinite(difference) or difference * MARGIN <= LEAST:
+        return LEAST
+    return float(f"1e{math.ceil(math.log10(difference * MARGIN) - 1e-9)}")
+
+
+def read_tolerances() -> dict[tuple[str, str], float]:
+    """Tolerance by figure and table; `LEAST` holds for those that are not among them."""
+    return {(row["figure"], row["table"]): float(row["tolerance"]) for row in tables.read_rows(DIGITS)}
+
+
+def measure(figures: Sequence[str], folders: Mapping[str, Path]) -> list[dict[str, str]]:
+    """Rows of `DIGITS`: of each table the column that differs most from that of the first setting."""
+    first, *others = folders
+    rows = []
+    for figure in figures:
+        for table in names_of(folders[first] / figure):
+            worst, column = 0.0, ""
+            for other in others:
+                paths = (folders[name] / figure / f"{table}.csv" for name in (first, other))
+                for name, difference in tables.relative_differences(*paths).items():
+                    if difference > max(worst, 1e-12) and "seconds" not in name:
+                        worst, column = difference, name
+            rows.append(
+                {
+                    "figure": figure,
+                    "table": table,
+                    "column": column,
+                    "relative_difference": f"{worst:.1e}",
+                    "tolerance": f"{tolerance(worst):.0e}",
+                    "settings": " ".join(folders),
+                }
+            )
+    return rows
+
+
+def moved(figures: Sequence[str], folders: Mapping[str, Path]) -> list[str]:
+    """Where the tables differ from the golden ones, and the others of a figure from those of the first setting."""
+    told, tolerances = [], read_tolerances()
+    first = next(iter(folders.values()))
+    for setting, folder in folders.items():
+        for figure in figures:
+            for table in names_of(first / figure):
+                golden = GOLDEN / f"{figure}.csv"
+                like = golden if table == "table" else first / figure / f"{table}.csv"
+                relative = tolerances.get((figure, table), LEAST)
+                made = folder / figure / f"{table}.csv"
+                complaints = tables.compare(like, made, relative=relative)
+                told += [
+                    f"{setting}: {figure}/{table}.csv, {complaint} (tolerance {relative:g})"
+                    for complaint in complaints
+                ]
+    return told
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Exit status."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("figures", nargs="*", metavar="FIGURE")
+    parser.add_argument("--check", action="store_true", help="compare with the golden tables")
+    parser.add_argument("--settings", default="", help=f"default, {', '.join(KERNELS)}, no_simd, generic")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="settings at a time")
+    given = parser.parse_args(arguments)
+    for variable in VARIABLES:
+        os.environ.pop(variable, None)
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[variable] = "1"
+    everything = presets()
+    if strange := [figure for figure in given.figures if figure not in everything]:
+        parser.error(f"there is no figure {strange[0]}: expected one of {', '.join(everything)}")
+    known = settings()
+    wanted = given.settings.split(",") if given.settings else list(CHECKED if given.check else known)
+    chosen = {name: known[name] for name in wanted if name in known}
+    for name in [name for name in wanted if name not in known]:
+        print(f"left out: {name}, which this processor cannot run")
+    if not chosen:
+        return 0
+    figures = given.figures or [f for f in everything if not given.check or f.startswith(ITERATE)]
+    with tempfile.TemporaryDirectory(prefix="golden-digits-") as results:
+        folders = make_all(figures, chosen, Path(results), max(1, given.jobs))
+        if given.check:
+            told = moved(figures, folders)
+            print("\n".join(told) or f"{len(figures)} figures hold under {', '.join(chosen)}")
+            return 1 if told else 0
+        rows = measure(figures, folders)
+    for row in rows:
+        if row["column"]:
+            print(*(row[name] for name in ("figure", "table", "column", "relative_difference", "tolerance")))
+    kept = (
+        [row for row in tables.read_rows(DIGITS) if row["figure"] not in figures] if DIGITS.exists() else []
+    )
+    columns = {name: [row[name] for row in [*kept, *rows]] for name in rows[0]}
+    tables.write(DIGITS, columns, sort_by=["figure", "table"])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
