@@ -326,7 +326,7 @@ def _draw_data(axes: Axes, panel: Panel, lines: Sequence[Series]) -> None:
     if panel.xlim:
         axes.set_xlim(*panel.xlim)
     if panel.xticks is None and panel.xscale == "linear":
-        axes.xaxis.set_major_locator(MaxNLocator(look.MOST_TICKS, steps=look.TICK_STEPS))
+        axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
     elif isinstance(panel.xticks, Sequence | np.ndarray):
         axes.set_xticks(list(panel.xticks))
     elif panel.xticks is not None:

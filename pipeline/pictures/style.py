@@ -71,8 +71,8 @@ ORIGINAL_DASHES = (0, (3.2, 1.4))
 OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
 """Of lines drawn over a matrix, points."""
 
-MOST_TICKS, TICK_STEPS = 6, (1, 2, 5, 10)
-"""Intervals on an abscissa at most, and the leading digits of their widths."""
+TICK_STEPS = (1, 2, 5, 10)
+"""Leading digits of the intervals between ticks of an abscissa."""
 
 MATRIX_COLOURS = "viridis"
 
