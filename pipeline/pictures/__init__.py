@@ -50,9 +50,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pipeline.palette import Style
-    from pipeline.pictures.lines import Panel, Series, draw_lines, series
+    from pipeline.pictures.lines import draw_lines, series
     from pipeline.pictures.matrix import HeatMap, draw_heat_map
     from pipeline.pictures.motions import MotionBlock, draw_motions
+    from pipeline.pictures.panels import Panel, Series
     from pipeline.pictures.postures import PostureRow, draw_postures
     from pipeline.pictures.skeletons import SkeletonRow, draw_skeletons
 
@@ -63,9 +64,10 @@ __all__ = [
 
 _MODULES = {
     "pipeline.palette": ("Style",),
-    "pipeline.pictures.lines": ("Panel", "Series", "draw_lines", "series"),
+    "pipeline.pictures.lines": ("draw_lines", "series"),
     "pipeline.pictures.matrix": ("HeatMap", "draw_heat_map"),
     "pipeline.pictures.motions": ("MotionBlock", "draw_motions"),
+    "pipeline.pictures.panels": ("Panel", "Series"),
     "pipeline.pictures.postures": ("PostureRow", "draw_postures"),
     "pipeline.pictures.skeletons": ("SkeletonRow", "draw_skeletons"),
 }

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.pictures.lines import Panel, draw_panel
+from pipeline.pictures.panels import Panel, draw_panel
 from pipeline.validation import InvalidInput
 
 _HEIGHT = 3.4

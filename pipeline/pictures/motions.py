@@ -27,7 +27,7 @@ _CONFIDENCE = {
     "amber": ("in_doubt", "in doubt"),
     "red": ("undecided", "as good as its mirror"),
 }
-"""Light of a limb → its colour, and what the legend says."""
+"""Confidence in a limb → its colour, and what the legend says."""
 
 _TRAJECTORIES = ("purple", "sky", "blue", "orange")
 
@@ -45,7 +45,7 @@ class MotionBlock:
         From V other views, mm, the second axis up.
     paths_true, paths : (P, F, 2) float
         Whole trajectories of P joints from the first of these views.
-    lights : tuple of str
+    confidence : tuple of str
         ``green``, ``amber`` or ``red`` of each bone.
     """
 
@@ -55,7 +55,7 @@ class MotionBlock:
     reconstruction: np.ndarray
     paths_true: np.ndarray
     paths: np.ndarray
-    lights: tuple[str, ...]
+    confidence: tuple[str, ...]
 
 
 def draw_motions(
@@ -83,7 +83,7 @@ def draw_motions(
     Raises
     ------
     InvalidInput
-        If there is nothing to draw, rows differ in length, lights are unknown, or numbers are not finite.
+        If there is nothing to draw, rows differ in length, a confidence is unknown, or numbers are not finite.
     """
     _check(str(path_stem), rows, bones, len(views))
     across, strips = len(rows[0]), 1 + len(views)
@@ -135,8 +135,8 @@ def _draw_strip(axes: Axes, block: MotionBlock, strip: int, bones: Bones) -> Non
     step = max(1.9 * float(reach[0]), tall * _BLOCK_WIDTH * _INSTANTS_SHARE / (_STRIP_HEIGHT * count))
     shift = np.stack([step * np.arange(count), np.zeros(count)], axis=-1)[:, None]
     add_bones(axes, moved[0] + shift, bones, **_TRUTH)
-    for light, (of, _) in _CONFIDENCE.items():
-        chosen = [bone for bone, its in zip(bones, block.lights, strict=True) if its == light]
+    for level, (of, _) in _CONFIDENCE.items():
+        chosen = [bone for bone, its in zip(bones, block.confidence, strict=True) if its == level]
         if strip and chosen:
             add_bones(axes, moved[1] + shift, chosen, colour=of, width=look.BONE_WIDTHS["strong"])
     axes.set_xlim(-0.5 * step, (count - 0.5) * step)
@@ -167,9 +167,11 @@ def _check(where: str, rows: Sequence[Sequence[MotionBlock]], bones: Bones, view
         paths = require_shape(f"{here}, paths_true", block.paths_true, ("P", "F", 2)).shape
         for name in ("paths", "paths_true"):
             require_finite(f"{here}, {name}", require_shape(f"{here}, {name}", getattr(block, name), paths))
-        if len(block.lights) != len(bones) or not set(block.lights) <= set(_CONFIDENCE):
+        if len(block.confidence) != len(bones) or not set(block.confidence) <= set(_CONFIDENCE):
             raise InvalidInput(
-                "no light for every bone", where=here, expected=f"{len(bones)} of {', '.join(_CONFIDENCE)}"
+                "no confidence for every bone",
+                where=here,
+                expected=f"{len(bones)} of {', '.join(_CONFIDENCE)}",
             )
         if not instants or not np.isfinite(block.image).all(axis=2).any(axis=1).all():
             raise InvalidInput("an instant at which the camera saw nothing", where=here)

@@ -170,6 +170,22 @@ def test_panels_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytes
     assert limits == [[low, high, low], [high, high, low], [high, high, high]]
 
 
+def test_words_of_neighbouring_references_do_not_overlap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    boxes: list[Any] = []
+
+    def keep(figure: Any, *_: Any, **__: Any) -> None:
+        figure.draw_without_rendering()
+        boxes.extend(text.get_window_extent() for text in figure.axes[0].texts)
+
+    monkeypatch.setattr("pipeline.pictures.style.finish", keep)
+    panel = Panel(y="error", from_zero=True, references=(("y", 2.5, "upper"), ("y", 2.3, "lower")))
+    draw_lines(tmp_path / "a", [panel], TABLE, x="angle", by="method", styles=STYLES)
+    upper, lower = boxes
+    assert lower.y1 <= upper.y0
+
+
 # --- what is refused ----------------------------------------------------------------------------------------
 
 

@@ -95,7 +95,7 @@ BLOCK = MotionBlock(
     reconstruction=np.tile(LIMB + 20, (1, 2, 1, 1)),
     paths_true=np.zeros((1, 3, 2)),
     paths=np.ones((1, 3, 2)),
-    lights=("green", "red"),
+    confidence=("green", "red"),
 )
 
 
@@ -110,7 +110,7 @@ def test_motions_show_every_bone_in_the_image_and_twice_in_each_view(tmp_path: P
     [
         ([[replace(BLOCK, truth=np.zeros((2, 2, 3, 2)))]], r"truth must have shape \(1, 2, 3, 2\)"),
         ([[replace(BLOCK, paths=np.zeros((2, 3, 2)))]], "paths must have shape"),
-        ([[replace(BLOCK, lights=("blue", "red"))]], "no light"),
+        ([[replace(BLOCK, confidence=("blue", "red"))]], "no confidence"),
         ([[replace(BLOCK, truth=np.full((1, 2, 3, 2), np.nan))]], "truth must be finite"),
         ([[replace(BLOCK, image=np.full((2, 3, 2), np.nan))]], "the camera saw nothing"),
         ([[BLOCK], []], "nothing to draw"),

@@ -145,7 +145,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                     reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
                     paths_true=paths[0],
                     paths=paths[1],
-                    lights=tuple(
+                    confidence=tuple(
                         str(light[n, c, LIMBS.index(WALKER15.joints[j])]) for _, j in WALKER15.bones
                     ),
                 )
