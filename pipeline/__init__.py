@@ -4,7 +4,8 @@ The map, from the ground up; a module imports only from what stands above it her
 
     validation             InvalidInput: what, where, expected, received; the checks everyone shares
     skeleton               joints, world frame, units, how source points become joints
-    palette, threads, seeding    colours; work over threads; generators of random numbers
+    palette, tidy          colours and looks of series; rows of a table by series
+    threads, seeding       work over threads; generators of random numbers
 
     core/                  the mathematics: pure functions on arrays
       fourier                periodic motion as a series                       zhang2007 3.1, 3.2, 3.4

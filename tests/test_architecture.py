@@ -62,7 +62,7 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 LAYERS = (
     {"validation"},
-    {"skeleton", "palette", "threads", "seeding"},
+    {"skeleton", "palette", "tidy", "threads", "seeding"},
     {"core"},
     {"formats", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
@@ -74,11 +74,12 @@ LAYERS = (
 )
 """Modules and packages from the ground up; each imports from lower layers, and within itself."""
 
-GROUND = {"validation", "skeleton", "palette"}
+GROUND = {"validation", "skeleton", "palette", "tidy"}
 NARROW = {
     "validation": set(),
     "skeleton": {"validation"},
     "palette": set(),
+    "tidy": {"validation"},
     "threads": set(),
     "seeding": set(),
     "core": {"validation", "skeleton"},

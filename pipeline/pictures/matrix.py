@@ -1,13 +1,11 @@
-"""A matrix as a heat-map with a path through it, and sequences beside it.
-
-Part of `pipeline.pictures`, the door to matplotlib.
-"""
+"""A matrix as a heat map with a path through it, and panels of lines beside it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import patheffects
@@ -15,14 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 
-from pipeline.pictures.sequences import WIDTH, SequencePanel, draw_sequences, legend_entries
-from pipeline.pictures.style import COLOURS, finish, house_style, new_figure
+from pipeline.palette import hex_colour
+from pipeline.pictures import style as look
+from pipeline.pictures.panels import Panel, draw_panel
 from pipeline.validation import InvalidInput
 
-HEIGHT, LEGEND = 3.4, 0.24
-"""Inches."""
-
-PATH, OUTLINE = "orange", "grey"
+_HEIGHT = 3.4
+"""Without the legend, inches."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +54,8 @@ class HeatMap:
     outline_label: str
 
 
-def heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[SequencePanel], *, caption: str = "") -> None:
-    """Draw a heat-map with its path, and panels above one another beside it, into ``path_stem.svg`` and ``.png``.
+def draw_heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[Panel], *, caption: str = "") -> None:
+    """Draw a heat map with its path into ``path_stem.svg`` and ``.png``, panels above one another beside it.
 
     Colours go by the square root, so that small misfits are told apart.
 
@@ -67,14 +64,14 @@ def heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[SequencePanel], 
     path_stem : Path
         Without a suffix; the folder must exist.
     matrix : HeatMap
-    beside : sequence of SequencePanel
-        From the top.
+    beside : sequence of Panel
+        From the top, with all their lines in `series`.
     caption : str
 
     Raises
     ------
     InvalidInput
-        If shapes do not fit, or there is nothing finite or negative values to draw.
+        If shapes do not fit, nothing is finite, or a value is negative.
     """
     where = str(path_stem)
     values = np.asarray(matrix.values, dtype=float)
@@ -86,23 +83,20 @@ def heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[SequencePanel], 
             expected="values of 0 or more (R, C), a path (C,) and one panel or more",
             received=f"{values.shape}, path of {len(matrix.path)}, {len(beside)} panels",
         )
-    with house_style():
-        figure = new_figure(WIDTH, HEIGHT + LEGEND)
+    with look.applied_style():
+        figure = look.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(beside), 2, width_ratios=[1.15, 1.0])
         axes = figure.add_subplot(grid[:, 0])
         handles = _draw_matrix(axes, matrix, np.ma.masked_invalid(values))
         for number, panel in enumerate(beside):
-            draw_sequences(figure.add_subplot(grid[number, 1]), panel, where)
-        labelled = {bundle.label: bundle for panel in beside for bundle in panel.bundles if bundle.label}
-        handles += legend_entries(list(labelled.values()))
-        figure.legend(
-            handles=handles, loc="upper right", ncols=len(handles), frameon=False, borderaxespad=0.2
-        )
-        finish(figure, path_stem, caption, header=LEGEND)
+            handles += draw_panel(figure.add_subplot(grid[number, 1]), panel, where)
+        entries = {handle.get_label(): handle for handle in handles}
+        header = look.legend_above_figure(figure, list(entries.values()))
+        look.finish(figure, path_stem, caption, header=header)
 
 
 def _draw_matrix(axes: Axes, matrix: HeatMap, values: np.ma.MaskedArray) -> list[Line2D]:
-    """Draw the matrix, its outline and its path; the lines for the legend."""
+    """Draw the matrix, its outline and its path; return the entries of the legend."""
     edges = (matrix.x[0] - 0.5, matrix.x[-1] + 0.5, matrix.y[0] - 0.5, matrix.y[-1] + 0.5)
     image = axes.imshow(
         values,
@@ -110,17 +104,18 @@ def _draw_matrix(axes: Axes, matrix: HeatMap, values: np.ma.MaskedArray) -> list
         extent=edges,
         aspect="auto",
         interpolation="nearest",
-        cmap="viridis",
+        cmap=look.MATRIX_COLOURS,
         norm=PowerNorm(0.5, vmin=0.0, vmax=float(values.max())),
     )
     closed = np.concatenate([matrix.outline, matrix.outline[:1]])
-    outline = axes.plot(*closed.T, color=COLOURS[OUTLINE], lw=0.9, label=matrix.outline_label)
+    lines: list[tuple[str, Any, str, float]] = [
+        (matrix.outline_label, closed.T, "reference", look.OUTLINE_WIDTH),
+        (matrix.path_label, (matrix.x, matrix.path), "optimal_path", look.PATH_OVER_MATRIX_WIDTH),
+    ]
+    drawn = [axes.plot(*points, color=hex_colour(of), lw=width)[0] for _, points, of, width in lines]
     # A white rim keeps the path apart from colours as dark as its own.
-    rim = [patheffects.Stroke(linewidth=3.2, foreground="white"), patheffects.Normal()]
-    path = axes.plot(
-        matrix.x, matrix.path, color=COLOURS[PATH], lw=1.6, label=matrix.path_label, path_effects=rim
-    )
-    axes.set(xlabel=matrix.xlabel, ylabel=matrix.ylabel, xlim=edges[:2], ylim=edges[2:])
-    axes.set_title(matrix.title, loc="left", fontsize=9, pad=4)
+    rim = patheffects.Stroke(linewidth=2 * look.PATH_OVER_MATRIX_WIDTH, foreground="white")
+    drawn[-1].set_path_effects([rim, patheffects.Normal()])
+    axes.set(xlabel=matrix.xlabel, ylabel=matrix.ylabel, xlim=edges[:2], ylim=edges[2:], title=matrix.title)
     axes.figure.colorbar(image, ax=axes, label=matrix.bar, pad=0.02, aspect=28)
-    return [Line2D([], [], label=line.get_label(), color=line.get_color(), lw=1.4) for line in path + outline]
+    return [look.legend_handle(label, hex_colour(of), width=width) for label, _, of, width in reversed(lines)]

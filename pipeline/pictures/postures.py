@@ -1,7 +1,4 @@
-"""Rows of stick figures: original postures dashed, reconstructed postures solid.
-
-Part of `pipeline.pictures`, the door to matplotlib.
-"""
+"""Rows of stick figures: original postures dashed, reconstructed postures solid."""
 
 from __future__ import annotations
 
@@ -11,21 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.lines import Line2D
 
-from pipeline.pictures.style import finish, house_style, new_figure
+from pipeline.palette import hex_colour
+from pipeline.pictures import style as look
+from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs, postures_array
 from pipeline.validation import InvalidInput
 
-POSTURE_LINES: tuple[dict[str, Any], ...] = (
-    {"color": "#000000", "linestyle": (0, (3.2, 1.4)), "linewidth": 0.8},
-    {"color": "#0072B2", "linestyle": "-", "linewidth": 1.1},
+_LOOKS: tuple[dict[str, Any], ...] = (
+    {"colour": "original", "width": look.BONE_WIDTHS["light"], "dashes": look.ORIGINAL_DASHES},
+    {"colour": "reconstruction", "width": look.BONE_WIDTHS["medium"], "dashes": "-"},
 )
 """How the original and the reconstruction are drawn."""
 
-LEGEND = 0.22
-"""Inches at the top of the figure."""
+_GROUP_WIDTH, _TALLEST_ROW = 3.5, 1.35
+"""Width of a group of rows and height of a row, inches at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +33,10 @@ class PostureRow:
     reconstructed: np.ndarray
 
 
-def postures(
+def draw_postures(
     path_stem: Path,
     groups: Sequence[tuple[str, Sequence[PostureRow]]],
-    bones: Sequence[tuple[int, int]],
+    bones: Bones,
     *,
     column_titles: Sequence[str] = (),
     legend: tuple[str, str] = ("original", "reconstructed"),
@@ -83,31 +79,36 @@ def postures(
     end = max(0.5 * step, 1.02 * reach)
     names = 0.12 + 0.065 * max(len(row.label) for row in every)  # inches that the labels take on the left
     inches = min(
-        (3.5 - names) / ((count - 1) * step + 2 * end), 1.35 / drop
+        (_GROUP_WIDTH - names) / ((count - 1) * step + 2 * end), _TALLEST_ROW / drop
     )  # per millimetre, one scale for all
     deepest, margin = max(len(rows) for _, rows in groups), names / inches
-    with house_style():
+    with look.applied_style():
         width, height = names + inches * ((count - 1) * step + 2 * end), inches * deepest * drop
         heading = 0.2 + (0.18 if column_titles else 0.0)
-        figure = new_figure((width + 0.1) * len(groups), height + heading + LEGEND)
+        figure = look.new_figure((width + 0.1) * len(groups), height + heading + look.LEGEND_LINE)
         for number, (title, rows) in enumerate(groups):
             axes = figure.add_subplot(1, len(groups), number + 1)
             axes.set_axis_off()
             axes.set_aspect("equal")
             axes.set_xlim(-end - margin, (count - 1) * step + end)
             axes.set_ylim(low + 0.94 * (high - low) + 0.08 * drop - deepest * drop, high + 0.02 * drop)
-            axes.set_title(title, loc="left", fontsize=9, pad=15 if column_titles else 5)
+            axes.set_title(title, pad=15 if column_titles else 5)
             for k, name in enumerate(column_titles):
                 place = axes.get_xaxis_transform()
-                axes.text(k * step, 1.0, name, transform=place, ha="center", va="bottom", fontsize=8)
+                axes.text(
+                    k * step, 1.0, name, transform=place, ha="center", va="bottom", fontsize=look.NOTE_SIZE
+                )
             for i, row in enumerate(rows):
                 axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
-                _stick_figures(axes, _centred(row), np.asarray(bones), step, -i * drop)
-        proxies = [
-            Line2D([], [], label=name, **line) for name, line in zip(legend, POSTURE_LINES, strict=True)
+                shift = np.stack([step * np.arange(count), np.full(count, -i * drop)], axis=-1)[:, None]
+                for which in (1, 0):  # the original over the reconstruction
+                    add_bones(axes, _centred(row)[which] + shift, bones, **_LOOKS[which])
+        handles = [
+            look.legend_handle(name, hex_colour(of["colour"]), line=of["dashes"], width=of["width"])
+            for name, of in zip(legend, _LOOKS, strict=True)
         ]
-        figure.legend(handles=proxies, loc="upper right", ncols=2, frameon=False, borderaxespad=0.2)
-        finish(figure, path_stem, caption, header=LEGEND)
+        header = look.legend_above_figure(figure, handles)
+        look.finish(figure, path_stem, caption, header=header)
 
 
 def _centred(row: PostureRow) -> np.ndarray:
@@ -117,19 +118,7 @@ def _centred(row: PostureRow) -> np.ndarray:
     return pair
 
 
-def _stick_figures(axes: Axes, pair: np.ndarray, bones: np.ndarray, step: float, rise: float) -> None:
-    """Draw a row of postures, the original over the reconstruction."""
-    shift = np.stack([step * np.arange(pair.shape[1]), np.full(pair.shape[1], rise)], axis=-1)
-    moved = pair + shift[None, :, None]
-    for which in (1, 0):
-        strips = moved[which][:, bones].reshape(-1, 2, 2)
-        style = {name + "s": value for name, value in POSTURE_LINES[which].items()}
-        axes.add_collection(LineCollection(strips, capstyle="round", **style), autolim=False)
-
-
-def _check_postures(
-    where: str, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Sequence[tuple[int, int]]
-) -> int:
+def _check_postures(where: str, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Bones) -> int:
     """The number of postures in every row, once all rows fit one another and the bones."""
     if not groups or not all(rows for _, rows in groups):
         raise InvalidInput("nothing to draw", where=where, expected="at least one row in every group")
@@ -138,17 +127,6 @@ def _check_postures(
         for row in rows:
             for which, array in (("original", row.original), ("reconstructed", row.reconstructed)):
                 here = f"{where}, {title} {row.label}, {which}"
-                a = np.asarray(array, dtype=float)
-                if a.ndim != 3 or a.shape[2] != 2 or 0 in a.shape or a.shape != shape:
-                    raise InvalidInput(
-                        "postures of the wrong shape",
-                        where=here,
-                        expected=f"(n, J, 2), in every row the same, the first {shape}",
-                        received=str(a.shape),
-                    )
-                if not np.isfinite(a).all():
-                    raise InvalidInput("positions that are not finite", where=here)
-    pairs = np.asarray(bones)
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= shape[1]:
-        raise InvalidInput("bones that are not pairs of joints", where=where, expected=f"0…{shape[1] - 1}")
+                postures_array(here, array, (*shape[:2], 2) if len(shape) == 3 else ("n", "J", 2))
+    bone_pairs(where, bones, shape[1])
     return int(shape[0])

@@ -1,7 +1,4 @@
-"""Rows of skeletons, each about one posture: that posture first, then others drawn over its shadow.
-
-Part of `pipeline.pictures`, the door to matplotlib.
-"""
+"""Rows of skeletons, each about one posture: that posture first, then others drawn over it in grey."""
 
 from __future__ import annotations
 
@@ -10,21 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.lines import Line2D
 
-from pipeline.pictures.style import COLOURS, finish, house_style, new_figure
-from pipeline.validation import InvalidInput
+from pipeline.palette import hex_colour
+from pipeline.pictures import style as look
+from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs, postures_array
+from pipeline.validation import require_range
 
-WIDTH = 7.2
-"""Inches of a figure."""
+_TALLEST = 1.3
+"""Height of a skeleton, inches at most."""
 
-TALLEST = 1.3
-"""Inches of a skeleton at most."""
-
-LEGEND = 0.24
-"""Inches at the top of the figure."""
+_LEAST_WIDTH = 3.6
+"""Of the picture, inches: what the legend takes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,10 +37,10 @@ class SkeletonRow:
     others: np.ndarray
 
 
-def skeletons(
+def draw_skeletons(
     path_stem: Path,
     rows: Sequence[SkeletonRow],
-    bones: Sequence[tuple[int, int]],
+    bones: Bones,
     *,
     legend: tuple[str, str],
     caption: str = "",
@@ -77,13 +70,18 @@ def skeletons(
     count = bodies.shape[1]
     step = 1.04 * (right - left)
     # Inches per millimetre, one scale for all.
-    inches = min((WIDTH - 0.2) / (count * step), TALLEST / float(tops.max() - low))
+    inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _TALLEST / float(tops.max() - low))
     head, foot = 0.24 / inches, 0.03 / inches
     heights = inches * (tops + head - low + foot)
-    with house_style():
-        figure = new_figure(
-            max(inches * count * step + 0.2, 3.6), float(heights.sum()) + 0.1 * len(rows) + LEGEND
-        )
+    usual, faint = look.BONE_WIDTHS["usual"], look.BONE_WIDTHS["faint"]
+    kinds = (
+        (legend[0], "original", usual),
+        (legend[1], "reconstruction", usual),
+        (f"{legend[0]}, to compare", "reference", faint),
+    )
+    with look.applied_style():
+        width = max(inches * count * step + 2 * look.FRAME, _LEAST_WIDTH)
+        figure = look.new_figure(width, float(heights.sum()) + look.FRAME * len(rows) + look.LEGEND_LINE)
         grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
         for number, (row, body, high) in enumerate(zip(rows, bodies, tops, strict=True)):
             axes = figure.add_subplot(grid[number])
@@ -91,51 +89,25 @@ def skeletons(
             axes.set_aspect("equal")
             axes.set_xlim(left, left + count * step)
             axes.set_ylim(low - foot, high + head)
-            axes.text(left, high + head, row.label, va="top", fontsize=9)
-            axes.axhline(0.0, color=COLOURS["grey"], linewidth=0.4)
-            for place in range(count):
-                if place:
-                    _draw(axes, body[0], bones, place * step, "grey", 0.7)
-                _draw(axes, body[place], bones, place * step, "blue" if place else "black", 1.2)
-        proxies = [
-            Line2D([], [], color=COLOURS[colour], linewidth=width, label=name)
-            for colour, width, name in (
-                ("black", 1.2, legend[0]),
-                ("blue", 1.2, legend[1]),
-                ("grey", 0.7, f"{legend[0]}, to compare"),
-            )
-        ]
-        figure.legend(handles=proxies, loc="upper right", ncols=3, frameon=False, borderaxespad=0.2)
-        finish(figure, path_stem, caption, header=LEGEND)
+            axes.text(left, high + head, row.label, va="top", fontsize=look.TITLE_SIZE)
+            axes.axhline(0.0, color=hex_colour("reference"), linewidth=look.BONE_WIDTHS["ground"])
+            shift = np.stack([step * np.arange(count), np.zeros(count)], axis=-1)[:, None]
+            add_bones(axes, body[:1] + shift[1:], bones, colour="reference", width=faint)
+            add_bones(axes, (body + shift)[:1], bones, colour="original", width=usual)
+            add_bones(axes, (body + shift)[1:], bones, colour="reconstruction", width=usual)
+        handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, of, thick in kinds]
+        header = look.legend_above_figure(figure, handles)
+        look.finish(figure, path_stem, caption, header=header)
 
 
-def _draw(
-    axes: Axes, body: np.ndarray, bones: Sequence[tuple[int, int]], shift: float, colour: str, width: float
-) -> None:
-    strips = body[np.asarray(bones)] + [shift, 0.0]
-    lines = LineCollection(list(strips), colors=COLOURS[colour], linewidths=width, capstyle="round")
-    axes.add_collection(lines, autolim=False)
-
-
-def _checked(where: str, rows: Sequence[SkeletonRow], bones: Sequence[tuple[int, int]]) -> np.ndarray:
-    """(rows, 1 + n, J, 2), once all rows fit one another and the bones."""
-    if not rows:
-        raise InvalidInput("nothing to draw", where=where, expected="at least one row")
-    joints = len(np.asarray(rows[0].centre))
-    shape = (len(rows[0].others), joints, 2)
+def _checked(where: str, rows: Sequence[SkeletonRow], bones: Bones) -> np.ndarray:
+    """Return all postures (rows, 1 + n, J, 2), once all rows fit one another and the bones."""
+    require_range(f"{where}, rows", len(rows), at_least=1)
+    n, joints = len(rows[0].others), len(rows[0].centre)
+    bone_pairs(where, bones, joints)
+    bodies = []
     for row in rows:
-        given = np.shape(row.centre), np.shape(row.others)
-        if given != (shape[1:], shape):
-            raise InvalidInput(
-                "postures of the wrong shape",
-                where=f"{where}, {row.label}",
-                expected=f"{shape[1:]} and {shape}",
-                received=f"{given[0]} and {given[1]}",
-            )
-    pairs = np.asarray(bones)
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= joints:
-        raise InvalidInput("bones that are not pairs of joints", where=where, expected=f"0…{joints - 1}")
-    bodies = np.stack([np.concatenate([[r.centre], r.others]) for r in rows]).astype(float)
-    if not np.isfinite(bodies).all():
-        raise InvalidInput("positions that are not finite", where=where)
-    return bodies
+        centre = postures_array(f"{where}, {row.label}", row.centre, (joints, 2))
+        others = postures_array(f"{where}, {row.label}, others", row.others, (n, joints, 2))
+        bodies.append(np.concatenate([centre[None], others]))
+    return np.stack(bodies)

@@ -1,6 +1,6 @@
-"""The house style of figures: letters, lines, colours; the caption; both files, written whole.
+"""The style of every printed picture: letters, line widths, sizes, resolution; the legend, the caption, both files.
 
-Part of `pipeline.pictures`, the door to matplotlib.
+To change how pictures look, change this module; colours are those of `pipeline.palette`.
 """
 
 from __future__ import annotations
@@ -8,41 +8,86 @@ from __future__ import annotations
 import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
 from matplotlib.textpath import TextPath
 
-from pipeline.validation import InvalidInput
+from pipeline.palette import NAMES, hex_colour
+from pipeline.validation import InvalidInput, require_choice
 
-COLOURS = {
-    "black": "#000000",
-    "orange": "#D55E00",
-    "blue": "#0072B2",
-    "green": "#009E73",
-    "purple": "#CC79A7",
-    "amber": "#E69F00",
-    "sky": "#56B4E9",
-    "grey": "#7F7F7F",
-}
-"""Okabe and Ito's colours, those dark enough for thin lines first; series take them in this order."""
+PNG_DPI = 200
+
+TITLE_SIZE, NOTE_SIZE, CAPTION_SIZE = 9, 8, 7.5
+"""Letters of titles, of notes inside the axes and of captions, points."""
+
+NOTE_COLOUR = "#404040"
+
+PANEL_SIZE = (3.7, 2.35)
+"""Width and height of one panel with its labels, inches."""
+
+PAGE_WIDTH = 7.3
+"""Width of a picture that is not made of such panels, inches."""
+
+FRAME = 0.1
+"""Added to the width and the height of a picture for the edges, inches."""
+
+CAPTION_MARGIN = 0.08
+"""Left and right of the caption, inches."""
+
+LEGEND_LINE = 0.24
+"""Height of one line of a legend above the picture, inches."""
+
+LINE_STYLES: dict[str, Any] = {"solid": "-", "dashed": "--", "dotted": ":", "points": "none"}
+
+LINE_WIDTH, REFERENCE_WIDTH, LEGEND_WIDTH = 1.2, 0.7, 0.9
+"""Of a series, of a reference line, and the least of a line in a legend, points."""
+
+REFERENCE_DASHES = (0, (1, 1.6))
+
+POINT_SIZE = 3.2
+"""Diameter of a point, points."""
+
+BAND_OPACITY = 0.16
+
+BONE_WIDTHS = {"strong": 1.3, "usual": 1.2, "medium": 1.1, "light": 0.8, "faint": 0.7, "ground": 0.4}
+"""Of bones of stick figures and of the line that they stand on, points."""
+
+PATH_WIDTHS = {"reconstructed": 1.1, "true": 0.5}
+"""Of whole trajectories, points."""
+
+ORIGINAL_DASHES = (0, (3.2, 1.4))
+"""Of bones that are drawn dashed."""
+
+OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
+"""Of lines drawn over a matrix, points."""
+
+TICK_STEPS = (1, 2, 5, 10)
+"""Leading digits of the intervals between ticks of an abscissa."""
+
+MATRIX_COLOURS = "viridis"
 
 STYLE: dict[Any, Any] = {
     "font.family": "STIXGeneral",  # comes with the library, so every machine draws the same letters
     "mathtext.fontset": "stix",
-    "font.size": 9,
-    "axes.labelsize": 9,
+    "font.size": TITLE_SIZE,
+    "axes.labelsize": TITLE_SIZE,
+    "axes.titlesize": TITLE_SIZE,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 4,
     "axes.linewidth": 0.6,
     "axes.unicode_minus": True,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
+    "xtick.labelsize": NOTE_SIZE,
+    "ytick.labelsize": NOTE_SIZE,
     "xtick.direction": "in",
     "ytick.direction": "in",
     "xtick.top": True,
@@ -53,37 +98,69 @@ STYLE: dict[Any, Any] = {
     "ytick.major.size": 3,
     "xtick.minor.size": 1.6,
     "ytick.minor.size": 1.6,
-    "lines.linewidth": 1.2,
+    "lines.linewidth": LINE_WIDTH,
+    "lines.markersize": POINT_SIZE,
     "lines.dashed_pattern": (4.0, 1.8),
-    "legend.fontsize": 8,
+    "legend.fontsize": NOTE_SIZE,
+    "legend.frameon": False,
+    "legend.handlelength": 2.4,
+    "legend.columnspacing": 1.2,
     "svg.hashsalt": "gait",
     "svg.fonttype": "path",
 }
 
-CAPTION_SIZE = 7.5
-"""In points."""
-
-MARGIN = 0.08
-"""Inches left and right of the caption."""
-
-DOTS_PER_INCH = 200
-"""Of the PNG."""
-
 
 @contextmanager
-def house_style() -> Iterator[None]:
-    """The style of every figure, whatever a person's own settings say; their settings come back after."""
+def applied_style() -> Iterator[None]:
+    """Apply the style whatever the user's own settings say, and restore those afterwards."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
         yield
 
 
+def colour(where: str, name: str) -> str:
+    """Return the hexadecimal colour of a name or role of `pipeline.palette`."""
+    return hex_colour(require_choice(f"{where}, colour", name, NAMES))
+
+
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of so many inches, to be made and finished inside `house_style`."""
-    figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout="constrained")
+    """Create an empty figure, width and height in inches; call inside `applied_style`."""
+    figure = Figure(figsize=(width, height), dpi=PNG_DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def legend_handle(label: str, colour: str, *, line: Any = "-", width: float = LINE_WIDTH) -> Line2D:
+    """Return what a legend shows of a series; `line` is one of `LINE_STYLES` or a pattern of dashes."""
+    marker = "o" if line == "points" else "none"
+    line = LINE_STYLES.get(line, line) if isinstance(line, str) else line
+    return Line2D([], [], label=label, color=colour, linestyle=line, marker=marker, linewidth=width)
+
+
+def legend_above_axes(axes: Axes, handles: Sequence[Line2D]) -> None:
+    """Put a legend above the axes, at the right, so that it never lies over data."""
+    axes.legend(
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=min(len(handles), 4),
+        borderaxespad=0.1,
+        borderpad=0.2,
+    )
+
+
+def legend_above_figure(figure: Figure, handles: Sequence[Line2D]) -> float:
+    """Put one legend at the upper right of a figure; return the inches that it takes, for `finish`."""
+    entries = [
+        _width(str(h.get_label()), NOTE_SIZE) + NOTE_SIZE * (2.4 + 0.8 + 1.2) for h in handles
+    ]  # points
+    columns = max(1, min(len(handles), int((72 * figure.get_figwidth() - 8) / max(entries))))
+    if sum(entries) < 72 * figure.get_figwidth() - 8:
+        columns = len(handles)
+    figure.legend(handles=list(handles), loc="upper right", ncols=columns, borderaxespad=0.2)
+    lines = -(-len(handles) // columns)
+    return LEGEND_LINE + (lines - 1) * 1.5 * NOTE_SIZE / 72
 
 
 def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0) -> None:
@@ -107,17 +184,17 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
     if not path_stem.parent.is_dir():
         raise InvalidInput("the folder of the figure does not exist", where=str(path_stem.parent))
     line = 1.25 * CAPTION_SIZE / 72
-    lines = _wrapped(caption, figure.get_figwidth() - 2 * MARGIN)
-    room = (len(lines) + 0.7) * line if lines else 0.0
-    width, height = figure.get_figwidth(), figure.get_figheight() + room
+    lines = _wrapped(caption, figure.get_figwidth() - 2 * CAPTION_MARGIN)
+    margin = (len(lines) + 0.7) * line if lines else 0.0
+    width, height = figure.get_figwidth(), figure.get_figheight() + margin
     figure.set_size_inches(width, height)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
-    engine.set(rect=(0, room / height, 1, 1 - (room + header) / height))
+    engine.set(rect=(0, margin / height, 1, 1 - (margin + header) / height))
     if lines:
-        place = (room - 0.35 * line) / height
+        place = (margin - 0.35 * line) / height
         text = "\n".join(lines)
-        figure.text(MARGIN / width, place, text, fontsize=CAPTION_SIZE, va="top", linespacing=1.15)
+        figure.text(CAPTION_MARGIN / width, place, text, fontsize=CAPTION_SIZE, va="top", linespacing=1.15)
     # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
@@ -127,7 +204,7 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
     # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
     for suffix, metadata in (("svg", {"Date": None, "Creator": None}), ("png", {"Software": None})):
         content = io.BytesIO()
-        figure.savefig(content, format=suffix, metadata=metadata, dpi=DOTS_PER_INCH)
+        figure.savefig(content, format=suffix, metadata=metadata, dpi=PNG_DPI)
         partial = path_stem.with_name(f".{path_stem.name}.{os.getpid()}.part.{suffix}")
         try:
             partial.write_bytes(content.getvalue())
@@ -136,22 +213,24 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
             partial.unlink(missing_ok=True)
 
 
-def _wrapped(caption: str, inches: float) -> list[str]:
-    """Lines of a caption that fit a width, measured in its own letters."""
+def _width(text: str, size: float) -> float:
+    """Width of a text in points, measured in its own letters."""
     font = FontProperties(family=STYLE["font.family"])
+    return float(TextPath((0, 0), text, size=size, prop=font).get_extents().width)
 
-    def width(text: str) -> float:
-        return float(TextPath((0, 0), text, size=CAPTION_SIZE, prop=font).get_extents().width)
 
-    space = width("a a") - width("aa")
+def _wrapped(caption: str, inches: float) -> list[str]:
+    """Break a caption into lines that fit a width."""
+    space = _width("a a", CAPTION_SIZE) - _width("aa", CAPTION_SIZE)
     limit = 0.95 * 72 * inches  # letters on a grid of dots run wider than their outlines
     lines: list[str] = []
     used = 0.0
     for word in re.findall(r"(?:\$[^$]*\$|\S)+", caption):
-        if lines and used + space + width(word) <= limit:
+        width = _width(word, CAPTION_SIZE)
+        if lines and used + space + width <= limit:
             lines[-1] += f" {word}"
-            used += space + width(word)
+            used += space + width
         else:
             lines.append(word)
-            used = width(word)
+            used = width
     return lines

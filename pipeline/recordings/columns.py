@@ -1,8 +1,8 @@
-"""What goes into a recording, checked: the mistakes that the library underneath lets pass in silence.
+"""Data of a recording as the columns that its file holds, checked for what the library lets pass in silence.
 
-Part of `pipeline.recording`.  A partition that does not cover its values drops the rest, a sequence cuts
-fractions off, a timeline with two types makes a file that does not verify, and without the strict mode a
-wrong shape logs nothing; each of them is a refusal or a failed assertion here.
+A partition that does not cover its values drops the rest, a sequence cuts fractions off, a timeline with two types
+makes a file that does not verify, and without the strict mode a wrong shape logs nothing; each of them raises an error
+here.
 """
 
 from __future__ import annotations
@@ -13,32 +13,22 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
+from pipeline.palette import NAMES, rgb_colour
 from pipeline.recordings.layout import METRES, Extent
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice, require_finite, require_shape
 
 rr.set_strict_mode(True)  # otherwise a wrong shape warns and logs nothing
-
-COLOURS = {
-    "grey": (205, 205, 205),
-    "orange": (230, 159, 0),
-    "blue": (86, 180, 233),
-    "green": (0, 158, 115),
-    "yellow": (240, 228, 66),
-    "vermilion": (213, 94, 0),
-    "purple": (204, 121, 167),
-}
-"""Okabe and Ito's colours: told apart by colour-blind people, legible on the viewer's dark ground."""
 
 
 def body(
     entity: str, positions_mm: np.ndarray, bones: Sequence[tuple[int, int]], space: int
 ) -> tuple[np.ndarray, np.ndarray, Extent]:
-    """Joints, bone ends and the box around them, as the file holds them.
+    """Return joints, bone ends and the box around them, as the file holds them.
 
     Parameters
     ----------
     entity : str
-        For the refusal.
+        For the message of an error.
     positions_mm : (T, J, space) float
         Millimetres, NaN where missing; in an image the second coordinate points up.
     bones : sequence of (int, int)
@@ -59,56 +49,52 @@ def body(
     InvalidInput
         If shapes do not fit, a bone names no joint, or positions are infinite or all missing.
     """
-    x, pairs = np.asarray(positions_mm, dtype=float), np.asarray(bones)
-    fits = x.ndim == 3 and x.shape[-1] == space and 0 not in x.shape
-    require(fits, "positions of the wrong shape", entity, f"(T, J, {space})", str(x.shape))
-    require(not np.isinf(x).any() and not np.isnan(x).all(), "positions infinite or all missing", entity)
-    fits = pairs.ndim == 2 and pairs.shape[1] == 2 and pairs.min() >= 0 and pairs.max() < x.shape[1]
-    require(fits, "bones that are not pairs of joints", entity, f"0…{x.shape[1] - 1}", str(bones))
+    x = require_shape(f"{entity}, positions", positions_mm, ("T", "J", space)).astype(float)
+    if not x.size or np.isinf(x).any() or np.isnan(x).all():
+        raise InvalidInput("positions infinite or all missing", where=entity, received=f"shape {x.shape}")
+    pairs = np.asarray(bones)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= x.shape[1]:
+        raise InvalidInput("bones that are not pairs of joints", where=entity, expected=f"0…{x.shape[1] - 1}")
     joints = (x * METRES * ([1, -1] if space == 2 else [1, 1, 1])).astype(np.float32)
     low, high = (f(joints, axis=(0, 1))[:2].tolist() for f in (np.nanmin, np.nanmax))
     return joints, joints[:, pairs], Extent((low[0], low[1]), (high[0], high[1]))
 
 
-def time_column(entity: str, timeline: str, values: np.ndarray, rows: int) -> rr.TimeColumn:
-    """One timeline's values; its name alone says its type, so that no timeline ever gets two."""
+def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeColumn:
+    """Return one timeline's values; its name alone says its type, so that no timeline ever gets two."""
     where = f"{entity} on {timeline}"
-    v = finite(where, values)
-    fits = len(v) == rows and bool((np.diff(v) > 0).all())
-    require(fits, "an index that does not fit", where, f"{rows} increasing values", f"{len(v)} values")
+    v = vector(where, values)
+    if len(v) != rows or (np.diff(v) <= 0).any():
+        raise InvalidInput(
+            "an index that does not fit", where=where, expected=f"{rows} increasing values", received=f"{len(v)} values"
+        )  # fmt: skip
     if timeline == "time":
         nanoseconds = np.rint(v * 1e9).astype(np.int64).astype("timedelta64[ns]")
         return rr.TimeColumn(timeline, duration=nanoseconds)
-    cut = v[v != np.rint(v)]  # the library would drop these fractions without a word
-    require(not cut.size, "a sequence that is not of integers", where, "", str(cut[:1]))
-    return rr.TimeColumn(timeline, sequence=v.astype(np.int64))
+    cut = v[np.abs(v - np.rint(v)) > 1e-6]  # the library would drop these fractions without a word
+    if cut.size:
+        raise InvalidInput("a sequence that is not of integers", where=where, received=f"{cut[0]:g}")
+    return rr.TimeColumn(timeline, sequence=np.rint(v).astype(np.int64))
 
 
-def finite(where: str, values: np.ndarray) -> np.ndarray:
-    """A vector of finite numbers, as float64."""
-    v = np.asarray(values, dtype=float)
-    fits = v.ndim == 1 and v.size > 0 and bool(np.isfinite(v).all())
-    require(fits, "not a vector of finite numbers", where, "(N,)", f"shape {v.shape}")
+def vector(where: str, values: Any) -> np.ndarray:
+    """Return a vector (N,) of finite numbers, N at least 1, as float64."""
+    v = require_finite(where, require_shape(where, values, ("N",))).astype(float)
+    if not v.size:
+        raise InvalidInput("no values", where=where)
     return v
 
 
-def rgb(colour: str) -> tuple[int, int, int]:
-    """Red, green and blue of one of `COLOURS`."""
-    require(colour in COLOURS, "an unknown colour", "", ", ".join(COLOURS), repr(colour))
-    return COLOURS[colour]
+def rgb(where: str, colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue of a colour of `pipeline.palette` on the viewer's dark ground."""
+    return rgb_colour(require_choice(f"{where}, colour", colour, NAMES), dark_ground=True)
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """`each` values to every row; the library drops in silence whatever the lengths do not cover."""
+    """Return columns cut into `rows` of `each` values, all values covered."""
     parts = [*columns.partition([each] * rows)]
     for part in parts:
         cells = part.as_arrow_array()
         assert len(cells) == rows, "a partition of the wrong length"
         assert len(cells.flatten()) == rows * each, "a partition that loses values"
     return parts
-
-
-def require(holds: bool, what: str, where: str, expected: str = "", received: str = "") -> None:
-    """Nothing, if the condition holds; else a refusal."""
-    if not holds:
-        raise InvalidInput(what, where=where, expected=expected, received=received)

@@ -1,7 +1,4 @@
-"""What a recording opens on: views as plain values, and the viewer's blueprint made from them.
-
-The other half of `pipeline.recording`, which exports these names and writes the blueprint into the file.
-"""
+"""What a recording opens on: views as plain values, and the viewer's blueprint made from them."""
 
 from __future__ import annotations
 
@@ -51,11 +48,15 @@ class Image2D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Plot(View):
-    """Curves over the recording's timeline; the ranges default to the data with their spread."""
+    """Curves over the recording's timeline; the ranges default to those of the data with their bands.
+
+    `headroom` is what to add above them for the legend, as a share of their height.
+    """
 
     origin: str = "curves"
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
+    headroom: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,13 +92,32 @@ class Extent:
 Extents = Mapping[str, Extent | None]
 
 
-@dataclass(frozen=True)
 class Split:
-    """Parts as ``columns`` side by side, ``rows`` above one another, or ``tabs`` with the first one open."""
+    """Views and splits that share a space: `Columns`, `Rows` or `Tabs`.
 
-    direction: str
-    parts: Sequence[View | Split]
-    shares: Sequence[float] | None = None
+    Parameters
+    ----------
+    parts : View or Split
+    shares : sequence of float, optional
+        Of the space, one to each part; equal if not given.
+    """
+
+    def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
+        if shares is not None and len(shares) != len(parts):
+            raise InvalidInput("as many shares as parts", expected=str(len(parts)), received=str(len(shares)))
+        self.parts, self.shares = parts, shares
+
+
+class Columns(Split):
+    """Parts side by side."""
+
+
+class Rows(Split):
+    """Parts above one another."""
+
+
+class Tabs(Split):
+    """Parts of which one is seen at a time, at first the first."""
 
 
 def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing: bool) -> rrb.Blueprint:
@@ -116,7 +136,7 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
     Raises
     ------
     InvalidInput
-        If a view would be empty, or a range or a direction makes no sense.
+        If a view would be empty, or a range makes no sense.
     """
     hides = any(getattr(view, "shown", ()) for view in _views(layout))
     return rrb.Blueprint(
@@ -149,18 +169,13 @@ def _part(part: View | Split, timeline: str, extents: Extents) -> rrb.Container 
     if isinstance(part, View):
         return _view(part, timeline, extents)
     parts = [_part(p, timeline, extents) for p in part.parts]
-    if part.shares is not None and len(part.shares) != len(parts):
-        raise InvalidInput(
-            "as many shares as parts", expected=str(len(parts)), received=str(len(part.shares))
-        )
-    match part.direction:
-        case "columns":
+    match part:
+        case Columns():
             return rrb.Horizontal(*parts, column_shares=part.shares)
-        case "rows":
+        case Rows():
             return rrb.Vertical(*parts, row_shares=part.shares)
-        case "tabs":
+        case _:
             return rrb.Tabs(*parts, active_tab=0)
-    raise InvalidInput("a split of an unknown kind", expected="columns, rows, tabs", received=part.direction)
 
 
 def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
@@ -191,6 +206,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
         case Plot():
             (left, _), (right, _) = _box(view, extents, margin=0.0)
             (_, low), (_, high) = _box(view, extents, margin=0.05)
+            high += view.headroom * (high - low)
             return rrb.TimeSeriesView(
                 **common,
                 axis_x=_abscissa(timeline, _ordered(view, view.x_range or (left, right))),

@@ -1,18 +1,4 @@
-"""Recordings for the rerun viewer: skeletons, curves, spectra and matrices, with a layout and a description.
-
-A `Recording` is a view of results, never their record: it can always be made again from the tables.
-The library underneath lets many mistakes pass in silence, so everything is checked here first.
-
-Conventions
------------
-Callers speak millimetres; the file holds metres, which is what the viewer's grid and camera assume.
-World: right-handed, x right, y forward, z up: the viewer's own default, so nothing has to say so.
-Images: the viewer's vertical axis points down, so the file holds minus the vertical coordinate.
-A timeline called ``time`` is a duration in seconds; every other one is a sequence of integers
-(``view_angle_deg``, ``sigma2_mm2``, ``frame``).  The viewer plots against the timeline that is open and
-shows nothing that has no row on it, hence one recording per abscissa: all that moves has rows on the
-recording's own timeline.  Reading back, checking and looking: `pipeline.recording_check`.
-"""
+"""Writing a recording for the rerun viewer: skeletons, curves, bars and matrices, a layout and a description."""
 
 from __future__ import annotations
 
@@ -26,25 +12,17 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from pipeline.recordings import layout as recording_layout
-from pipeline.recordings.columns import COLOURS, body, finite, partitioned, require, rgb, time_column
-from pipeline.recordings.layout import (
-    METRES,
-    Bars,
-    Extent,
-    Image2D,
-    Matrix,
-    Notes,
-    Plot,
-    Space3D,
-    Split,
-    View,
-)
+from pipeline import tidy
+from pipeline.palette import CYCLE, Styles, style_keys, style_of
+from pipeline.recordings.columns import body, partitioned, rgb, time_column, vector
+from pipeline.recordings.layout import METRES, Extent, Split, View, blueprint
+from pipeline.validation import InvalidInput, require_finite, require_shape
 
-__all__ = ["COLOURS", "Bars", "Image2D", "Matrix", "Notes", "Plot", "Recording", "Space3D", "Split", "View"]
-
-_LAST_WORDS = b"RRF2FOOT"
+_FOOTER = b"RRF2FOOT"
 """Before the version at the end of every whole file."""
+
+_LINE_WIDTH = 2.0
+"""Of curves, points of the screen."""
 
 
 class Recording:
@@ -73,12 +51,15 @@ class Recording:
         self, path: Path, *, name: str, about: str, timeline: str = "time", edition: str = ""
     ) -> None:
         for what, word in (("recording", name), ("timeline", timeline)):
-            safe = re.fullmatch(r"[A-Za-z0-9_]{1,120}", word) is not None
-            require(safe, f"the name of the {what} is not safe", "", "letters, digits, _", repr(word))
+            if not re.fullmatch(r"[A-Za-z0-9_]{1,120}", word):
+                raise InvalidInput(
+                    f"the name of the {what} is not safe", expected="letters, digits, _", received=repr(word)
+                )
         self.path, self.name, self.timeline = Path(path), name, timeline
-        folder = self.path.parent
-        require(folder.is_dir(), "the folder of the recording does not exist", str(folder))
-        require(bool(about.strip()), "the recording has no description", name)
+        if not self.path.parent.is_dir():
+            raise InvalidInput("the folder of the recording does not exist", where=str(self.path.parent))
+        if not about.strip():
+            raise InvalidInput("the recording has no description", where=name)
         self._partial = self.path.with_name(f".{self.path.stem}.{os.getpid()}.part.rrd")
         self._about, self._edition = about, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
@@ -101,15 +82,18 @@ class Recording:
         try:
             self._stream.disconnect()  # writes the footer; a flush would leave the file without one
             if kind is None:
-                require(self._layout, "the recording has no layout", self.name, "a call of blueprint")
+                if not self._layout:
+                    raise InvalidInput(
+                        "the recording has no layout", where=self.name, expected="a call of blueprint"
+                    )
                 with self._partial.open("rb") as written:
                     os.fsync(written.fileno())
-                    written.seek(-min(self._partial.stat().st_size, len(_LAST_WORDS) + 4), os.SEEK_END)
+                    written.seek(-min(self._partial.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
                     # The library's writer only logs what a full disk does to it.
-                    whole = _LAST_WORDS in written.read()
-                require(
-                    whole, "cannot write results: the recording was cut short", self.path.name, "room for it"
-                )
+                    whole = _FOOTER in written.read()
+                if not whole:
+                    what = "cannot write results: the recording was cut short"
+                    raise InvalidInput(what, where=self.path.name, expected="space on the disk")
                 self._partial.replace(self.path)
         finally:
             self._partial.unlink(missing_ok=True)
@@ -121,7 +105,7 @@ class Recording:
         bones: Sequence[tuple[int, int]],
         *,
         index: Mapping[str, np.ndarray],
-        colour: str = "grey",
+        colour: str = "original",
         thickness_mm: float = 7.0,
     ) -> None:
         """Add a moving skeleton in space: joints as points and bones as line strips, on one entity.
@@ -137,7 +121,7 @@ class Recording:
         index : mapping of str to (T,) array
             Timeline → strictly increasing values: seconds for ``time``, integers for any other.
         colour : str
-            One of `COLOURS`; there are no dashed lines in space, so colour alone tells methods apart.
+            Name or role of `pipeline.palette`; lines in space cannot be dashed, so colour alone tells methods apart.
         thickness_mm : float
             Radius of the bones; the joints' is half as large again.
 
@@ -155,7 +139,7 @@ class Recording:
         bones: Sequence[tuple[int, int]],
         *,
         index: Mapping[str, np.ndarray],
-        colour: str = "grey",
+        colour: str = "original",
         thickness_mm: float = 7.0,
     ) -> None:
         """Add a moving skeleton in an image, `points_mm` (T, J, 2) right and up; the rest as `skeleton`."""
@@ -175,7 +159,7 @@ class Recording:
         space = 3 if points is rr.Points3D else 2
         joints, ends, extent = body(entity, positions_mm, bones, space)
         columns = self._claim(entity, extent, index, len(joints))
-        colours, radius = rgb(colour), thickness_mm * METRES
+        colours, radius = rgb(entity, colour), thickness_mm * METRES
         self._static(entity, points.from_fields(colors=colours, radii=1.5 * radius))
         self._static(entity, strips.from_fields(colors=colours, radii=radius))
         dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
@@ -191,7 +175,7 @@ class Recording:
         label: str,
         sd: np.ndarray | None = None,
         colour: str = "blue",
-        width: float = 2.0,
+        width: float = 1.0,
     ) -> None:
         """Add a curve over the recording's timeline.
 
@@ -207,39 +191,88 @@ class Recording:
         sd : (N,) array, optional
             Standard deviation, drawn as a band of one on either side.
         colour : str
-            One of `COLOURS`.
+            Name or role of `pipeline.palette`.
         width : float
-            Of the line, in points of the screen.
+            Factor on the usual width.
 
         Raises
         ------
         InvalidInput
             If lengths differ, numbers are not finite, or the entity has been used.
         """
-        values = finite(entity, y)
-        spread = np.zeros(len(values)) if sd is None else finite(entity, sd)
-        fits = spread.shape == values.shape and spread.min() >= 0
-        require(fits, "a spread that does not fit", entity, f"{len(values)} numbers ≥ 0", str(len(spread)))
-        places = finite(entity, x)
-        low, high = float((values - spread).min()), float((values + spread).max())
+        values, places = vector(entity, y), vector(entity, x)
+        half = np.zeros(len(values)) if sd is None else vector(f"{entity}, sd", sd)
+        if half.shape != values.shape or half.min() < 0:
+            expected = f"{len(values)} numbers of at least 0"
+            raise InvalidInput("a standard deviation that does not fit", where=entity, expected=expected)
+        low, high = float((values - half).min()), float((values + half).max())
         extent = Extent((float(places[0]), low), (float(places[-1]), high))
         columns = self._claim(entity, extent, {self.timeline: places}, len(values))
-        style: dict[str, Any] = {"names": label, "colors": rgb(colour), "widths": width}
+        style: dict[str, Any] = {"names": label, "colors": rgb(entity, colour), "widths": width * _LINE_WIDTH}
         if sd is None:
             self._static(entity, rr.SeriesLines.from_fields(**style))
             data = rr.Scalars.columns(scalars=values)
         else:
             self._static(entity, rr.Measurements.from_fields(**style))
-            data = rr.Measurements.columns(values=values, variances=spread**2)
+            data = rr.Measurements.columns(values=values, variances=half**2)
         self._stream.send_columns(entity, indexes=columns, columns=partitioned(data, len(values), 1))
+
+    def curves(
+        self,
+        table: tidy.Table,
+        *,
+        x: str,
+        y: str,
+        by: str = "",
+        sd: str = "",
+        styles: Styles = None,
+        where: tidy.Where | None = None,
+        entity: str = "curves/{y}/{series}",
+    ) -> None:
+        """Add the curves of a tidy table, one to each series.
+
+        Parameters
+        ----------
+        table : mapping of str to (N,) array
+            Such as a `pandas.DataFrame`.
+        x, y : str
+            Columns of the abscissa, whole numbers unless the timeline is ``time``, and of the ordinate.
+        by : str
+            Column that names the series; empty for one curve of all rows.
+        sd : str
+            Column of the standard deviation; empty for none.
+        styles : mapping of str to Style, or Style, optional
+            Of each series, in order: the table may have no others; or one style for all.
+        where : mapping, optional
+            Only rows with these values: column → value, or several values.
+        entity : str
+            Where the curves go, with ``{y}`` and ``{series}`` for the column and the series.
+
+        Raises
+        ------
+        InvalidInput
+            If a column is missing, a series has no style, or a curve cannot be added.
+        """
+        columns = [x, y, *filter(None, [sd])]
+        found = tidy.groups(table, columns, by=by, where=where, keys=style_keys(styles))
+        for number, (key, rows) in enumerate(found.items()):
+            style = style_of(styles, key or y)
+            self.curve(
+                entity.format(y=y, series=key),
+                rows[x],
+                rows[y],
+                sd=rows[sd] if sd else None,
+                label=style.label,
+                colour=style.colour or CYCLE[number % len(CYCLE)],
+                width=style.width,
+            )
 
     def bars(self, entity: str, values: np.ndarray, abscissa: np.ndarray, *, colour: str = "blue") -> None:
         """Add a bar chart of `values` (N,) over `abscissa` (N,)."""
-        heights, places = finite(entity, values), finite(entity, abscissa)
-        fits = heights.shape == places.shape
-        require(fits, "not as many bars as places", entity, str(len(places)), str(len(heights)))
+        heights, places = vector(entity, values), vector(entity, abscissa)
+        require_shape(f"{entity}, abscissa", places, heights.shape)
         self._claim(entity)
-        self._static(entity, rr.BarChart(heights, abscissa=places, color=rgb(colour)))
+        self._static(entity, rr.BarChart(heights, abscissa=places, color=rgb(entity, colour)))
 
     def matrix(
         self, entity: str, array: np.ndarray, *, paths: Mapping[str, tuple[np.ndarray, str]] | None = None
@@ -253,29 +286,28 @@ class Recording:
         array : (R, C) float
             Row 0 is shown at the top; finite, since the viewer draws NaN like the lowest number.
         paths : mapping of str to ((N, 2) array, colour), optional
-            Name → (row, column) of each point of a line, and one of `COLOURS`.
+            Name → (row, column) of each point of a line, and its colour.
 
         Raises
         ------
         InvalidInput
             If shapes do not fit or the entity has been used.
         """
-        a = np.asarray(array, dtype=np.float32)
-        fits = a.ndim == 2 and 0 not in a.shape and bool(np.isfinite(a).all())
-        require(fits, "not a matrix of finite numbers", entity, "(R, C)", f"shape {a.shape}")
+        a = require_finite(entity, require_shape(entity, array, ("R", "C"))).astype(np.float32)
+        if not a.size:
+            raise InvalidInput("a matrix without numbers", where=entity, received=f"shape {a.shape}")
         self._claim(entity)
         span = (float(a.min()), float(a.max()))
         self._static(entity, rr.DepthImage(a, colormap="viridis", depth_range=span))
         for name, (path, colour) in (paths or {}).items():
-            line = np.asarray(path, dtype=np.float32)
-            fits = line.ndim == 2 and line.shape[1] == 2 and bool(np.isfinite(line).all())
-            require(fits, "a path of the wrong shape", f"{entity}/{name}", "(N, 2)", str(line.shape))
-            self._claim(f"{entity}/{name}")
+            where = f"{entity}/{name}"
+            line = require_finite(where, require_shape(where, path, ("N", 2))).astype(np.float32)
+            self._claim(where)
             middle = line[:, ::-1] + 0.5  # (column, row) of the middle of a cell
-            self._static(f"{entity}/{name}", rr.LineStrips2D([middle], colors=rgb(colour), radii=0.15))
+            self._static(where, rr.LineStrips2D([middle], colors=rgb(where, colour), radii=0.15))
 
     def blueprint(self, layout: View | Split, *, playing: bool = False) -> None:
-        """Say what the viewer opens on; call once, after everything has been added.
+        """Set what the viewer opens on; call once, after everything has been added.
 
         Parameters
         ----------
@@ -288,10 +320,10 @@ class Recording:
         InvalidInput
             If a view would be empty, or the recording has a layout already.
         """
-        require(not self._layout, "the recording has a layout already", self.name)
-        self._stream.send_blueprint(
-            recording_layout.blueprint(layout, timeline=self.timeline, extents=self._extents, playing=playing)
-        )
+        if self._layout:
+            raise InvalidInput("the recording has a layout already", where=self.name)
+        made = blueprint(layout, timeline=self.timeline, extents=self._extents, playing=playing)
+        self._stream.send_blueprint(made)
         self._layout = True
 
     def _static(self, entity: str, archetype: Any) -> None:
@@ -304,13 +336,15 @@ class Recording:
         index: Mapping[str, np.ndarray] | None = None,
         rows: int = 0,
     ) -> list[rr.TimeColumn]:
-        """Time columns of an entity, which can be taken once: static data would hide what moves."""
-        safe = re.fullmatch(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", entity) is not None
-        require(safe, "the path of an entity is not safe", repr(entity), "words with / between")
-        require(entity not in self._extents, "the entity has been used already", entity)
-        if index is not None:
+        """Return the time columns of an entity, which may be used once: static data would hide what moves."""
+        if not re.fullmatch(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", entity):
+            expected = "words with / between"
+            raise InvalidInput("the path of an entity is not safe", where=repr(entity), expected=expected)
+        if entity in self._extents:
+            raise InvalidInput("the entity has been used already", where=entity)
+        if index is not None and self.timeline not in index:
             reason = "nothing would be shown without rows on the recording's timeline"
-            require(self.timeline in index, reason, entity, self.timeline, ", ".join(index))
+            raise InvalidInput(reason, where=entity, expected=self.timeline, received=", ".join(index))
         columns = [time_column(entity, timeline, v, rows) for timeline, v in (index or {}).items()]
         self._extents[entity] = extent
         return columns

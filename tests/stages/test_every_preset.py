@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline import recordings
 from pipeline.__main__ import compose, presets
 from pipeline.clips import performances, varied, walks
-from pipeline.recordings import check as recording_check
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import complaints_about
@@ -166,14 +166,14 @@ def test_the_picture_is_there_as_vectors_and_as_points(folder: Path) -> None:
 
 def test_the_recording_is_whole_and_holds_what_is_promised(folder: Path) -> None:
     path = folder / "recording.rrd"
-    recording_check.verify(path)
-    found = set(recording_check.entities(path))
+    recordings.verify(path)
+    found = set(recordings.entities(path))
     assert {"about"} | ENTITIES[folder.name] <= found, sorted(ENTITIES[folder.name] - found)
-    text = recording_check.read_column(path, "about", "TextDocument:text")[1]
+    text = recordings.read_column(path, "about", "TextDocument:text")[1]
     words = str(text.ravel()[0])
     assert folder.name in words
     assert "smoke" in words
-    assert recording_check.views(path), "the layout opens on something"
+    assert recordings.views(path), "the layout opens on something"
 
 
 CURVES = {
@@ -193,7 +193,7 @@ def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
     for name, method in shown:
         column, component = CURVES[name]
         of_method = table["method"] == method if "method" in table else slice(None)
-        at, values = recording_check.read_column(
+        at, values = recordings.read_column(
             folder / "recording.rrd", f"curves/{name}/{method}", component, timeline
         )
         np.testing.assert_array_equal(at, table[str(timeline)][of_method])

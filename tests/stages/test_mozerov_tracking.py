@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pipeline import recordings
 from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome
 from pipeline.core import action_model, posture
 from pipeline.core.posture.frames import REST
 from pipeline.core.tracking import joint_error
-from pipeline.recordings import check as recording_check
 from pipeline.stages import dataset, ingest, model
 from pipeline.storage import tables
 from pipeline.storage.store import Artefact, Store
@@ -394,12 +394,12 @@ def test_what_lies_beyond_the_bounds_does_so_in_every_coordinate(seed: int, boun
 def test_the_figures_are_whole(figure: Callable[..., Outcome], tmp_path: Path) -> None:
     outcome = figure(tmp_path, "mozerov2006_fig4", "scale=smoke", "sweep.measured=50", quick=False)
     recording = outcome.folder / "recording.rrd"
-    recording_check.verify(recording)
+    recordings.verify(recording)
     names = {"world/mean_performance", "about", "world/frame_10/mean", "world/frame_40/accepted_8"}
-    assert names <= set(recording_check.entities(recording))
+    assert names <= set(recordings.entities(recording))
     drawn = tables.read(outcome.folder / "table.csv")
     assert len(drawn["x_mm"]) == 2 * 9 * 15
-    index, joints = recording_check.read_column(
+    index, joints = recordings.read_column(
         recording, "world/mean_performance", "Points3D:positions", "frame"
     )
     assert list(index) == list(range(1, 101))
@@ -409,9 +409,9 @@ def test_the_figures_are_whole(figure: Callable[..., Outcome], tmp_path: Path) -
     small = ["sweep.particles=[30]", "sweep.tracked=2", "sweep.noise_mm=[10]", "sweep.occluded=[0.25]"]
     outcome = figure(tmp_path, "mozerov2006_tracking", "scale=smoke", *small, quick=False)
     recording = outcome.folder / "recording.rrd"
-    recording_check.verify(recording)
+    recordings.verify(recording)
     wanted = {f"{top}/{m}" for m in tracking.METHODS for top in ("world/tracked", "curves/error_mm")}
-    assert wanted | {"world/original", "image/observed", "about"} <= set(recording_check.entities(recording))
+    assert wanted | {"world/original", "image/observed", "about"} <= set(recordings.entities(recording))
     table = tables.read(outcome.folder / "table.csv")
     each = tables.read(outcome.folder / "table_performances.csv")
     assert len(table["error_mm"]) == 2 * 3 * len(tracking.METHODS)

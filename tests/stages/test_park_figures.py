@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pipeline import recordings
 from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome
 from pipeline.core.articulated_trajectory import Smoothness
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.statistics import rank_correlation
-from pipeline.recordings import check as recording_check
 from pipeline.stages import dataset, ingest
 from pipeline.storage import tables
 from pipeline.storage.store import Artefact, Store
@@ -225,8 +225,8 @@ def test_proofs_are_of_the_frames_that_were_asked_for(limbs: Artefact) -> None:
 
 def test_the_scatter_is_whole(figure: Callable[..., Outcome], tmp_path: Path) -> None:
     outcome = figure(tmp_path, "park2011_fig3a", "scale=smoke", quick=False)
-    recording_check.verify(outcome.folder / "recording.rrd")
-    entities = set(recording_check.entities(outcome.folder / "recording.rrd"))
+    recordings.verify(outcome.folder / "recording.rrd")
+    entities = set(recordings.entities(outcome.folder / "recording.rrd"))
     wanted = {
         f"world/{w}/{p}" for w in ("good", "impostor", "cursor") for p in ("truth", "impostor", "estimate")
     }
@@ -256,8 +256,8 @@ def test_the_other_figures_are_whole(
     entities: set[str],
 ) -> None:
     outcome = figure(tmp_path, f"park2011_{name}", "scale=smoke", *small, quick=False)
-    recording_check.verify(outcome.folder / "recording.rrd")
-    assert entities | {"about"} <= set(recording_check.entities(outcome.folder / "recording.rrd"))
+    recordings.verify(outcome.folder / "recording.rrd")
+    assert entities | {"about"} <= set(recordings.entities(outcome.folder / "recording.rrd"))
     table = tables.read(outcome.folder / "table.csv")
     assert len(next(iter(table.values()))) == rows
     assert not any("seconds" in column for column in table), "the table is the same on every machine"

@@ -11,15 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline import recordings
 from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome, make_figure
 from pipeline.core import camera as parallel
 from pipeline.core import fourier
 from pipeline.core.camera_paths import still
 from pipeline.core.linear_model import LinearModel
-from pipeline.pictures.motions import MotionBlock
-from pipeline.pictures.motions import motions as draw
-from pipeline.recordings import check as recording_check
 from pipeline.skeleton import WALKER15
 from pipeline.stages import dataset, ingest
 from pipeline.storage import tables
@@ -103,8 +101,8 @@ def test_tables_and_recording_are_those_promised(made: Path, name: str) -> None:
         for column, values in found.items():
             assert values.dtype.kind in "Ub" or np.isfinite(values).all(), (table, column)
     path = made / name / "recording.rrd"
-    recording_check.verify(path)
-    assert {"about"} | ENTITIES[name] <= set(recording_check.entities(path))
+    recordings.verify(path)
+    assert {"about"} | ENTITIES[name] <= set(recordings.entities(path))
     assert (made / name / "figure.png").stat().st_size > 20_000
 
 
@@ -222,29 +220,6 @@ def test_options_that_make_no_motions_are_refused(
     options = replace(MotionsSweep(), **changed)  # type: ignore[arg-type]
     with pytest.raises(InvalidInput, match=words):
         motions.measure(options, stretches, TrajectoryBasisModel(), 1, 7)
-
-
-def test_blocks_that_cannot_be_drawn_are_refused(tmp_path: Path) -> None:
-    block = MotionBlock(
-        title="t",
-        image=np.zeros((1, 2, 2)),
-        truth=np.zeros((1, 1, 2, 2)),
-        reconstruction=np.zeros((1, 1, 2, 2)),
-        paths_true=np.zeros((1, 3, 2)),
-        paths=np.zeros((1, 3, 2)),
-        lights=("red",),
-    )
-    for wrong, words in (
-        (replace(block, truth=np.zeros((2, 1, 2, 2))), "wrong shape"),
-        (replace(block, paths=np.zeros((2, 3, 2))), "trajectories of the wrong shape"),
-        (replace(block, lights=("blue",)), "no light"),
-        (replace(block, truth=np.full((1, 1, 2, 2), np.nan)), "not finite"),
-    ):
-        with pytest.raises(InvalidInput, match=words):
-            draw(tmp_path / "figure", [[wrong]], [(0, 1)], views=["side"])
-    with pytest.raises(InvalidInput, match="nothing to draw"):
-        draw(tmp_path / "figure", [[block], []], [(0, 1)], views=["side"])
-    assert list(tmp_path.iterdir()) == []
 
 
 # --- face-off ---------------------------------------------------------------------------------------------

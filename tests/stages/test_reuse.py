@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from pipeline import recordings
 from pipeline.__main__ import presets
 from pipeline.cli.figures import Outcome
-from pipeline.recordings import check as recording_check
 from pipeline.storage import tables
 
 STAGES = ("ingest", "dataset", "model", "sweep")
@@ -49,7 +49,7 @@ def test_drawing_and_logging_again_gives_the_same_picture_and_recording(
     outcome = figure(smoke_results, "zhang2007_fig5", "scale=smoke", quick=False)
     first = smoke_results / "synthetic" / "smoke" / "zhang2007_fig5"
     assert made(outcome.folder, ".svg", ".png") == made(first, ".svg", ".png")
-    digests = {recording_check.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
+    digests = {recordings.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
     assert len(digests) == 1
 
 

@@ -12,7 +12,7 @@ from pipeline.studies.figure_inputs import Made, Tables, lift
 from pipeline.studies.options import FaceOffSweep
 
 if TYPE_CHECKING:
-    from pipeline.pictures import curves as pictures
+    from pipeline import pictures
 
 NAMES = {
     "least_squares": "eigenwalkers (least squares)",
@@ -30,10 +30,7 @@ COLOURS = {
     "articulated_hinges": "green",
     "articulated_mirrors": "sky",
 }
-RECORDED_COLOURS = COLOURS | {
-    "mean_walker": "yellow",
-    "articulated_mirrors": "vermilion",
-}  # the truth is grey
+RECORDED_COLOURS = COLOURS | {"mean_walker": "yellow"}  # the truth is light grey there
 STYLES = {"map": "dashed", "mean_walker": "dotted", "articulated": "dashed"}
 
 HUNG = [j for j, joint in enumerate(WALKER15.joints) if joint != "pelvis"]
@@ -128,7 +125,7 @@ def _sd(values: np.ndarray) -> np.ndarray:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """A row of panels to a camera: error against view, noise and occlusion."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     options = _options(made)
     columns = made_tables["table_summary"][0]
@@ -151,7 +148,6 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             ]
             panels.append(
                 pictures.Panel(
-                    title=f"({'abcdefghi'[len(panels)]})",
                     series=series,
                     xlabel=label,
                     ylabel="" if place else f"Error (mm), {camera} camera",
@@ -159,7 +155,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                     ylim=(0.0, top),
                 )
             )
-    pictures.curves(
+    pictures.draw_lines(
         stem,
         panels,
         columns=len(_PANELS),
@@ -180,7 +176,7 @@ def _options(made: Made) -> FaceOffSweep:
 
 def _line(columns: dict[str, np.ndarray], here: np.ndarray, column: str, named: bool) -> pictures.Series:
     """One method's error over what is varied."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     method = str(columns["method"][here][0])
     order = np.argsort(columns[column][here], kind="stable")
@@ -190,16 +186,16 @@ def _line(columns: dict[str, np.ndarray], here: np.ndarray, column: str, named: 
     return pictures.Series(
         x=x,
         y=y,
-        spread=spread / np.sqrt(count),
+        band=spread / np.sqrt(count),
         label=NAMES[method] if named else "",
-        style=STYLES.get(method, "solid") if len(x) > 1 else "points",
+        line=STYLES.get(method, "solid") if len(x) > 1 else "points",
         colour=COLOURS[method],
     )
 
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """One walker: recorded, by every method from every camera; what the cameras saw; errors over time."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     sweep, notes, options = made.sweep.arrays, made.sweep.notes, _options(made)
     true = sweep["shown_true"]
@@ -241,38 +237,33 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
         side = np.radians(notes["shown_view_angle_deg"]) + np.pi / 3
         eye = (2600.0 * float(np.sin(side)), -2600.0 * float(np.cos(side)), 1400.0)
         columns = [
-            recording.Split(
-                "rows",
-                [
-                    recording.Space3D(
-                        name=f"{camera} camera: recorded and reconstructed",
-                        contents=("world/original", f"world/reconstructed/{camera}"),
-                        shown=(
-                            "world/original",
-                            *(
-                                f"world/reconstructed/{camera}/{m}"
-                                for m in (
-                                    ("map", "articulated_mirrors")
-                                    if camera == "still"
-                                    else ("articulated_mirrors",)
-                                )
-                            ),
+            recording.Rows(
+                recording.Space3D(
+                    name=f"{camera} camera: recorded and reconstructed",
+                    contents=("world/original", f"world/reconstructed/{camera}"),
+                    shown=(
+                        "world/original",
+                        *(
+                            f"world/reconstructed/{camera}/{m}"
+                            for m in (
+                                ("map", "articulated_mirrors")
+                                if camera == "still"
+                                else ("articulated_mirrors",)
+                            )
                         ),
-                        eye_mm=eye,
                     ),
-                    recording.Image2D(
-                        name=f"image of the {camera} camera", origin=f"image/observed/{camera}"
-                    ),
-                    recording.Plot(
-                        name=f"error (mm) against time (s), {camera} camera",
-                        origin=f"curves/error_mm/{camera}",
-                        y_range=(0.0, 1.7 * worst),  # the legend takes the upper part
-                    ),
-                ],
-                [4, 3, 3],
+                    eye_mm=eye,
+                ),
+                recording.Image2D(name=f"image of the {camera} camera", origin=f"image/observed/{camera}"),
+                recording.Plot(
+                    name=f"error (mm) against time (s), {camera} camera",
+                    origin=f"curves/error_mm/{camera}",
+                    y_range=(0.0, 1.7 * worst),  # the legend takes the upper part
+                ),
+                shares=(4, 3, 3),
             )
             for camera in cameras
         ]
         rec.blueprint(
-            recording.Split("columns", [*columns, recording.Notes()], [3] * len(columns) + [2]), playing=True
+            recording.Columns(*columns, recording.Notes(), shares=[3] * len(columns) + [2]), playing=True
         )

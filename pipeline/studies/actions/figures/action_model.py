@@ -7,8 +7,10 @@ with (c).
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +28,6 @@ from pipeline.studies.actions.figures.synchronizations import (
 from pipeline.studies.figure_inputs import Made, Tables
 from pipeline.studies.options import TimingSweep
 from pipeline.validation import InvalidInput
-
-if TYPE_CHECKING:
-    from pipeline.pictures.sequences import SequencePanel
 
 __all__ = ["picture", "recordings", "tables"]
 
@@ -147,63 +146,48 @@ _COLUMNS = (
 
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """A row to each dimension, the paper's four columns."""
-    from pipeline.pictures.sequences import sequence_panels
+    """Draw a row to each dimension, the paper's four columns."""
+    from pipeline import pictures
 
-    columns = made_tables["table"][0]
-    # One pass over the table: the rows of each sequence stand together.
-    starts = np.flatnonzero(np.diff(columns["sample"], prepend=1) < 0)
-    drawn: dict[tuple[str, int], list[tuple[np.ndarray, np.ndarray]]] = {}
-    for a, b in zip(starts, [*starts[1:], len(columns["sample"])], strict=True):
-        key = str(columns["stage"][a]), int(columns["component"][a])
-        drawn.setdefault(key, []).append((columns["sample"][a:b], columns["value"][a:b]))
+    table, model = made_tables["table"][0], made_tables["table_model"][0]
     shown, bound = dimensions_shown(made), options_of(made).bound
-    rows = [
-        [_panel(made_tables, drawn, bound, k, shown, column) for column in _COLUMNS] for k in range(shown)
-    ]
-    sequence_panels(
+    panels = []
+    for k in range(1, shown + 1):
+        here = model["component"] == k
+        samples, mean, reach = (model[name][here] for name in ("sample", "mean", "standard_deviation"))
+        edge = partial(pictures.Series, x=samples, colour="black", width=0.75)
+        of_model = [
+            edge(y=mean - bound * reach, label=f"±{bound:g} standard deviations"),
+            edge(y=mean + bound * reach),
+            pictures.Series(x=samples, y=mean, label="mean performance", colour="orange", width=1.1),
+        ]
+        for stage, title, abscissa in _COLUMNS:
+            learnt = stage == "model"
+            thin = pictures.Style("" if learnt else "a performance", "blue", width=1 / 3, opacity=0.7)
+            performances = pictures.series(
+                table,
+                x="sample",
+                y="value",
+                units="performance",
+                styles=replace(thin, line="dashed" if learnt else "solid"),
+                where={"component": k, "stage": "synchronized" if learnt else stage},
+            )
+            panels.append(
+                pictures.Panel(
+                    title=title if k == 1 else "",
+                    xlabel=abscissa if k == shown else "",
+                    ylabel=f"Dimension {k}" if stage == "raw" else "",
+                    series=[*performances, *(of_model if learnt else [])],
+                )
+            )
+    pictures.draw_lines(
         stem,
-        rows,
+        panels,
+        columns=len(_COLUMNS),
+        legend="figure",
+        share_y="row",
+        letters=False,
+        panel_size=(1.83, 1.56),
         caption=f"{made.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, and the"
         " performances of (b).",
-    )
-
-
-def _panel(
-    made_tables: Tables,
-    drawn: dict[tuple[str, int], list[tuple[np.ndarray, np.ndarray]]],
-    bound: float,
-    k: int,
-    shown: int,
-    column: tuple[str, str, str],
-) -> SequencePanel:
-    from pipeline.pictures.sequences import Bundle, SequencePanel
-
-    stage, title, abscissa = column
-    bundles = [
-        Bundle(
-            sequences=drawn["synchronized" if stage == "model" else stage, k + 1],
-            style="dashed" if stage == "model" else "solid",
-            width=0.4,
-            opacity=0.7,
-            label="a performance" if stage != "model" else "",
-        )
-    ]
-    if stage == "model":
-        model = made_tables["table_model"][0]
-        here = model["component"] == k + 1
-        samples, mean = model["sample"][here], model["mean"][here]
-        reach = bound * model["standard_deviation"][here]
-        edges = [(samples, mean - reach), (samples, mean + reach)]
-        bundles.append(
-            Bundle(sequences=edges, colour="black", width=0.9, label=f"±{bound:g} standard deviations")
-        )
-        bundles.append(
-            Bundle(sequences=[(samples, mean)], colour="orange", width=1.3, label="mean performance")
-        )
-    return SequencePanel(
-        bundles=bundles,
-        title=title if k == 0 else "",
-        xlabel=abscissa if k == shown - 1 else "",
-        ylabel=f"Dimension {k + 1}" if stage == "raw" else "",
     )

@@ -27,7 +27,7 @@ def dimensions_shown(made: Made) -> int:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The mean performance as a skeleton among the performances; the learnt model over samples; all distances."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     arrays, bound = made.model.arrays, options_of(made).bound
     model = made_tables["table_model"][0]
@@ -59,7 +59,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                 skeleton(made, arrays["synchronized"][m], m),
                 WALKER15.bones,
                 index=index,
-                colour="grey" if m == median else STAGE_COLOURS["synchronized"],
+                colour="original" if m == median else STAGE_COLOURS["synchronized"],
                 thickness_mm=5.0,
             )
         for k in range(1, shown + 1):
@@ -74,36 +74,26 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                 )
         rec.matrix("matrices/distances", arrays["distances"])
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Space3D(
-                                name="mean performance and median sequence",
-                                contents=("world/mean_performance", "world/performances"),
-                                shown=(
-                                    "world/mean_performance",
-                                    f"world/performances/{walker_words(made.walkers[median])}",
-                                ),
-                            ),
-                            recording.Split(
-                                "columns",
-                                [recording.Matrix(name="distances C(n, m)"), recording.Notes()],
-                            ),
-                        ],
-                        [3, 2],
+            recording.Columns(
+                recording.Rows(
+                    recording.Space3D(
+                        name="mean performance and median sequence",
+                        contents=("world/mean_performance", "world/performances"),
+                        shown=(
+                            "world/mean_performance",
+                            f"world/performances/{walker_words(made.walkers[median])}",
+                        ),
                     ),
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Plot(name=f"dimension {k}", origin=f"curves/dimension_{k}")
-                            for k in range(1, shown + 1)
-                        ],
-                    ),
-                ],
-                [1, 1],
+                    recording.Columns(recording.Matrix(name="distances C(n, m)"), recording.Notes()),
+                    shares=(3, 2),
+                ),
+                recording.Rows(
+                    *[
+                        recording.Plot(name=f"dimension {k}", origin=f"curves/dimension_{k}")
+                        for k in range(1, shown + 1)
+                    ]
+                ),
+                shares=(1, 1),
             ),
             playing=True,
         )

@@ -66,16 +66,14 @@ def _bodies(made_tables: Tables) -> tuple[np.ndarray, np.ndarray]:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """A row to a frame: the mean posture, then accepted samples, each over the mean posture."""
-    from pipeline.pictures import (
-        skeletons as pictures_skeletons,  # drawing is slow to import, and not always wanted
-    )
+    from pipeline import pictures
 
     columns = made_tables["table_samples"][0]
     frames, bodies = _bodies(made_tables)
     seen = camera.project(bodies, np.radians(VIEW_DEG))
     accepted = columns["kind"] == "accepted"
     rows = [
-        pictures_skeletons.SkeletonRow(
+        pictures.SkeletonRow(
             label=f"({'abcdefgh'[n % 8]}) frame {frame}", centre=seen[n, 0], others=seen[n, 1:]
         )
         for n, frame in enumerate(frames)
@@ -85,7 +83,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
         f"{columns['nearest_training_mm'][here]:.0f} mm from the nearest recorded one"
         for frame, here in ((f, np.flatnonzero(accepted & (columns["frame"] == f))[0]) for f in frames)
     )
-    pictures_skeletons.skeletons(
+    pictures.draw_skeletons(
         stem,
         rows,
         WALKER15.bones,
@@ -97,7 +95,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The mean performance, playing; at each of the frames the mean posture and its samples side by side."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     frames, bodies = _bodies(made_tables)
     performance = made.sweep.arrays["mean_performance"]
@@ -133,7 +131,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                     (joints + (draw - middle) * _APART_MM * to_right)[None],
                     WALKER15.bones,
                     index=first,
-                    colour="blue" if draw else "grey",
+                    colour="blue" if draw else "original",
                 )
             rows.append(
                 recording.Space3D(
@@ -144,19 +142,13 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                 )
             )
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
-                    recording.Split("rows", rows),
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Space3D(name="mean performance", contents=("world/mean_performance",)),
-                            recording.Notes(),
-                        ],
-                    ),
-                ],
-                [7, 3],
+            recording.Columns(
+                recording.Rows(*rows),
+                recording.Rows(
+                    recording.Space3D(name="mean performance", contents=("world/mean_performance",)),
+                    recording.Notes(),
+                ),
+                shares=(7, 3),
             ),
             playing=True,
         )

@@ -11,7 +11,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import Made, Tables, sd
 
 if TYPE_CHECKING:
-    from pipeline.pictures import curves as pictures
+    from pipeline import pictures
 
 NAMES = {
     "prior": "prior",
@@ -98,7 +98,7 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """A row of panels to a way of leaving out: error against particles, noise and occlusion."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     columns = made_tables["table"][0]
     ways = [str(way) for way in made.sweep.arrays["leave_out"]]
@@ -112,7 +112,6 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             x = np.unique(columns[column][here])
             panels.append(
                 pictures.Panel(
-                    title=f"({'abcdef'[len(panels)]})",
                     series=[
                         _line(
                             columns,
@@ -134,7 +133,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     shown = made.sweep.arrays
     usual = shown["particles"][shown["varied"] == "noise"][0]
     noise = shown["noise_mm"][shown["varied"] == "particles"][0]
-    pictures.curves(
+    pictures.draw_lines(
         stem,
         panels,
         columns=len(_PANELS),
@@ -148,7 +147,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def _line(columns: dict[str, np.ndarray], here: np.ndarray, column: str, named: bool) -> pictures.Series:
     """One method's error over what is varied."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     method = str(columns["method"][here][0])
     order = np.argsort(columns[column][here], kind="stable")
@@ -158,9 +157,9 @@ def _line(columns: dict[str, np.ndarray], here: np.ndarray, column: str, named: 
     return pictures.Series(
         x=x,
         y=y,
-        spread=spread / np.sqrt(count),
+        band=spread / np.sqrt(count),
         label=NAMES[method] if named else "",
-        style=STYLES.get(method, "solid") if len(x) > 1 else "points",
+        line=STYLES.get(method, "solid") if len(x) > 1 else "points",
         colour=COLOURS[method],
     )
 
@@ -173,7 +172,7 @@ def _with_ticks(panel: pictures.Panel, places: np.ndarray) -> pictures.Panel:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """One performance: true, tracked with the prior and without, the mean alone; what the camera saw; errors."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     sweep, notes = made.sweep.arrays, made.sweep.notes
     times = sweep["shown_time_s"]
@@ -221,21 +220,15 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             for method in ("prior", "no_prior_own_step", "mean_best_phase")
         ]
         rec.blueprint(
-            recording.Split(
-                "rows",
-                [
-                    recording.Split("columns", spaces),
-                    recording.Split(
-                        "columns",
-                        [
-                            recording.Image2D(name="observed joints"),
-                            recording.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
-                            recording.Notes(),
-                        ],
-                        [1, 2, 1],
-                    ),
-                ],
-                [3, 2],
+            recording.Rows(
+                recording.Columns(*spaces),
+                recording.Columns(
+                    recording.Image2D(name="observed joints"),
+                    recording.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
+                    recording.Notes(),
+                    shares=(1, 2, 1),
+                ),
+                shares=(3, 2),
             ),
             playing=True,
         )

@@ -140,8 +140,7 @@ def _dimension(made: Made) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """The image with the rhombus and the path; beside it both sequences, before and after."""
-    from pipeline.pictures.matrix import HeatMap, heat_map
-    from pipeline.pictures.sequences import Bundle, SequencePanel
+    from pipeline import pictures
 
     columns, path = made_tables["table"][0], made_tables["table_path"][0]
     values, disparities = _image(columns)
@@ -150,12 +149,10 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     for letter, (stage, (pattern, other)) in zip("bc", _dimension(made).items(), strict=True):
         words = "before" if stage == "linear" else "after"
         panels.append(
-            SequencePanel(
-                bundles=[
-                    Bundle(
-                        sequences=[(samples, pattern)], colour="black", width=1.2, label="median sequence"
-                    ),
-                    Bundle(sequences=[(samples, other)], colour="blue", width=1.2, label=made.walkers[m]),
+            pictures.Panel(
+                series=[
+                    pictures.Series(x=samples, y=pattern, colour="original", label="median sequence"),
+                    pictures.Series(x=samples, y=other, colour="blue", label=made.walkers[m]),
                 ],
                 title=f"({letter}) {words}",
                 xlabel="Sample" if stage == "synchronized" else "",
@@ -163,9 +160,9 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             )
         )
     facts = {name: values[0] for name, values in made_tables["table_pair"][0].items()}
-    heat_map(
+    pictures.draw_heat_map(
         stem,
-        HeatMap(
+        pictures.HeatMap(
             values=values,
             x=samples,
             y=disparities,
@@ -187,7 +184,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The image with the path; over samples, the disparity, its distance so far, and both sequences."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     columns, path = made_tables["table"][0], made_tables["table_path"][0]
     values, disparities = _image(columns)
@@ -215,52 +212,43 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             np.sqrt(np.where(np.isnan(values), np.nanmax(values), values))[::-1],
             paths={
                 "trellis": (drawn(closed[:, 1], closed[:, 0]), "grey"),
-                "optimal_path": (drawn(path["disparity"], samples), "vermilion"),
+                "optimal_path": (drawn(path["disparity"], samples), "optimal_path"),
             },
         )
         colour = STAGE_COLOURS["synchronized"]
-        rec.curve("curves/disparity/path", samples, path["disparity"], label="disparity", colour="vermilion")
+        rec.curve(
+            "curves/disparity/path", samples, path["disparity"], label="disparity", colour="optimal_path"
+        )
         rec.curve(
             "curves/accumulated_cost/path",
             samples,
             path["accumulated_cost"],
             label="distance so far",
-            colour="vermilion",
+            colour="optimal_path",
         )
         for stage, (pattern, other) in _dimension(made).items():
             where = f"curves/dimension_{DIMENSION}/{stage}"
-            rec.curve(f"{where}/pattern", samples, pattern, label="median sequence", colour="grey")
+            rec.curve(f"{where}/pattern", samples, pattern, label="median sequence", colour="original")
             rec.curve(f"{where}/performance", samples, other, label=made.walkers[m], colour=colour)
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Matrix(name="disparity space image, optimal path"),
-                            recording.Notes(),
-                        ],
-                        [3, 1],
+            recording.Columns(
+                recording.Rows(
+                    recording.Matrix(name="disparity space image, optimal path"),
+                    recording.Notes(),
+                    shares=(3, 1),
+                ),
+                recording.Rows(
+                    recording.Plot(name="disparity (samples)", origin="curves/disparity"),
+                    recording.Plot(
+                        name=f"dimension {DIMENSION}, before: linearly synchronized",
+                        origin=f"curves/dimension_{DIMENSION}/linear",
                     ),
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Plot(name="disparity (samples)", origin="curves/disparity"),
-                            recording.Plot(
-                                name=f"dimension {DIMENSION}, before: linearly synchronized",
-                                origin=f"curves/dimension_{DIMENSION}/linear",
-                            ),
-                            recording.Plot(
-                                name=f"dimension {DIMENSION}, after: synchronized automatically",
-                                origin=f"curves/dimension_{DIMENSION}/synchronized",
-                            ),
-                            recording.Plot(
-                                name="distance along the path so far", origin="curves/accumulated_cost"
-                            ),
-                        ],
+                    recording.Plot(
+                        name=f"dimension {DIMENSION}, after: synchronized automatically",
+                        origin=f"curves/dimension_{DIMENSION}/synchronized",
                     ),
-                ],
-                [1, 1],
+                    recording.Plot(name="distance along the path so far", origin="curves/accumulated_cost"),
+                ),
+                shares=(1, 1),
             )
         )

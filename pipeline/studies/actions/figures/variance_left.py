@@ -7,6 +7,7 @@ people differ in their postures too.  Less than that is left where time bends to
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -66,36 +67,34 @@ def _lines(made_tables: Tables) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Variance left, raw against frames and the others against samples."""
-    from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
+    """Draw the variance left, raw against frames and the others against samples."""
+    from pipeline import pictures
 
-    lines, told = _lines(made_tables), made_tables["table_stages"][0]
-    left = dict(zip(told["stage"], told["variance_left_to_linear"], strict=True))
-    limits = (0.0, 1.06 * max(float(variance.max()) for _, variance in lines.values()))
-
-    def panel(stages: list[str], title: str, abscissa: str) -> SequencePanel:
-        return SequencePanel(
-            bundles=[
-                Bundle(
-                    sequences=[lines[stage]],
-                    label=f"{_SHORT[stage]} ({left[stage]:.2f})",
-                    colour=STAGE_COLOURS[stage],
-                    style="dashed" if stage == "true_warp" else "solid",
-                    width=1.2,
-                )
-                for stage in stages
-            ],
-            title=title,
-            xlabel=abscissa,
-            ylabel="Variance left" if stages == ["raw"] else "",
-            ylim=limits,
+    told = made_tables["table_stages"][0]
+    left = dict(zip(map(str, told["stage"]), told["variance_left_to_linear"], strict=True))
+    styles = {
+        stage: pictures.Style(
+            f"{_SHORT[stage]} ({left[stage]:.2f})",
+            STAGE_COLOURS[stage],
+            line="dashed" if stage == "true_warp" else "solid",
         )
-
-    others = [stage for stage in lines if stage != "raw"]
-    sequence_panels(
+        for stage in left
+    }
+    panel = partial(pictures.Panel, y="variance_left", from_zero=True)
+    others = [stage for stage in styles if stage != "raw"]
+    pictures.draw_lines(
         stem,
-        [[panel(["raw"], "(a) not synchronized", "Frame"), panel(others, "(b) synchronized", "Sample")]],
-        row_height=2.3,
+        [
+            panel(where={"stage": "raw"}, title="not synchronized", xlabel="Frame", ylabel="Variance left"),
+            panel(where={"stage": others}, title="synchronized", xlabel="Sample"),
+        ],
+        made_tables["table"][0],
+        x="sample",
+        by="stage",
+        styles=styles,
+        columns=2,
+        legend="figure",
+        share_y="row",
         caption=f"{made.caption} In brackets: mean over samples, relative to linear synchronization.",
     )
 
@@ -111,7 +110,7 @@ _SHORT = {
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Variance left over samples; the mean performance of each way of synchronizing at the sample at the cursor."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     lines = _lines(made_tables)
     with recording.Recording(
@@ -146,33 +145,24 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                     thickness_mm=3.0,
                 )
         rec.blueprint(
-            recording.Split(
-                "rows",
-                [
-                    recording.Split(
-                        "columns",
-                        [
-                            recording.Space3D(
-                                name=STAGE_NAMES[stage],
-                                contents=(f"world/{stage}",),
-                                eye_mm=(2000.0, 700.0, 1200.0),
-                                target_mm=(0.0, 100.0, 800.0),
-                            )
-                            for stage in _COMPARED
-                        ],
-                    ),
-                    recording.Split(
-                        "columns",
-                        [
-                            recording.Plot(
-                                name="variance between performances left", origin="curves/variance_left"
-                            ),
-                            recording.Notes(),
-                        ],
-                        [2, 1],
-                    ),
-                ],
-                [3, 2],
+            recording.Rows(
+                recording.Columns(
+                    *[
+                        recording.Space3D(
+                            name=STAGE_NAMES[stage],
+                            contents=(f"world/{stage}",),
+                            eye_mm=(2000.0, 700.0, 1200.0),
+                            target_mm=(0.0, 100.0, 800.0),
+                        )
+                        for stage in _COMPARED
+                    ]
+                ),
+                recording.Columns(
+                    recording.Plot(name="variance between performances left", origin="curves/variance_left"),
+                    recording.Notes(),
+                    shares=(2, 1),
+                ),
+                shares=(3, 2),
             ),
             playing=True,
         )

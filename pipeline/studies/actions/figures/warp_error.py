@@ -104,12 +104,12 @@ def _reference(made_tables: Tables, stage: str, column: str) -> float:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Error where the pattern moves, and everywhere, against smoothness; without a penalty at the left."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     panels = []
-    for letter, column, label in (
-        ("a", "error_moving", "Error while it moves (frames)"),
-        ("b", "error", "Error everywhere (frames)"),
+    for column, label in (
+        ("error_moving", "Error while it moves (frames)"),
+        ("error", "Error everywhere (frames)"),
     ):
         series: list[pictures.Series] = []
         references: list[tuple[str, float, str]] = []
@@ -121,10 +121,10 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                     pictures.Series(
                         x=lines["smoothness"][above],
                         y=lines[f"{column}_frames"][above],
-                        spread=lines[f"{column}_sd_frames"][above],
+                        band=lines[f"{column}_sd_frames"][above],
                         label=PENALTY_NAMES[penalty],
                         colour=PENALTY_COLOURS[penalty],
-                        style="solid" if penalty == "change" else "dashed",
+                        line="solid" if penalty == "change" else "dashed",
                     )
                 )
             if not above.all() and not references:
@@ -136,7 +136,6 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
         panels.append(
             pictures.Panel(
                 series=series,
-                title=f"({letter})",
                 xlabel="Smoothness µ (mean squared deviations of a frame)",
                 ylabel=label,
                 xscale="log",
@@ -144,7 +143,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 references=references,
             )
         )
-    pictures.curves(
+    pictures.draw_lines(
         stem,
         panels,
         caption=f"{made.caption} Errors of the frame that is matched with a sample of the median sequence: (a) over "
@@ -154,7 +153,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Both errors over the values of smoothness, which are numbered: they lie too unevenly for an axis."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     values = np.sort(made.sweep.arrays["smoothness"])
     numbers = np.arange(len(values))
@@ -187,23 +186,15 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                     colour=STAGE_COLOURS[stage],
                 )
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Plot(
-                                name="error while the pattern moves (frames)",
-                                origin="curves/error_moving_frames",
-                            ),
-                            recording.Plot(
-                                name="error over all samples (frames)", origin="curves/error_frames"
-                            ),
-                        ],
+            recording.Columns(
+                recording.Rows(
+                    recording.Plot(
+                        name="error while the pattern moves (frames)",
+                        origin="curves/error_moving_frames",
                     ),
-                    recording.Notes(),
-                ],
-                [3, 1],
+                    recording.Plot(name="error over all samples (frames)", origin="curves/error_frames"),
+                ),
+                recording.Notes(),
+                shares=(3, 1),
             )
         )

@@ -123,37 +123,35 @@ def drawn(made: Made) -> list[int]:
 
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Four panels of some performances."""
-    from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
+    """Draw some performances, a panel to each way of synchronizing."""
+    from pipeline import pictures
 
-    report, columns = _report(made), made_tables["table"][0]
+    report = _report(made)
     median, *others = (made.walkers[m] for m in drawn(made))
-    panels = []
-    for letter, stage in zip("abcd", STAGES, strict=True):
-        here = columns["stage"] == stage
-
-        def line(name: str, here: np.ndarray = here) -> list[tuple[np.ndarray, np.ndarray]]:
-            rows = here & (columns["performance"] == name)
-            return [(columns["time_s"][rows], columns["value"][rows])]
-
-        bundles = [
-            Bundle(sequences=line(name), colour=COLOURS[i % len(COLOURS)], width=0.9)
-            for i, name in enumerate(others)
-        ]
-        bundles.append(Bundle(sequences=line(median), colour="black", width=1.4, label="median sequence"))
-        left = letter in "ac"
-        panels.append(
-            SequencePanel(
-                bundles=bundles,
-                title=f"({letter}) {STAGE_NAMES[stage]}",
-                xlabel="Time (s)",
-                ylabel=f"Dimension {report.dimension} of the aSpace" if left else "",
-            )
+    styles = {
+        name: pictures.Style(colour=COLOURS[i % len(COLOURS)], width=0.75) for i, name in enumerate(others)
+    }
+    styles[median] = pictures.Style("median sequence", "original", width=1.2)
+    panels = [
+        pictures.Panel(
+            y="value",
+            where={"stage": stage, "performance": list(styles)},
+            title=STAGE_NAMES[stage],
+            ylabel="" if i % 2 else f"Dimension {report.dimension} of the aSpace",
         )
-    sequence_panels(
+        for i, stage in enumerate(STAGES)
+    ]
+    pictures.draw_lines(
         stem,
-        [panels[:2], panels[2:]],
-        row_height=2.1,
+        panels,
+        made_tables["table"][0],
+        x="time_s",
+        by="performance",
+        styles=styles,
+        xlabel="Time (s)",
+        columns=2,
+        legend="figure",
+        share_y="row",
         caption=f"{made.caption} Drawn: {len(others) + 1} performances, from the shortest to the longest, and the"
         " median sequence; in (b) to (d) all have the mean duration.",
     )
@@ -161,11 +159,11 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The median sequence and the performance farthest from it in time, linear above, synchronized below."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     dimension, columns = _report(made).dimension, made_tables["table"][0]
     people = {"pattern": int(made.model.notes["median"]), "performance": farthest(made)}
-    colours = {"pattern": "grey", "performance": ""}
+    colours = {"pattern": "original", "performance": ""}
     shown = {
         "linear": "before: linearly synchronized",
         "synchronized": "after: synchronized automatically",
@@ -209,37 +207,30 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             colour=STAGE_COLOURS["synchronized"],
         )
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Space3D(
-                                name=words,
-                                contents=(f"world/{stage}",),
-                                eye_mm=(2500.0, 0.0, 1100.0),
-                                target_mm=(0.0, 0.0, 800.0),
-                            )
-                            for stage, words in shown.items()
-                        ],
+            recording.Columns(
+                recording.Rows(
+                    *[
+                        recording.Space3D(
+                            name=words,
+                            contents=(f"world/{stage}",),
+                            eye_mm=(2500.0, 0.0, 1100.0),
+                            target_mm=(0.0, 0.0, 800.0),
+                        )
+                        for stage, words in shown.items()
+                    ]
+                ),
+                recording.Rows(
+                    *(
+                        recording.Plot(
+                            name=f"dimension {dimension} of the aSpace, {words}",
+                            origin=f"curves/dimension_{dimension}/{stage}",
+                        )
+                        for stage, words in shown.items()
                     ),
-                    recording.Split(
-                        "rows",
-                        [
-                            *(
-                                recording.Plot(
-                                    name=f"dimension {dimension} of the aSpace, {words}",
-                                    origin=f"curves/dimension_{dimension}/{stage}",
-                                )
-                                for stage, words in shown.items()
-                            ),
-                            recording.Plot(name="disparity (samples)", origin="curves/disparity"),
-                            recording.Notes(),
-                        ],
-                    ),
-                ],
-                [1, 1],
+                    recording.Plot(name="disparity (samples)", origin="curves/disparity"),
+                    recording.Notes(),
+                ),
+                shares=(1, 1),
             ),
             playing=True,
         )

@@ -5,17 +5,20 @@ Root error and radius scale are here, a whole skeleton with missing points in `p
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pipeline import pictures
 from pipeline.core.limb_chain import WALKER14
 from pipeline.studies.figure_inputs import Made, Tables, sd
 from pipeline.studies.limbs.figures import missing_data
 from pipeline.studies.limbs.figures.limb_paths import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
+    CAMERA_COLOURS,
     CAMERA_NAMES,
     EYE_MM,
     LEAST,
@@ -26,8 +29,6 @@ from pipeline.studies.limbs.figures.limb_paths import (
     sphere,
 )
 from pipeline.studies.options import MissingDataSweep, RadiusScaleSweep, RootErrorSweep
-
-RECORDED_COLOURS = {"shaky": "blue", "still": "orange", "moving": "purple"}
 
 
 def tables(made: Made) -> Tables:
@@ -45,67 +46,22 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Median and quartiles against what is swept."""
-    from pipeline.studies.limbs.figures import (
-        limb_errors_picture,  # drawing is slow to import, and not always wanted
-    )
-
     match made.config.sweep:
         case RootErrorSweep():
-            limb_errors_picture.root_error(made, made_tables, stem)
+            _draw_root_error(made, made_tables, stem)
         case RadiusScaleSweep():
-            limb_errors_picture.radius_scale(made, made_tables, stem)
+            _draw_radius_scale(made, made_tables, stem)
         case _:
             missing_data.picture(made, made_tables, stem)
 
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """The curves, and one limb on its sphere at the value at the cursor, or a skeleton with missing points."""
-    points = made_tables["table_cameras" if "table_cameras" in made_tables else "table_points"][0]
     match made.config.sweep:
         case RootErrorSweep():
-            _recording(
-                made,
-                folder,
-                timeline="root_error_per_mille",
-                at=np.rint(1000 * made.sweep.arrays["values"]).astype(int),
-                curves={
-                    f"child_error/{camera}": (
-                        points["child_error_median"][points["camera"] == camera],
-                        CAMERA_NAMES[camera],
-                        RECORDED_COLOURS[camera],
-                    )
-                    for camera in map(str, made.sweep.arrays["cameras"])
-                }
-                | {
-                    "child_error/parent": (
-                        points["root_error_ratio"][points["camera"] == made.sweep.arrays["cameras"][0]],
-                        "error of the parent",
-                        "grey",
-                    )
-                },
-                plot="median error / limb length over 1000 x root error / limb length",
-            )
+            _record_root_error(made, made_tables, folder)
         case RadiusScaleSweep():
-            first = points["camera"] == made.sweep.arrays["cameras"][0]
-            _recording(
-                made,
-                folder,
-                timeline="log10_scale_per_mille",
-                at=np.rint(1000 * np.log10(made.sweep.arrays["values"])).astype(int),
-                curves={
-                    f"log10_limb_error/{adjust}": (
-                        np.log10(
-                            np.maximum(
-                                points["limb_error_median"][first & (points["adjust"] == adjust)], LEAST
-                            )
-                        ),
-                        ADJUST_NAMES[adjust],
-                        ADJUST_COLOURS[adjust],
-                    )
-                    for adjust in map(str, made.sweep.arrays["adjusts"])
-                },
-                plot="log10 of median error / limb length over 1000 log10 of the scale",
-            )
+            _record_radius_scale(made, made_tables, folder)
         case _:
             missing_data.recordings(made, made_tables, folder)
 
@@ -213,27 +169,158 @@ def _points(rows: list[dict[str, Any]], first: str, sort_by: list[str]) -> Table
     }
 
 
-def _recording(
+def _draw_root_error(made: Made, made_tables: Tables, stem: Path) -> None:
+    """Draw the error against that of the parent, and its standard deviation over trials."""
+    table = made_tables["table_cameras"][0]
+    cameras = [str(camera) for camera in made.sweep.arrays["cameras"]]
+    styles = {
+        camera: pictures.Style(
+            camera, CAMERA_COLOURS[camera], line="dashed" if number else "solid", banded=not number
+        )
+        for number, camera in enumerate(cameras)
+    }
+    ratios = made.sweep.arrays["values"]
+    parent = pictures.Series(x=ratios, y=ratios, label="parent", colour="null", line="dotted")
+    panel = partial(pictures.Panel, from_zero=True)
+    pictures.draw_lines(
+        stem,
+        [
+            panel(
+                y="child_error_median",
+                band=("child_error_low", "child_error_high"),
+                ylabel="3D error / limb length",
+                series=[parent],
+            ),
+            panel(y="child_error_sd", ylabel="Its standard deviation", legend=()),
+        ],
+        table,
+        x="root_error_ratio",
+        by="camera",
+        styles=styles,
+        xlabel=r"Error of the parent $r_e$ / limb length $r_a$",
+        columns=2,
+        caption=f"{made.caption} {_trials(made)} (a) Median from a {cameras[0]} camera"
+        + (f", and from a {' or '.join(cameras[1:])} one (dashed)" if len(cameras) > 1 else "")
+        + "; band: quartiles; dotted: the error of the parent itself. (b) Over trials.",
+    )
+
+
+def _draw_radius_scale(made: Made, made_tables: Tables, stem: Path) -> None:
+    """Draw the error against the scale of the radius, a panel to a camera."""
+    table = dict(made_tables["table_cameras"][0])
+    for end in ("median", "low", "high"):
+        table[f"limb_error_{end}"] = np.maximum(table[f"limb_error_{end}"], LEAST)
+    styles = {
+        adjust: pictures.Style(
+            adjust.replace("_", " "),
+            ADJUST_COLOURS[adjust],
+            line="dashed" if way else "solid",
+            banded=not way,
+        )
+        for way, adjust in enumerate(map(str, made.sweep.arrays["adjusts"]))
+    }
+    panels = [
+        pictures.Panel(
+            y="limb_error_median",
+            band=("limb_error_low", "limb_error_high"),
+            where={"camera": camera},
+            ylabel=f"3D error / limb length, {CAMERA_NAMES[camera]}",
+            xscale="log",
+            yscale="log",
+            references=[("x", 1.0, ""), ("x", 10.0, "")],
+        )
+        for camera in map(str, made.sweep.arrays["cameras"])
+    ]
+    pictures.draw_lines(
+        stem,
+        panels,
+        table,
+        x="radius_scale",
+        by="adjust",
+        styles=styles,
+        xlabel="Assumed radius / true radius",
+        columns=2,
+        caption=f"{made.caption} {_trials(made)} Lines: median for each way of adjusting the radius to rays that miss "
+        "the sphere (global: as long as the farthest ray asks for, as in the paper; robust: as 95 % of the rays ask "
+        "for; per frame: longer in a frame alone); band: quartiles of the first. Dotted: the true radius, and ten "
+        "times that.",
+    )
+
+
+def _trials(made: Made) -> str:
+    """How many trials, before which camera, without noise or with it, for captions."""
+    sweep = made.config.sweep
+    assert isinstance(sweep, RootErrorSweep | RadiusScaleSweep)
+    noise = f"noise of {sweep.noise_px:g} px" if sweep.noise_px else "no noise"
+    return (
+        f"{sweep.trials} limbs at every point, {sweep.distance_mm / 1000:g} m from the camera, {noise}. Error: mean "
+        "distance over the limb's length."
+    )
+
+
+def _record_root_error(made: Made, made_tables: Tables, folder: Path) -> None:
+    """Log the median error from every camera, and the error of the parent, over the latter."""
+    table = made_tables["table_cameras"][0]
+    ratio, first = table["root_error_ratio"], table["camera"] == made.sweep.arrays["cameras"][0]
+    curves = {
+        "root_error_per_mille": np.rint(1000 * np.concatenate([ratio, ratio[first]])),
+        "child_error": np.concatenate([table["child_error_median"], ratio[first]]),
+        "series": np.concatenate([table["camera"], np.full(first.sum(), "parent")]),
+    }
+    styles = {camera: pictures.Style(CAMERA_NAMES[camera], CAMERA_COLOURS[camera]) for camera in CAMERA_NAMES}
+    _record(
+        made,
+        folder,
+        curves,
+        timeline="root_error_per_mille",
+        y="child_error",
+        by="series",
+        styles={**styles, "parent": pictures.Style("error of the parent", "null")},
+        plot="median error / limb length over 1000 x root error / limb length",
+    )
+
+
+def _record_radius_scale(made: Made, made_tables: Tables, folder: Path) -> None:
+    """Log the median error before the first camera over the scale of the radius, both as logarithms."""
+    table = made_tables["table_points"][0]
+    curves = {
+        "log10_scale_per_mille": np.rint(1000 * np.log10(table["radius_scale"])),
+        "log10_limb_error": np.log10(np.maximum(table["limb_error_median"], LEAST)),
+        "adjust": table["adjust"],
+    }
+    _record(
+        made,
+        folder,
+        curves,
+        timeline="log10_scale_per_mille",
+        y="log10_limb_error",
+        by="adjust",
+        styles={a: pictures.Style(ADJUST_NAMES[a], ADJUST_COLOURS[a]) for a in ADJUST_NAMES},
+        plot="log10 of median error / limb length over 1000 log10 of the scale",
+    )
+
+
+def _record(
     made: Made,
     folder: Path,
+    table: dict[str, np.ndarray],
     *,
     timeline: str,
-    at: np.ndarray,
-    curves: dict[str, tuple[np.ndarray, str, str]],
+    y: str,
+    by: str,
+    styles: dict[str, pictures.Style],
     plot: str,
 ) -> None:
-    """Curves over what is swept, and the limb that is shown, on its sphere."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    """Log curves over what is swept, and the limb that is shown, on its sphere."""
+    from pipeline import recordings
 
     sweep = made.sweep.arrays
     shown = int(sweep["shown"][0])
     truth, found = RADIUS_MM * sweep["paths"][:, 0], RADIUS_MM * OUTSIDE * sweep["paths"][:, 1]
     globe, wires = sphere()
-    heights = np.concatenate([values for values, _, _ in curves.values()])
-    # Room for the legend above the curves.
-    low, high = float(heights.min()), float(heights.min() + 1.35 * max(np.ptp(heights), 1e-6))
+    at = np.unique(table[timeline])
     bones, index = path_bones(truth.shape[1]), {timeline: at}
-    with recording.Recording(
+    with recordings.Recording(
         folder / "recording.rrd",
         name=made.config.figure,
         about=made.about + f"\nThe limb shown is `{WALKER14.limbs[sweep['limb'][shown]]}` of "
@@ -244,22 +331,18 @@ def _recording(
         timeline=timeline,
         edition=f"{made.config.data.name} {made.config.scale.name}",
     ) as rec:
-        for name, (values, label, colour) in curves.items():
-            rec.curve(f"curves/{name}", at, values, label=label, colour=colour)
+        rec.curves(table, x=timeline, y=y, by=by, styles=styles)
         rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)
         rec.skeleton("world/estimate", found, bones, index=index, colour="orange", thickness_mm=6.0)
         rec.skeleton("world/sphere", globe, wires, index={timeline: at[:1]}, thickness_mm=1.0)
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
-                    recording.Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)),
-                    recording.Split(
-                        "rows",
-                        [recording.Plot(name=plot, origin="curves", y_range=(low, high)), recording.Notes()],
-                        [3, 2],
-                    ),
-                ],
-                [1, 1],
+            recordings.Columns(
+                recordings.Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)),
+                recordings.Rows(
+                    recordings.Plot(name=plot, headroom=0.3),
+                    recordings.Notes(),
+                    shares=(3, 2),
+                ),
+                shares=(1, 1),
             )
         )

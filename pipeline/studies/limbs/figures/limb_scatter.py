@@ -153,7 +153,7 @@ def _correlations(sweep: Mapping[str, Any]) -> dict[str, np.ndarray]:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Error of every trial against reconstructibility, with the running median, and against the mirror margin."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     columns, running = made_tables["table"][0], made_tables["table_running"][0]
     cameras = [str(camera) for camera in made.sweep.arrays["cameras"]]
@@ -163,7 +163,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             pictures.Series(
                 x=np.clip(columns[column][columns["camera"] == camera], 1e-2, EDGES[-1]),
                 y=columns["limb_error"][columns["camera"] == camera],
-                style="points",
+                line="points",
                 label=CAMERA_NAMES[camera] if named else "",
                 colour=CAMERA_COLOURS[camera],
             )
@@ -182,7 +182,6 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     overall = correlation["camera"] == "all"
     panels = [
         pictures.Panel(
-            title="(a)",
             series=[*dots("reconstructibility", True), line],
             xlabel=rf"Reconstructibility $\eta_a${reading}",
             ylabel="3D error / limb length",
@@ -191,7 +190,6 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             references=[("x", 1.0, "")],
         ),
         pictures.Panel(
-            title="(b)",
             series=dots("mirror_margin", False),
             xlabel=r"Margin of the mirror $J(-s)\,/\,J(s)$",
             xscale="log",
@@ -207,7 +205,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
         if green.any()
         else ""
     )
-    pictures.curves(
+    pictures.draw_lines(
         stem,
         panels,
         columns=2,

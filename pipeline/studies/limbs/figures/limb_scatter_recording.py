@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline import recordings as recording
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import GREEN_ABOVE
-from pipeline.recordings import recording
 from pipeline.studies.figure_inputs import Made
 from pipeline.studies.limbs.figures.limb_paths import (
     CAMERA_NAMES,
@@ -23,7 +23,7 @@ from pipeline.studies.limbs.figures.limb_paths import (
 RANGE = (1e-2, 1e3)
 """Of reconstructibility, as it is shown."""
 
-_ESTIMATE, _TRUTH, _IMPOSTOR = "orange", "green", "vermilion"
+_ESTIMATE, _TRUTH, _IMPOSTOR = "amber", "green", "orange"
 
 
 def record(made: Made, running: dict[str, np.ndarray], eta_given: np.ndarray, folder: Path) -> None:
@@ -64,7 +64,7 @@ def record(made: Made, running: dict[str, np.ndarray], eta_given: np.ndarray, fo
         name=made.config.figure,
         about=made.about
         + "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of one metre: "
-        f"{_TRUTH} the truth, {_IMPOSTOR} (red) the impostor, {_ESTIMATE} (amber) the estimate, drawn "
+        f"{_TRUTH} the truth, {_IMPOSTOR} the impostor, {_ESTIMATE} the estimate, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(shown['good'])}\n- impostor: "
         f"{words(shown['impostor'])}\n- at the cursor: the trial with that reconstructibility.\n\n"
         "The cursor counts 1000 log10 of eta: 0 is eta = 1, 301 is 2, 1000 is 10.\n",
@@ -113,21 +113,13 @@ def record(made: Made, running: dict[str, np.ndarray], eta_given: np.ndarray, fo
             )
         ]
         rec.blueprint(
-            recording.Split(
-                "rows",
-                [
-                    recording.Split("columns", spaces),
-                    recording.Split(
-                        "columns",
-                        [
-                            recording.Plot(
-                                name="error / length over 1000 log10 of eta", origin="curves/limb_error"
-                            ),
-                            recording.Notes(),
-                        ],
-                        [2, 1],
-                    ),
-                ],
-                [3, 2],
+            recording.Rows(
+                recording.Columns(*spaces),
+                recording.Columns(
+                    recording.Plot(name="error / length over 1000 log10 of eta", origin="curves/limb_error"),
+                    recording.Notes(),
+                    shares=(2, 1),
+                ),
+                shares=(3, 2),
             )
         )

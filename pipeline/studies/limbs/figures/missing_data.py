@@ -60,7 +60,7 @@ def tables(made: Made) -> Tables:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Relative error as in the paper, and the error of points that were seen and of those that were not."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     sweep, columns = _options(made), made_tables["table_points"][0]
     patterns = [str(pattern) for pattern in made.sweep.arrays["patterns"]]
@@ -74,14 +74,14 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             pictures.Series(
                 x=x,
                 y=mean,
-                spread=spread if pattern == patterns[0] else None,
+                band=spread if pattern == patterns[0] else None,
                 label=PATTERN_LABELS[pattern],
                 colour=colour,
             ),
             pictures.Series(
                 x=x,
                 y=columns["relative_error_up_to_mirror_mean"][order],
-                style="dashed",
+                line="dashed",
                 colour=colour,
             ),
         ]
@@ -97,7 +97,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 x=x,
                 y=columns["seen_error_mm_median"][order],
                 label="seen" if pattern == patterns[0] else "",
-                style="dotted",
+                line="dotted",
                 colour=colour,
             ),
         ]
@@ -105,17 +105,16 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     published = pictures.Series(
         x=np.array([100.0 * PUBLISHED_FRACTION]),
         y=np.array([PUBLISHED_ERROR]),
-        style="points",
+        line="points",
         label="published",
         colour="black",
     )
     cameras = ", ".join(CAMERA_NAMES[camera] for camera in sweep.cameras)
     high = columns["relative_error_mean"] + columns["relative_error_sd"]
-    pictures.curves(
+    pictures.draw_lines(
         stem,
         [
             pictures.Panel(
-                title="(a)",
                 series=[*panels[0], published],
                 xlabel="Missing points (%)",
                 xlim=limits,
@@ -123,7 +122,6 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 ylim=(0.0, 1.05 * float(high.max())),
             ),
             pictures.Panel(
-                title="(b)",
                 series=[line for line in panels[1] if len(line.x)],
                 xlabel="Missing points (%)",
                 xlim=limits,
@@ -148,7 +146,7 @@ def _options(made: Made) -> MissingDataSweep:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """One skeleton, recorded and reconstructed with its missing points imputed; errors over time and fractions."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     sweep, notes, columns = made.sweep.arrays, made.sweep.notes, made_tables["table_points"][0]
     true, found, imputed = sweep["shown_true"], sweep["shown_found"], sweep["shown_imputed"]
@@ -209,28 +207,19 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             for p in map(str, sweep["patterns"])
         ]
         rec.blueprint(
-            recording.Split(
-                "rows",
-                [
-                    recording.Split(
-                        "columns",
-                        [
-                            recording.Space3D(name="recorded and reconstructed"),
-                            recording.Image2D(name="observed"),
-                        ],
-                        [3, 2],
-                    ),
-                    recording.Split(
-                        "columns",
-                        [
-                            recording.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
-                            recording.Split("tabs", bars),
-                            recording.Notes(),
-                        ],
-                        [2, 1, 1],
-                    ),
-                ],
-                [3, 2],
+            recording.Rows(
+                recording.Columns(
+                    recording.Space3D(name="recorded and reconstructed"),
+                    recording.Image2D(name="observed"),
+                    shares=(3, 2),
+                ),
+                recording.Columns(
+                    recording.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
+                    recording.Tabs(*bars),
+                    recording.Notes(),
+                    shares=(2, 1, 1),
+                ),
+                shares=(3, 2),
             ),
             playing=True,
         )

@@ -116,10 +116,7 @@ def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """A row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
-    from pipeline.pictures.motions import (  # drawing is slow to import, and not always wanted
-        MotionBlock,
-        motions,
-    )
+    from pipeline import pictures
 
     options, report = options_of(made)
     sweep = made.sweep.arrays
@@ -141,21 +138,21 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
             number = n * len(cameras) + c
             action = str(of_clips["action"][number]).split(" - ")[0].split(",")[0]
             row.append(
-                MotionBlock(
+                pictures.MotionBlock(
                     title=f"{action.capitalize()}, {camera} camera: {of_clips['error_mm'][number]:.0f} mm",
                     image=upright_mm(made, sweep["images"][n, c, instants]),
                     truth=np.stack([across(truth[instants], angle) for angle in angles]),
                     reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
                     paths_true=paths[0],
                     paths=paths[1],
-                    lights=tuple(
+                    confidence=tuple(
                         str(light[n, c, LIMBS.index(WALKER15.joints[j])]) for _, j in WALKER15.bones
                     ),
                 )
             )
         rows.append(row)
     errors = [of_clips["error_mm"][of_clips["camera"] == camera].mean() for camera in cameras]
-    motions(
+    pictures.draw_motions(
         stem,
         rows,
         WALKER15.bones,

@@ -15,9 +15,9 @@ from pipeline.studies.options import LimbDataset, MotionsReport, MotionsSweep
 from pipeline.validation import InvalidInput
 
 if TYPE_CHECKING:
-    from pipeline.recordings import recording
+    from pipeline import recordings as recording
 
-LIGHTS = {"green": "green", "amber": "orange", "red": "vermilion"}
+LIGHTS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 """Colours of the lights."""
 
 ROOT = WALKER15.index("pelvis")
@@ -63,7 +63,7 @@ def upright_mm(made: Made, image: np.ndarray) -> np.ndarray:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Every clip shown, from every camera: truth, reconstruction by lights, image, whole trajectories."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     sweep = made.sweep.arrays
     clips, starts = (made.dataset.arrays[name][sweep["stretch"]] for name in ("clip", "start_s"))
@@ -83,7 +83,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
         + "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
         "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<light>`, "
         "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
-        "between a limb and its mirror, orange where they are in doubt, vermilion where both are as good.\n\n"
+        "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
         "| clip | action | from | camera | error | light |\n|---|---|---|---|---|---|\n"
         + _lines(made_tables, words, clips, starts),
         edition=f"{made.config.data.name} {made.config.scale.name}",
@@ -92,7 +92,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
             shift = sweep["truth"][n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
             truth = sweep["truth"][n] - shift
             rec.skeleton(f"world/truth/{words[n]}", truth, WALKER15.bones, index=index)
-            _trace(rec, f"world/trajectories/truth/{words[n]}", truth, "grey")
+            _trace(rec, f"world/trajectories/truth/{words[n]}", truth, "original")
             for c, camera in enumerate(cameras):
                 positions = sweep["positions"][n, c] - shift
                 for name, colour in LIGHTS.items():
@@ -115,10 +115,7 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
         for c, camera in enumerate(cameras):
             angle = float(sweep["azimuth_rad"][first, c]) + np.pi / 3
             columns.append(
-                recording.Split(
-                    "rows",
-                    [
-                        recording.Space3D(
+                recording.Rows(recording.Space3D(
                             name=f"{camera} camera, seen from its left",
                             contents=(
                                 "world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
@@ -135,13 +132,10 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                             name=f"image of the {camera} camera",
                             contents=(f"image/{camera}",),
                             shown=(f"image/{camera}/{words[first]}",),
-                        ),
-                    ],
-                    [3, 2],
-                )
+                        ), shares=(3, 2))
             )  # fmt: skip
         rec.blueprint(
-            recording.Split("columns", [*columns, recording.Notes()], [3] * len(columns) + [2]), playing=True
+            recording.Columns(*columns, recording.Notes(), shares=[3] * len(columns) + [2]), playing=True
         )
 
 

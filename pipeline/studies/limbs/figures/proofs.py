@@ -12,7 +12,7 @@ from pipeline.studies.figure_inputs import Made, Tables
 from pipeline.studies.options import ProofSweep
 
 _COLOURS = ("blue", "orange", "green", "purple", "sky", "amber")
-_RECORDED = ("blue", "orange", "green", "purple", "yellow", "vermilion")
+_RECORDED = ("blue", "orange", "green", "purple", "yellow", "amber")
 
 _SAME = 1e-6
 """Relative difference of two costs that are one."""
@@ -88,7 +88,7 @@ def _lines(made_tables: Tables) -> list[tuple[str, str, np.ndarray]]:
 
 def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Share proved and seconds against frames, for every K and noise."""
-    from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+    from pipeline import pictures
 
     columns = {**made_tables["table"][0], **made_tables["table_seconds"][0]}
     panels: list[list[pictures.Series]] = [[], []]
@@ -101,31 +101,29 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
         style = "dashed" if noisy else "solid"
         panels[0].append(
             pictures.Series(
-                x=x, y=100.0 * columns["proved_share"][rows], label=label, colour=colour, style=style
+                x=x, y=100.0 * columns["proved_share"][rows], label=label, colour=colour, line=style
             )
         )
-        panels[1].append(pictures.Series(x=x, y=columns["seconds_median"][rows], colour=colour, style=style))
+        panels[1].append(pictures.Series(x=x, y=columns["seconds_median"][rows], colour=colour, line=style))
     frames = np.unique(columns["frames"]).astype(float)
     first = [float(np.median(columns["first_seconds_median"][columns["frames"] == f])) for f in frames]
     panels[1].append(
-        pictures.Series(x=frames, y=np.array(first), label="first signs", colour="black", style="dotted")
+        pictures.Series(x=frames, y=np.array(first), label="first signs", colour="black", line="dotted")
     )
     notes = made.sweep.notes
     options = made.config.sweep
     assert isinstance(options, ProofSweep)
     fewest, most = int(columns["trials"].min()), int(columns["trials"].max())
-    pictures.curves(
+    pictures.draw_lines(
         stem,
         [
             pictures.Panel(
-                title="(a)",
                 series=panels[0],
                 xlabel="Frames",
                 ylabel="Programmes proved (%)",
                 ylim=(0.0, 105.0),
             ),
             pictures.Panel(
-                title="(b)",
                 series=panels[1],
                 xlabel="Frames",
                 ylabel="Seconds, median",
@@ -146,7 +144,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
 
 def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Share proved and seconds over frames."""
-    from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+    from pipeline import recordings as recording
 
     columns = {**made_tables["table"][0], **made_tables["table_seconds"][0]}
     with recording.Recording(
@@ -175,25 +173,19 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
                 colour=colour,
             )
         rec.blueprint(
-            recording.Split(
-                "columns",
-                [
+            recording.Columns(
+                recording.Plot(
+                    name="share proved over frames", origin="curves/proved_share", y_range=(0.0, 1.3)
+                ),
+                recording.Rows(
                     recording.Plot(
-                        name="share proved over frames", origin="curves/proved_share", y_range=(0.0, 1.3)
+                        name="log10 of seconds over frames",
+                        origin="curves/log10_seconds",
+                        y_range=(-3.0, 1.0),
                     ),
-                    recording.Split(
-                        "rows",
-                        [
-                            recording.Plot(
-                                name="log10 of seconds over frames",
-                                origin="curves/log10_seconds",
-                                y_range=(-3.0, 1.0),
-                            ),
-                            recording.Notes(),
-                        ],
-                        [2, 1],
-                    ),
-                ],
-                [1, 1],
+                    recording.Notes(),
+                    shares=(2, 1),
+                ),
+                shares=(1, 1),
             )
         )

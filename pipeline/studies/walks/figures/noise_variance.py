@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
@@ -82,10 +83,8 @@ class NoiseVariance(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Mean error against sigma² with its standard error, the optimum and the published one marked."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
-
-        columns = columns_of(tables["table"])
-        sigma2, error = columns["sigma2_mm2"], columns["absolute_error_mm2"]
+        table = tables["table"]
+        sigma2, error = table["sigma2_mm2"].to_numpy(), table["absolute_error_mm2"].to_numpy()
         best = int(error.argmin())
         here = float(sigma2[best])
         inside = 0 < best < len(sigma2) - 1
@@ -100,74 +99,66 @@ class NoiseVariance(Figure):
             "" if inside else f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
         )
         panel = pictures.Panel(
-            series=[pictures.Series(x=sigma2, y=error, spread=columns["absolute_error_se_mm2"])],
+            y="absolute_error_mm2",
+            band="absolute_error_se_mm2",
             xlabel="Variance $\\sigma^2$ (mm$^2$)",
             ylabel="Average absolute error (mm$^2$)",
             xlim=(0, float(sigma2[-1])),
             references=references,
         )
-        pictures.curves(
-            stem, [panel], caption=f"{inputs.caption} Band: ±1 standard error over walkers.{remark}"
+        pictures.draw_lines(
+            stem,
+            [panel],
+            table,
+            x="sigma2_mm2",
+            caption=f"{inputs.caption} Band: ±1 standard error over walkers.{remark}",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """The curve over sigma², and the error of every view at every sigma² with its valley."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
-
-        columns = columns_of(tables["table"])
         sweep = inputs.sweep
-        sigma2 = np.rint(columns["sigma2_mm2"]).astype(int)
         views = sweep.path_view_mm2
         shown = np.unique(np.linspace(0, len(sweep.view_angle_deg) - 1, 7).astype(int))
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about,
             timeline="sigma2_mm2",
             edition=inputs.edition,
         ) as rec:
-            rec.curve(
-                "curves/absolute_error_mm2/map",
-                sigma2,
-                columns["absolute_error_mm2"],
-                sd=columns["absolute_error_se_mm2"],
-                label="all views, ±1 standard error",
-                colour="blue",
+            rec.curves(
+                tables["table"],
+                x="sigma2_mm2",
+                y="absolute_error_mm2",
+                sd="absolute_error_se_mm2",
+                styles=recordings.Style("all views, ±1 standard error", "map"),
+                entity="curves/absolute_error_mm2/map",
             )
             for view in shown:
                 angle = sweep.view_angle_deg[view]
                 name = f"view_{'minus_' if angle < 0 else ''}{abs(angle):.0f}"
                 rec.curve(
                     f"views/absolute_error_mm2/{name}",
-                    sigma2,
+                    sweep.sigma2_mm2,
                     views[view],
                     label=f"{angle:g}°",
                     colour=_COLOURS[int(np.flatnonzero(shown == view)[0])],
                 )
             rec.matrix("matrices/error_by_view_and_sigma2", views, paths={"valley": (valley, "orange")})
             rec.blueprint(
-                recording.Split(
-                    "columns",
-                    [
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Plot(name="mean error (mm²) against σ² (mm²)", origin="curves"),
-                                recording.Plot(name="error (mm²) of single views against σ²", origin="views"),
-                            ],
-                        ),
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Matrix(name="error: view angle down, σ² across; line: best σ²"),
-                                recording.Notes(),
-                            ],
-                        ),
-                    ],
-                    [3, 2],
+                recordings.Columns(
+                    recordings.Rows(
+                        recordings.Plot(name="mean error (mm²) against σ² (mm²)", origin="curves"),
+                        recordings.Plot(name="error (mm²) of single views against σ²", origin="views"),
+                    ),
+                    recordings.Rows(
+                        recordings.Matrix(name="error: view angle down, σ² across; line: best σ²"),
+                        recordings.Notes(),
+                    ),
+                    shares=(3, 2),
                 )
             )
 
 
-_COLOURS = ("purple", "vermilion", "green", "grey", "yellow", "orange", "blue")
+_COLOURS = ("purple", "orange", "green", "grey", "yellow", "amber", "sky")

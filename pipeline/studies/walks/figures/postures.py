@@ -8,13 +8,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.core import camera, errors, fourier
+from pipeline.palette import colour_name
 from pipeline.skeleton import WALKER15
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHOD_COLOURS, METHOD_NAMES, entity_name, lift
+from pipeline.studies.walks.figures.presentation import METHODS, entity_name, lift
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import require_range
@@ -76,15 +78,15 @@ class Postures(Figure):
             "view_angle_deg": np.tile(views, len(inputs.samples)),
         }
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
-        published = list(METHOD_NAMES) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
+        published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
         untried = np.full(squared[0].size, np.nan)
-        for method in METHOD_NAMES:
+        for method in METHODS:
             if method in inputs.sweep.methods.tolist():
                 errors_of_method = np.sqrt(squared[inputs.sweep.methods.tolist().index(method)]).ravel()
                 demonstrations[f"rms_error_{method}_mm"] = errors_of_method
             elif method in published:
                 demonstrations[f"rms_error_{method}_mm"] = untried
-        both = set(inputs.sweep.methods.tolist()) == set(METHOD_NAMES)
+        both = set(inputs.sweep.methods.tolist()) == set(METHODS)
         if both or len(published) > 1:
             apart = errors.walker_error(errors.absolute_error(sweep.missing[0] - sweep.missing[-1]))
             demonstrations["rms_between_methods_mm"] = np.sqrt(apart).ravel() if both else untried
@@ -98,8 +100,6 @@ class Postures(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
-
         columns = columns_of(tables["table"])
         shape = (self.instants, len(WALKER15.joints))
         groups = []
@@ -121,7 +121,7 @@ class Postures(Figure):
                 else ""
             )
             groups.append((title, rows))
-        pictures.postures(
+        pictures.draw_postures(
             stem,
             groups,
             WALKER15.bones,
@@ -131,22 +131,22 @@ class Postures(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Every walker, original and reconstructed from every demonstration view, walking in place."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
-
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         chosen = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / float(np.median(data.frequency_hz))
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
             + "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
             "Grey: original. "
-            + ", ".join(f"{METHOD_COLOURS[m]}: {METHOD_NAMES[m]}" for m in inputs.sweep.methods.tolist())
+            + ", ".join(
+                f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in inputs.sweep.methods.tolist()
+            )
             + ".\n",
             edition=inputs.edition,
         ) as rec:
@@ -169,10 +169,10 @@ class Postures(Figure):
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
                             WALKER15.bones,
                             index=index,
-                            colour=METHOD_COLOURS[method],
+                            colour=METHODS[method].colour,
                         )
             spaces = [
-                recording.Space3D(
+                recordings.Space3D(
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
@@ -189,23 +189,17 @@ class Postures(Figure):
                 for view in views
             ]
             rec.blueprint(
-                recording.Split(
-                    "columns",
-                    [
-                        recording.Split("tabs", [spaces[middle], *spaces[:middle], *spaces[middle + 1 :]]),
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Image2D(
-                                    name=f"observed at {views[middle]:g}°",
-                                    contents=(f"image/observed/view_{views[middle]:.0f}",),
-                                    shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
-                                ),
-                                recording.Notes(),
-                            ],
+                recordings.Columns(
+                    recordings.Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
+                    recordings.Rows(
+                        recordings.Image2D(
+                            name=f"observed at {views[middle]:g}°",
+                            contents=(f"image/observed/view_{views[middle]:.0f}",),
+                            shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
                         ),
-                    ],
-                    [3, 2],
+                        recordings.Notes(),
+                    ),
+                    shares=(3, 2),
                 ),
                 playing=True,
             )

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-METHOD_NAMES = {"least_squares": "approach I (least squares)", "map": "approach II (MAP)"}
-METHOD_STYLES = {"least_squares": "solid", "map": "dashed"}
-METHOD_COLOURS = {"least_squares": "orange", "map": "blue"}
+from pipeline.palette import Style
+
+METHODS = {
+    "least_squares": Style("approach I (least squares)", "least_squares"),
+    "map": Style("approach II (MAP)", "map", line="dashed"),
+}
 
 VIEW_AXIS = "Viewpoint (degree)"
 

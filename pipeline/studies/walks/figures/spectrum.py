@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
 from pipeline.skeleton import WALKER15
@@ -57,8 +58,6 @@ class Spectrum(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the cumulative variance against the number of components."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
-
         table = tables["table"]
         kept = inputs.model.kept
         reached = 100 * table["cumulative_fraction"][kept - 1]
@@ -74,16 +73,14 @@ class Spectrum(Figure):
             ylim=(0, 100),
             references=[("x", kept, f"{kept}: {reached:.1f} %")],
         )
-        pictures.curves(stem, [panel], caption=inputs.caption)
+        pictures.draw_lines(stem, [panel], caption=inputs.caption)
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
-
         table, model = tables["table"], inputs.model
         frequency = float(inputs.dataset.frequency_hz.mean())
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about,
@@ -92,7 +89,7 @@ class Spectrum(Figure):
             index = {"time": times}
             average = fourier.synthesise(unflatten(model.mean), frequency, times)
             ground = lift(average)
-            rec.skeleton("world/average", average + ground, WALKER15.bones, index=index, colour="grey")
+            rec.skeleton("world/average", average + ground, WALKER15.bones, index=index)
             for n in range(min(EIGENWALKERS_SHOWN, len(model.components))):
                 reach = 2.0 * np.sqrt(model.eigenvalues[n])
                 for sign, word, colour in ((-1, "minus", "orange"), (1, "plus", "blue")):
@@ -113,23 +110,17 @@ class Spectrum(Figure):
                 colour="green",
             )
             rec.blueprint(
-                recording.Split(
-                    "columns",
-                    [
-                        recording.Space3D(
-                            name="average walker and eigenwalker 1 at ±2 sd",
-                            shown=("world/average", "world/eigenwalker_1"),
-                        ),
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Bars(name="variance of each component (%)", origin="spectrum"),
-                                recording.Bars(name="cumulative variance (%)", origin="cumulative"),
-                                recording.Notes(),
-                            ],
-                        ),
-                    ],
-                    [3, 2],
+                recordings.Columns(
+                    recordings.Space3D(
+                        name="average walker and eigenwalker 1 at ±2 sd",
+                        shown=("world/average", "world/eigenwalker_1"),
+                    ),
+                    recordings.Rows(
+                        recordings.Bars(name="variance of each component (%)", origin="spectrum"),
+                        recordings.Bars(name="cumulative variance (%)", origin="cumulative"),
+                        recordings.Notes(),
+                    ),
+                    shares=(3, 2),
                 ),
                 playing=True,
             )

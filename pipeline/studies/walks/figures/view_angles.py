@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.core import statistics
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
+from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHOD_COLOURS, METHOD_NAMES, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import METHODS, VIEW_AXIS
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
@@ -65,97 +67,76 @@ class ViewAngleEstimates(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Mean estimated angle (solid) and one standard deviation on either side (dashed), a panel to a method."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
-
-        columns = columns_of(tables["table"])
+        table, methods = tables["table"], inputs.sweep.methods.tolist()
+        mean, spread = table["estimated_mean_deg"], table["estimated_sd_deg"]
+        edges = table.assign(low=mean - spread, high=mean + spread)
+        solid = pictures.Style("mean", "black")
+        dashed = pictures.Style("±1 standard deviation", "black", line="dashed")
         panels = []
-        for m, method in enumerate(inputs.sweep.methods.tolist()):
-            here = columns["method"] == method
-            views, mean, spread = (
-                columns[name][here] for name in ("view_angle_deg", "estimated_mean_deg", "estimated_sd_deg")
-            )
+        for method in methods:
+            line = partial(pictures.series, edges, x="view_angle_deg", where={"method": method})
             panels.append(
                 pictures.Panel(
-                    title=f"({'ab'[m]})" if len(inputs.sweep.methods.tolist()) > 1 else "",
                     series=[
-                        pictures.Series(x=views, y=mean, label="mean", colour="black"),
-                        pictures.Series(
-                            x=views,
-                            y=mean - spread,
-                            style="dashed",
-                            colour="black",
-                            label="±1 standard deviation",
-                        ),
-                        pictures.Series(x=views, y=mean + spread, style="dashed", colour="black"),
+                        *line(y="estimated_mean_deg", styles=solid),
+                        *line(y="low", styles=dashed),
+                        *line(y="high", styles=replace(dashed, label="")),
                     ],
                     xlabel=VIEW_AXIS,
                     ylabel="Reconstructed viewpoint (degree)",
-                    xlim=(float(views[0]), float(views[-1])),
-                    xticks=[float(t) for t in range(-90, 91, 30) if views[0] <= t <= views[-1]],
-                    annotation=_note(columns, here, method, inputs.sweep.failure_deg),
+                    xticks=30,
+                    annotation=_note(table[table["method"] == method], method, inputs.sweep.failure_deg),
                 )
             )
-        pictures.curves(stem, panels, columns=len(panels), caption=inputs.caption)
+        pictures.draw_lines(stem, panels, columns=len(panels), caption=inputs.caption)
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Estimate less truth over the true angle, with its spread; median error below."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
-
-        columns = columns_of(tables["table"])
-        with recording.Recording(
+        table = tables["table"]
+        table = table.assign(error_deg=table["estimated_mean_deg"] - table["view_angle_deg"])
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about,
             timeline="view_angle_deg",
             edition=inputs.edition,
         ) as rec:
-            for method in inputs.sweep.methods.tolist():
-                here = columns["method"] == method
-                views = np.rint(columns["view_angle_deg"][here]).astype(int)
-                mean, spread = columns["estimated_mean_deg"][here], columns["estimated_sd_deg"][here]
-                curves = {
-                    "estimated_deg": (mean, spread),
-                    "error_deg": (mean - views, spread),
-                    "absolute_error_median_deg": (columns["absolute_angle_error_median_deg"][here], None),
-                }
-                for name, (values, band) in curves.items():
-                    rec.curve(
-                        f"curves/{name}/{method}",
-                        views,
-                        values,
-                        sd=band,
-                        label=METHOD_NAMES[method],
-                        colour=METHOD_COLOURS[method],
-                    )
+            for name, column, spread in (
+                ("estimated_deg", "estimated_mean_deg", "estimated_sd_deg"),
+                ("error_deg", "error_deg", "estimated_sd_deg"),
+                ("absolute_error_median_deg", "absolute_angle_error_median_deg", ""),
+            ):
+                rec.curves(
+                    table,
+                    x="view_angle_deg",
+                    y=column,
+                    by="method",
+                    sd=spread,
+                    styles=METHODS,
+                    entity=f"curves/{name}/{{series}}",
+                )
             rec.blueprint(
-                recording.Split(
-                    "columns",
-                    [
-                        recording.Plot(
-                            name="estimated view angle (°) ± sd over walkers", origin="curves/estimated_deg"
+                recordings.Columns(
+                    recordings.Plot(
+                        name="estimated view angle (°) ± sd over walkers", origin="curves/estimated_deg"
+                    ),
+                    recordings.Rows(
+                        recordings.Plot(name="estimate less truth (°)", origin="curves/error_deg"),
+                        recordings.Plot(
+                            name="median absolute error (°)",
+                            origin="curves/absolute_error_median_deg",
                         ),
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Plot(name="estimate less truth (°)", origin="curves/error_deg"),
-                                recording.Plot(
-                                    name="median absolute error (°)",
-                                    origin="curves/absolute_error_median_deg",
-                                ),
-                                recording.Notes(),
-                            ],
-                        ),
-                    ],
-                    [1, 1],
+                        recordings.Notes(),
+                    ),
+                    shares=(1, 1),
                 )
             )
 
 
-def _note(columns: dict[str, np.ndarray], here: np.ndarray, method: str, failure_deg: float) -> str:
-    off = np.abs(columns["estimated_mean_deg"][here] - columns["view_angle_deg"][here]).mean()
-    failures, tries = columns["failures"][here].sum(), columns["walkers"][here].sum()
+def _note(rows: pd.DataFrame, method: str, failure_deg: float) -> str:
+    """Return what is written into a method's panel, from its rows of the table."""
+    off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (
-        f"{METHOD_NAMES[method]}\nmean over views: off by {off:.2f}°, "
-        f"sd {columns['estimated_sd_deg'][here].mean():.2f}°\n"
-        f"off by more than {failure_deg:g}°: {failures} of {tries}"
+        f"{METHODS[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
+        f"off by more than {failure_deg:g}°: {rows['failures'].sum()} of {rows['walkers'].sum()}"
     )

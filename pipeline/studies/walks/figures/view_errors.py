@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.core import camera, errors, fourier
 from pipeline.core.reconstruction import from_known_views
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import FigureInputs, columns_of, sd, tidy
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import (
-    METHOD_COLOURS,
-    METHOD_NAMES,
-    METHOD_STYLES,
+    METHODS,
     VIEW_AXIS,
     lift,
 )
@@ -75,57 +74,35 @@ class ViewErrors(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Three panels: absolute error, relative error, variance of the missing dimension."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
-
-        columns = columns_of(tables["table"])
-        views = inputs.sweep.view_angle_deg
+        methods = inputs.sweep.methods.tolist()
+        panel = partial(pictures.Panel, from_zero=True, xticks=30)
+        absolute = panel(
+            y="absolute_error_mm2", band="absolute_error_sd_mm2", ylabel="Absolute error (mm$^2$)"
+        )
+        relative = panel(y="relative_error", band="relative_error_sd", ylabel="Relative error")
+        variance = panel(
+            y="missing_variance_mm2",
+            band="missing_variance_sd_mm2",
+            ylabel="Variance (mm$^2$)",
+            by="",
+            where={"method": methods[0]},  # the same for every method
+        )
         # zhang2004 prints the variance between the two errors; zhang2007 after them.
-        order = (0, 1, 2) if inputs.experiment.paper == "zhang2007" else (0, 2, 1)
-        panels = []
-        for letter, which in zip("abc", order, strict=True):
-            _, value, spread, label = _PANELS[which]
-            series = []
-            for method in inputs.sweep.methods.tolist():
-                here = columns["method"] == method
-                single = value == "missing_variance_mm2"
-                series.append(
-                    pictures.Series(
-                        x=views,
-                        y=columns[value][here],
-                        spread=columns[spread][here],
-                        label=""
-                        if single or len(inputs.sweep.methods.tolist()) == 1
-                        else METHOD_NAMES[method],
-                        style="solid" if single else METHOD_STYLES[method],
-                        colour="black"
-                        if single or len(inputs.sweep.methods.tolist()) == 1
-                        else METHOD_COLOURS[method],
-                    )
-                )
-                if single:
-                    break
-            panels.append(
-                pictures.Panel(
-                    title=f"({letter})",
-                    series=series,
-                    xlabel=VIEW_AXIS,
-                    ylabel=label,
-                    xlim=(float(views[0]), float(views[-1])),
-                    ylim=(0.0, 1.04 * max(_top(line) for line in series)),
-                    xticks=_ticks(views),
-                )
-            )
-        pictures.curves(
+        printed_last = inputs.experiment.paper == "zhang2007"
+        pictures.draw_lines(
             stem,
-            panels,
+            [absolute, relative, variance] if printed_last else [absolute, variance, relative],
+            tables["table"],
+            x="view_angle_deg",
+            by="method",
+            styles=METHODS if len(methods) > 1 else pictures.Style(colour="black"),
+            xlabel=VIEW_AXIS,
             caption=f"{inputs.caption} Bands: ±1 standard deviation over walkers, as far as the axes go.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
-
-        columns = columns_of(tables["table"])
+        table = tables["table"]
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views = np.rint(sweep.view_angle_deg).astype(int)
         absolute = errors.walker_error(sweep.absolute_error_mm2)
@@ -136,7 +113,7 @@ class ViewErrors(Figure):
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
         ground = lift(posture)
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
@@ -146,17 +123,21 @@ class ViewErrors(Figure):
             timeline="view_angle_deg",
             edition=inputs.edition,
         ) as rec:
+            for measure, spread in (
+                ("absolute_error_mm2", "absolute_error_sd_mm2"),
+                ("relative_error", "relative_error_sd"),
+            ):
+                rec.curves(table, x="view_angle_deg", y=measure, by="method", sd=spread, styles=METHODS)
+            rec.curves(
+                table,
+                x="view_angle_deg",
+                y="missing_variance_mm2",
+                sd="missing_variance_sd_mm2",
+                where={"method": inputs.sweep.methods[0]},  # the same for every method
+                styles=recordings.Style("variance of the missing dimension", "green"),
+                entity="curves/missing_variance_mm2/truth",
+            )
             for method in inputs.sweep.methods.tolist():
-                here = columns["method"] == method
-                for _, value, spread, _ in _PANELS[:2]:
-                    rec.curve(
-                        f"curves/{value}/{method}",
-                        views,
-                        columns[value][here],
-                        sd=columns[spread][here],
-                        label=METHOD_NAMES[method],
-                        colour=METHOD_COLOURS[method],
-                    )
                 noise = inputs.sweep.noise_variance_mm2 if method == "map" else None
                 found = from_known_views(
                     fold, model.samples[walker], np.radians(sweep.view_angle_deg), noise_variance=noise
@@ -174,16 +155,8 @@ class ViewErrors(Figure):
                     again + ground,
                     WALKER15.bones,
                     index=index,
-                    colour=METHOD_COLOURS[method],
+                    colour=METHODS[method].colour,
                 )
-            rec.curve(
-                "curves/missing_variance_mm2/truth",
-                views,
-                sweep.missing_variance_mm2.mean(axis=0),
-                sd=sd(sweep.missing_variance_mm2, 0),
-                label="variance of the missing dimension",
-                colour="green",
-            )
             rec.skeleton(
                 "world/original",
                 np.repeat(posture[None] + ground, len(views), axis=0),
@@ -193,51 +166,20 @@ class ViewErrors(Figure):
             seen = np.stack([camera.project(posture, a) for a in np.radians(sweep.view_angle_deg)])
             rec.image_points("image/observed", seen, WALKER15.bones, index=index)
             rec.blueprint(
-                recording.Split(
-                    "columns",
-                    [
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Plot(
-                                    name="absolute error (mm²)", origin="curves/absolute_error_mm2"
-                                ),
-                                recording.Plot(name="relative error", origin="curves/relative_error"),
-                                recording.Plot(
-                                    name="variance of the missing dimension (mm²)",
-                                    origin="curves/missing_variance_mm2",
-                                ),
-                            ],
+                recordings.Columns(
+                    recordings.Rows(
+                        recordings.Plot(name="absolute error (mm²)", origin="curves/absolute_error_mm2"),
+                        recordings.Plot(name="relative error", origin="curves/relative_error"),
+                        recordings.Plot(
+                            name="variance of the missing dimension (mm²)",
+                            origin="curves/missing_variance_mm2",
                         ),
-                        recording.Split(
-                            "rows",
-                            [
-                                recording.Space3D(name="original and reconstructed"),
-                                recording.Split(
-                                    "columns", [recording.Image2D(name="observed"), recording.Notes()]
-                                ),
-                            ],
-                            [3, 2],
-                        ),
-                    ],
-                    [1, 1],
+                    ),
+                    recordings.Rows(
+                        recordings.Space3D(name="original and reconstructed"),
+                        recordings.Columns(recordings.Image2D(name="observed"), recordings.Notes()),
+                        shares=(3, 2),
+                    ),
+                    shares=(1, 1),
                 )
             )
-
-
-_PANELS = (
-    ("(a)", "absolute_error_mm2", "absolute_error_sd_mm2", "Absolute error (mm$^2$)"),
-    ("(b)", "relative_error", "relative_error_sd", "Relative error"),
-    ("(c)", "missing_variance_mm2", "missing_variance_sd_mm2", "Variance (mm$^2$)"),
-)
-
-
-def _top(line: Any) -> float:
-    """Where the curve, and the band as far as twice the curve's own height, ends."""
-    high = np.asarray(line.y, dtype=float)
-    band = high + np.asarray(line.spread, dtype=float)
-    return float(min(band.max(), 2.0 * high.max()))
-
-
-def _ticks(views: np.ndarray) -> list[float]:
-    return [float(t) for t in range(-90, 91, 30) if views[0] <= t <= views[-1]]

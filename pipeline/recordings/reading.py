@@ -1,37 +1,19 @@
-"""Reading back, checking and looking at recordings: entities, columns, digest, verification, screenshot.
-
-The other half of the door to rerun; `pipeline.recording` writes.  Tests and the stages that check their
-own output use this module; nothing here changes a recording.
-"""
+"""Reading recordings back: their entities, views and columns, and a digest of all that they say."""
 
 from __future__ import annotations
 
 import hashlib
-import os
-import socket
-import subprocess
-import tempfile
-import time
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import rerun
 from rerun.chunk import Chunk, RrdReader
 from rerun.error_utils import RerunWarning
-from rerun.experimental import ViewerClient
 
 from pipeline.validation import InvalidInput
 
-PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
-"""The viewer and its command line: the program itself, since stopping its wrapper would leave it running."""
-
-SETTLE_S = 3.5
-"""Seconds from the first view to the picture: the layout takes some frames, start-up notices must fade."""
-
-NOT_CONTENT = "/__properties"
+_NOT_CONTENT = "/__properties"
 """Holds the name of the recording, not its data."""
 
 
@@ -137,114 +119,6 @@ def digest(path: Path) -> str:
     return total.hexdigest()
 
 
-def verify(path: Path, *, timeout_s: float = 60.0) -> None:
-    """Nothing, if the viewer's own command line finds the recording complete and readable.
-
-    Raises
-    ------
-    InvalidInput
-        With the command line's last sentence, if it does not.
-    """
-    command = [str(PROGRAM), "rrd", "verify", str(path)]
-    try:
-        run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
-    except subprocess.TimeoutExpired as error:
-        raise InvalidInput("the check did not end in time", where=str(path)) from error
-    if run.returncode:
-        said = (run.stderr or run.stdout).strip().splitlines() or ["no reason given"]
-        raise InvalidInput("the recording is damaged", where=str(path), received=said[-1].strip())
-
-
-def screenshot(
-    path: Path,
-    png: Path,
-    *,
-    size: tuple[int, int] = (1600, 1000),
-    timeline: str | None = None,
-    value: float | None = None,
-    timeout_s: float = 60.0,
-) -> tuple[str, ...]:
-    """What the viewer complained about, after writing a picture of what it opens on.
-
-    Runs the viewer without a screen, listening on this machine only, and always stops it.
-
-    Parameters
-    ----------
-    path, png : Path
-        The recording, and the picture to write.
-    size : (int, int)
-        Width and height in points; the picture may have more pixels.
-    timeline : str, optional
-    value : float, optional
-        Where on `timeline` to go first: seconds for ``time``, else an integer.
-    timeout_s : float
-        For everything.
-
-    Raises
-    ------
-    InvalidInput
-        If there is no Vulkan driver (``mesa-vulkan-drivers`` draws without a graphics card), the viewer
-        stops, or time runs out.
-    """
-    if not Path(path).is_file():
-        raise InvalidInput("no such recording", where=str(path))
-    deadline = time.monotonic() + timeout_s
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    options = f"--headless --hide-welcome-screen --bind 127.0.0.1 --port {port}"
-    with tempfile.TemporaryFile("w+") as said:
-        viewer = subprocess.Popen(
-            [str(PROGRAM), *options.split(), "--window-size", f"{size[0]}x{size[1]}"],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=said,
-            env={
-                **os.environ,
-                "RERUN_APP_ONLY": "true",
-                "RUST_LOG": "error",
-            },  # fewer notices over the picture
-        )
-        try:
-            _until(lambda: viewer.poll() is not None or _answers(port), deadline)
-            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-            client.open(str(Path(path).resolve()))
-            _until(lambda: not (state := client.get_state()).loading and bool(state.views), deadline)
-            if timeline == "time" and value is not None:
-                client.set_time(timeline, duration=float(value), play_state="paused")
-            elif timeline is not None and value is not None:
-                client.set_time(timeline, sequence=int(value), play_state="paused")
-            time.sleep(SETTLE_S)
-            complaints = tuple(str(report) for view in client.get_state().views for report in view.reports)
-            Path(png).write_bytes(client.take_screenshot())
-            return complaints
-        except (OSError, RuntimeError) as error:
-            said.seek(0)
-            words = [line.strip() for line in said if "panicked" in line]
-            raise InvalidInput(
-                "the viewer stopped or did not answer",
-                where=str(path),
-                expected="a Vulkan driver, such as the package mesa-vulkan-drivers",
-                received=(words or [str(error)])[0],
-            ) from error
-        finally:
-            viewer.kill()
-            viewer.wait()
-
-
-def _until(ready: Callable[[], bool], deadline: float) -> None:
-    while not ready():
-        if time.monotonic() > deadline:
-            raise TimeoutError("no answer in time")
-        time.sleep(0.05)
-
-
-def _answers(port: int) -> bool:
-    with socket.socket() as probe:
-        probe.settimeout(0.5)
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
 def _reader(path: Path) -> RrdReader:
     if not Path(path).is_file():
         raise InvalidInput("no such recording", where=str(path))
@@ -259,7 +133,7 @@ def _reader(path: Path) -> RrdReader:
 
 
 def _chunks(path: Path) -> list[Chunk]:
-    return [c for c in _reader(path).stream().to_chunks() if not c.entity_path.startswith(NOT_CONTENT)]
+    return [c for c in _reader(path).stream().to_chunks() if not c.entity_path.startswith(_NOT_CONTENT)]
 
 
 def _dense(array: pa.Array, where: str) -> np.ndarray:

@@ -2,13 +2,34 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
-from pipeline.recordings.check import PROGRAM, digest, entities, read_column, screenshot, verify, views
-from pipeline.recordings.recording import Bars, Image2D, Matrix, Notes, Plot, Recording, Space3D, Split
+from pipeline.palette import COLOURS
+from pipeline.recordings import (
+    Bars,
+    Columns,
+    Image2D,
+    Matrix,
+    Notes,
+    Plot,
+    Recording,
+    Rows,
+    Space3D,
+    Style,
+    Tabs,
+    digest,
+    entities,
+    read_column,
+    screenshot,
+    verify,
+    views,
+)
+from pipeline.recordings.viewer import PROGRAM
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.processes import finished
@@ -22,7 +43,7 @@ def walker(frames: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-900.0, 900.0, size=(frames, 15, 3))
 
 
-def write_gait(path: Path, *, positions: np.ndarray, colour: str = "grey", edition: str = "") -> None:
+def write_gait(path: Path, *, positions: np.ndarray, colour: str = "original", edition: str = "") -> None:
     """A recording of two walkers and an image over time, one walker hidden."""
     index = {"time": np.arange(len(positions)) / 120.0, "frame": np.arange(len(positions))}
     with Recording(path, name="gait", about="# Gait", edition=edition) as recording:
@@ -31,7 +52,7 @@ def write_gait(path: Path, *, positions: np.ndarray, colour: str = "grey", editi
         recording.image_points("image/observed", positions[..., [0, 2]], BONES, index=index)
         shown = ("world/original/walker_07",)
         views = [Space3D(name="space", shown=shown), Image2D(name="image"), Notes()]
-        recording.blueprint(Split("columns", views, (3, 1, 1)), playing=True)
+        recording.blueprint(Columns(*views, shares=(3, 1, 1)), playing=True)
 
 
 def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
@@ -40,11 +61,11 @@ def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
         recording.curve("curves/error/map", ANGLES, error, sd=sd, label="MAP")
         recording.curve("curves/ratio/map", ANGLES, error / 7.0, label="MAP", colour="orange")
         recording.bars("spectrum/fraction", np.array([0.7, 0.2, 0.1]), np.array([1, 2, 3]))
-        path_over = {"best": (np.array([[0, 0], [1, 2]]), "vermilion")}
+        path_over = {"best": (np.array([[0, 0], [1, 2]]), "optimal_path")}
         recording.matrix("matrices/distances", np.arange(6.0).reshape(2, 3), paths=path_over)
-        plots = Split("rows", [Plot(name="error", origin="curves/error"), Plot(name="all", y_range=(0, 9))])
-        others = Split("tabs", [Bars(name="spectrum"), Matrix(name="distances"), Notes()])
-        recording.blueprint(Split("columns", [plots, others]))
+        plots = Rows(Plot(name="error", origin="curves/error"), Plot(name="all", y_range=(0, 9)))
+        others = Tabs(Bars(name="spectrum"), Matrix(name="distances"), Notes())
+        recording.blueprint(Columns(plots, others))
 
 
 def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path: Path) -> None:
@@ -93,6 +114,57 @@ def test_curves_are_read_back_to_the_last_bit_over_negative_angles(tmp_path: Pat
     np.testing.assert_array_equal(ratio[:, 0], error / 7.0)
     _, label = read_column(tmp_path / "c.rrd", "curves/ratio/map", "SeriesLines:names")
     assert label.tolist() == [["MAP"]]
+
+
+TABLE = pd.DataFrame(
+    {
+        "view_angle_deg": [30.0, 0.0, 0.0, 30.0 - 1e-9],
+        "method": ["map", "map", "null", "null"],
+        "error": [1.0, 2.0, 3.0, 4.0],
+        "error_sd": [0.1, 0.2, 0.3, 0.4],
+    }
+)
+STYLES = {"null": Style("average walker", "null"), "map": Style("approach II", "map")}
+
+
+def test_a_tidy_table_gives_a_curve_to_each_series(tmp_path: Path) -> None:
+    path = tmp_path / "c.rrd"
+    options = {"x": "view_angle_deg", "y": "error", "by": "method", "styles": STYLES}
+    with Recording(path, name="curves", about="# Curves", timeline="view_angle_deg") as recording:
+        recording.curves(TABLE, sd="error_sd", **options)
+        recording.curves(TABLE, where={"method": "map"}, entity="curves/lines/{series}", **options)
+        recording.blueprint(Plot(name="error"))
+    assert set(entities(path)) == {"about", "curves/error/map", "curves/error/null", "curves/lines/map"}
+    at, values = read_column(path, "curves/error/map", "Measurements:values", "view_angle_deg")
+    np.testing.assert_array_equal(at, [0, 30])
+    np.testing.assert_array_equal(values[:, 0], [2, 1])
+    _, variances = read_column(path, "curves/error/null", "Measurements:variances", "view_angle_deg")
+    np.testing.assert_array_equal(variances[:, 0], np.array([0.3, 0.4]) ** 2)
+    _, values = read_column(path, "curves/lines/map", "Scalars:scalars", "view_angle_deg")
+    np.testing.assert_array_equal(values[:, 0], [2, 1])
+    _, label = read_column(path, "curves/error/map", "Measurements:names")
+    assert label.tolist() == [["approach II"]]
+    _, colour = read_column(path, "curves/error/map", "Measurements:colors")
+    assert int(colour[0, 0]) >> 8 == int(COLOURS["blue"][1:], 16), "the colour that it has in pictures"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"y": "err"}, "err: the table has no such column"),
+        ({"styles": {"map": Style()}}, "a series without a style"),
+        ({"by": "", "entity": "curves/error"}, "increasing values"),
+        ({"entity": "curves/error"}, "used already"),
+        ({"entity": "curves/{series}'s"}, "not safe"),
+    ],
+)
+def test_tables_that_do_not_fit_are_refused(tmp_path: Path, options: dict[str, Any], words: str) -> None:
+    usual = {"x": "view_angle_deg", "y": "error", "by": "method", "styles": STYLES}
+    with (
+        pytest.raises(InvalidInput, match=words),
+        Recording(tmp_path / "a.rrd", name="bad", about="# Bad", timeline="view_angle_deg") as recording,
+    ):
+        recording.curves(TABLE, **{**usual, **options})
 
 
 def test_a_recording_opens_on_its_layout_and_lists_its_entities(tmp_path: Path) -> None:
@@ -186,13 +258,13 @@ TIMES = {"time": np.arange(3.0)}
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda r: r.skeleton("world/a", GOOD[..., :2], BONES, index=TIMES), "wrong shape"),
-        (lambda r: r.skeleton("world/a", np.empty((0, 15, 3)), BONES, index=TIMES), "wrong shape"),
+        (lambda r: r.skeleton("world/a", GOOD[..., :2], BONES, index=TIMES), r"must have shape \(T, J, 3\)"),
+        (lambda r: r.skeleton("world/a", np.empty((0, 15, 3)), BONES, index=TIMES), "all missing"),
         (lambda r: r.skeleton("world/a", np.full((3, 15, 3), np.nan), BONES, index=TIMES), "all missing"),
         (lambda r: r.skeleton("world/a", GOOD * np.inf, BONES, index=TIMES), "infinite"),
         (lambda r: r.skeleton("world/a", GOOD, [(0, 15)], index=TIMES), "pairs of joints"),
         (lambda r: r.skeleton("world/a", GOOD, [], index=TIMES), "pairs of joints"),
-        (lambda r: r.skeleton("world/a", GOOD, BONES, index=TIMES, colour="pink"), "unknown colour"),
+        (lambda r: r.skeleton("world/a", GOOD, BONES, index=TIMES, colour="pink"), "colour must be one of"),
         (lambda r: r.skeleton("world/a", GOOD, BONES, index={"frame": np.arange(3)}), "recording's timeline"),
         (
             lambda r: r.skeleton("world/a", GOOD, BONES, index={"time": np.arange(4.0)}),
@@ -205,19 +277,27 @@ TIMES = {"time": np.arange(3.0)}
         ),
         (lambda r: r.skeleton("world/a b", GOOD, BONES, index=TIMES), "not safe"),
         (lambda r: r.skeleton("about", GOOD, BONES, index=TIMES), "used already"),
-        (lambda r: r.image_points("image/a", GOOD, BONES, index=TIMES), r"expected \(T, J, 2\)"),
+        (lambda r: r.image_points("image/a", GOOD, BONES, index=TIMES), r"must have shape \(T, J, 2\)"),
         (lambda r: r.curve("curves/a", np.arange(3), np.arange(4.0), label="a"), "4 increasing"),
         (lambda r: r.curve("curves/a", np.arange(2), np.array([1, np.nan]), label="a"), "finite"),
-        (lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=-np.ones(2)), "spread"),
-        (lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=np.ones(3)), "spread"),
-        (lambda r: r.bars("spectrum", np.ones(3), np.ones(2)), "as many bars"),
-        (lambda r: r.matrix("matrices/a", np.ones(3)), "not a matrix"),
-        (lambda r: r.matrix("matrices/a", np.full((2, 2), np.nan)), "not a matrix of finite"),
-        (lambda r: r.matrix("matrices/a", np.eye(2), paths={"p": (np.ones(2), "blue")}), "path"),
+        (
+            lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=-np.ones(2)),
+            "standard deviation",
+        ),
+        (
+            lambda r: r.curve("curves/a", np.arange(2), np.ones(2), label="a", sd=np.ones(3)),
+            "standard deviation",
+        ),
+        (lambda r: r.bars("spectrum", np.ones(3), np.ones(2)), r"abscissa must have shape \(3,\)"),
+        (lambda r: r.matrix("matrices/a", np.ones(3)), r"must have shape \(R, C\)"),
+        (lambda r: r.matrix("matrices/a", np.full((2, 2), np.nan)), "must be finite"),
+        (
+            lambda r: r.matrix("matrices/a", np.eye(2), paths={"p": (np.ones(2), "blue")}),
+            r"must have shape \(N, 2\)",
+        ),
         (lambda r: r.blueprint(Space3D(name="empty")), "nothing to show at 'world'"),
         (lambda r: r.blueprint(Plot(name="text", origin="about")), "nothing that a Plot"),
-        (lambda r: r.blueprint(Split("sideways", [Notes()])), "columns, rows, tabs"),
-        (lambda r: r.blueprint(Split("rows", [Notes()], (1, 2))), "as many shares"),
+        (lambda r: r.blueprint(Rows(Notes(), shares=(1, 2))), "as many shares"),
         (lambda r: (r.blueprint(Notes()), r.blueprint(Notes())), "layout already"),
     ],
 )

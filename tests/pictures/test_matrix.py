@@ -1,0 +1,47 @@
+"""The picture of a matrix: its path and outline over it, lines beside it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.palette import COLOURS
+from pipeline.pictures import HeatMap, Panel, Series, draw_heat_map
+from pipeline.validation import InvalidInput
+
+MATRIX = HeatMap(
+    values=np.arange(15.0).reshape(3, 5),
+    x=np.arange(5),
+    y=np.arange(-1, 2),
+    path=np.array([0, 0, 1, 1, 0]),
+    outline=np.array([[0.0, -1.0], [4.0, -1.0], [4.0, 1.0], [0.0, 1.0]]),
+    title="costs",
+    xlabel="sample",
+    ylabel="disparity",
+    bar="cost",
+    path_label="path",
+    outline_label="trellis",
+)
+BESIDE = Panel(series=(Series(x=np.arange(3), y=np.arange(3), label="sequence", colour="purple"),))
+
+
+def test_the_path_the_outline_and_the_lines_beside_are_drawn(tmp_path: Path) -> None:
+    draw_heat_map(tmp_path / "a", MATRIX, [BESIDE], caption="Data: none.")
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8").lower()
+    for name in ("orange", "grey", "purple"):
+        assert text.count(f"stroke: {COLOURS[name].lower()}") == 2, "the line, and its entry in the legend"
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        replace(MATRIX, path=MATRIX.path[:4]),
+        replace(MATRIX, values=MATRIX.values.T),
+        replace(MATRIX, values=-MATRIX.values),
+        replace(MATRIX, values=np.full((3, 5), np.nan)),
+    ],
+)
+def test_matrices_that_do_not_fit_are_refused(tmp_path: Path, matrix: HeatMap) -> None:
+    with pytest.raises(InvalidInput, match="no matrix with a path"):
+        draw_heat_map(tmp_path / "a", matrix, [BESIDE])

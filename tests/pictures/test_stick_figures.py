@@ -1,0 +1,124 @@
+"""Pictures of stick figures: every bone is drawn, and nothing from positions that do not fit."""
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.pictures import (
+    MotionBlock,
+    PostureRow,
+    SkeletonRow,
+    draw_motions,
+    draw_postures,
+    draw_skeletons,
+)
+from pipeline.validation import InvalidInput
+
+BONES = ((0, 1), (1, 2))
+LIMB = np.array([[0.0, 1700.0], [50.0, 900.0], [-200.0, 0.0]])
+POSTURES = PostureRow(
+    label="0°", original=np.tile(LIMB, (5, 1, 1)), reconstructed=np.tile(LIMB + 20, (5, 1, 1))
+)
+SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)))
+
+
+def segments(path: Path) -> int:
+    """Lines of two points that an SVG strokes: bones, and the ground."""
+    paths = [e for e in ElementTree.parse(path).getroot().iter() if e.tag.endswith("path")]
+    drawn = [e.get("d", "") for e in paths if "stroke:" in e.get("style", "")]
+    return sum(d.count("M") == d.count("L") == 1 for d in drawn)
+
+
+def draw(stem: Path) -> None:
+    """Draw two groups of two rows of postures."""
+    rows = (POSTURES, replace(POSTURES, label="30°"))
+    titles = [f"{p} %" for p in range(0, 100, 20)]
+    draw_postures(stem, [("(a)", rows), ("(b)", rows)], BONES, column_titles=titles, caption="Data: none.")
+
+
+def test_equal_postures_give_equal_bytes(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        draw(tmp_path / name)
+    for suffix in ("svg", "png"):
+        assert (tmp_path / f"one.{suffix}").read_bytes() == (tmp_path / f"two.{suffix}").read_bytes()
+
+
+def test_every_posture_draws_every_bone_twice(tmp_path: Path) -> None:
+    draw(tmp_path / "a")
+    groups, rows, count, kinds = 2, 2, 5, 2
+    assert segments(tmp_path / "a.svg") == groups * rows * count * kinds * len(BONES)
+
+
+def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None:
+    draw_skeletons(tmp_path / "a", [SKELETONS, SKELETONS], BONES, legend=("mean", "sample"))
+    rows, centres, others, again, ground = 2, 1, 4, 4, 1
+    assert segments(tmp_path / "a.svg") == rows * ((centres + others + again) * len(BONES) + ground)
+
+
+@pytest.mark.parametrize(
+    ("row", "bones", "titles", "words"),
+    [
+        (replace(POSTURES, reconstructed=POSTURES.original[:4]), BONES, (), r"must have shape \(5, 3, 2\)"),
+        (replace(POSTURES, original=POSTURES.original[..., 0]), BONES, (), r"must have shape \(n, J, 2\)"),
+        (replace(POSTURES, reconstructed=POSTURES.original * np.nan), BONES, (), "must be finite"),
+        (POSTURES, ((0, 3),), (), "pairs of joints"),
+        (POSTURES, BONES, ("0 %",), "one title for each posture"),
+    ],
+)
+def test_postures_that_do_not_fit_are_refused(
+    tmp_path: Path, row: PostureRow, bones: Sequence[tuple[int, int]], titles: Sequence[str], words: str
+) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        draw_postures(tmp_path / "a", [("", (row,))], bones, column_titles=titles)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        (replace(SKELETONS, others=SKELETONS.others[:2]), r"others must have shape \(4, 3, 2\)"),
+        (replace(SKELETONS, centre=LIMB * np.nan), "must be finite"),
+    ],
+)
+def test_skeletons_that_do_not_fit_are_refused(tmp_path: Path, row: SkeletonRow, words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        draw_skeletons(tmp_path / "a", [SKELETONS, row], BONES, legend=("mean", "sample"))
+
+
+BLOCK = MotionBlock(
+    title="walking",
+    image=np.tile(LIMB, (2, 1, 1)),
+    truth=np.tile(LIMB, (1, 2, 1, 1)),
+    reconstruction=np.tile(LIMB + 20, (1, 2, 1, 1)),
+    paths_true=np.zeros((1, 3, 2)),
+    paths=np.ones((1, 3, 2)),
+    confidence=("green", "red"),
+)
+
+
+def test_motions_show_every_bone_in_the_image_and_twice_in_each_view(tmp_path: Path) -> None:
+    draw_motions(tmp_path / "a", [[BLOCK, BLOCK]], BONES, views=["side"])
+    blocks, instants, kinds = 2, 2, 3
+    assert segments(tmp_path / "a.svg") == blocks * instants * kinds * len(BONES)
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([[replace(BLOCK, truth=np.zeros((2, 2, 3, 2)))]], r"truth must have shape \(1, 2, 3, 2\)"),
+        ([[replace(BLOCK, paths=np.zeros((2, 3, 2)))]], "paths must have shape"),
+        ([[replace(BLOCK, confidence=("blue", "red"))]], "no confidence"),
+        ([[replace(BLOCK, truth=np.full((1, 2, 3, 2), np.nan))]], "truth must be finite"),
+        ([[replace(BLOCK, image=np.full((2, 3, 2), np.nan))]], "the camera saw nothing"),
+        ([[BLOCK], []], "nothing to draw"),
+    ],
+)
+def test_motions_that_do_not_fit_are_refused(
+    tmp_path: Path, rows: Sequence[Sequence[MotionBlock]], words: str
+) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        draw_motions(tmp_path / "a", rows, BONES, views=["side"])
+    assert list(tmp_path.iterdir()) == []
