@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import tracemalloc
 from collections.abc import Callable
-from time import perf_counter
 from types import SimpleNamespace
 
 import numba.core.caching
@@ -273,16 +272,15 @@ def same(one: BinarySolution, other: BinarySolution) -> bool:
     return all(np.array_equal(value, vars(other)[name]) for name, value in vars(one).items())
 
 
-def test_a_proof_does_not_depend_on_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A clock that stands still, and one that runs; nor are the arguments written to."""
+def test_a_proof_is_the_same_twice() -> None:
+    """And the arguments are not written to."""
     one, basis = limb(120, 2, noise_px=1.0), cosine_basis(120, 14)
     given = [basis.copy(), one.middle.copy(), one.half_chord.copy()]
     for array in given:
         array.setflags(write=False)
-    running = minimise(given[0], given[1], given[2], time_limit_s=60.0)
-    monkeypatch.setattr("pipeline.core.binary_quadratic.solve.perf_counter", lambda: 0.0)
-    assert running.proved
-    assert same(running, minimise(given[0], given[1], given[2], time_limit_s=60.0))
+    once = minimise(given[0], given[1], given[2], time_limit_s=60.0)
+    assert once.proved
+    assert same(once, minimise(given[0], given[1], given[2], time_limit_s=60.0))
 
 
 def test_without_time_there_are_signs_and_a_bound_all_the_same() -> None:
@@ -293,13 +291,16 @@ def test_without_time_there_are_signs_and_a_bound_all_the_same() -> None:
     assert found.objective <= programme_of(basis, one.middle, one.half_chord).objective(one.signs)
 
 
-def test_the_time_limit_is_kept() -> None:
+def test_the_time_limit_is_an_amount_of_work() -> None:
+    """Twice the limit is twice the boxes, and an unfinished search ends at the same bound every time."""
     one, basis = limb(400, 1, noise_px=1.0), cosine_basis(400, 40)
-    minimise(basis[:2, :1], one.middle[:2], one.half_chord[:2])  # compiled
-    started = perf_counter()
-    found = minimise(basis, one.middle, one.half_chord, time_limit_s=0.5)
-    assert perf_counter() - started < 1.0  # half of it for a busy machine
-    assert not found.proved
+    short, again, longer = (
+        minimise(basis, one.middle, one.half_chord, time_limit_s=limit) for limit in (0.02, 0.02, 0.04)
+    )
+    assert not short.proved
+    assert same(short, again)
+    assert 1.5 < longer.boxes / short.boxes < 2.5
+    assert longer.lower_bound >= short.lower_bound
 
 
 def test_nothing_as_large_as_the_null_space_is_formed() -> None:

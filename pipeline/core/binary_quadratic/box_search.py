@@ -137,7 +137,8 @@ def _search(  # type: ignore[no-untyped-def]
         for i in range(frames):
             trial[i] = values[i] if kind[i] == 2 else -1.0 if values[i] < 0.0 else 1.0
         here = cost(basis, excess, middle, half_chord, linear, trial, z)
-        if here < best[0]:
+        # Half of what is not looked for: what is better by less may be rounding, and choose nothing.
+        if here < 0.5 * (best[0] + cutoff):
             best[0] = here
             found[:] = trial
             cutoff = here - max(gap * abs(here), 2.0 * allowance)

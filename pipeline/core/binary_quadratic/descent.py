@@ -17,6 +17,9 @@ DIFFERENCES = ((1.0, 0.0), (0.0, 1.0), (0.1, 1.0))
 LONGEST = 60
 """Frames of the longest window that is flipped; windows that reach the first or last frame may have any length."""
 
+MARGIN = 1e-9
+"""Fraction of J by which signs have to be better to replace others."""
+
 NEARLY = 1.5
 """Starts whose J, after flips of single frames, is up to this times the least are improved by windows too."""
 
@@ -69,7 +72,9 @@ def descend(
 
 
 def search(programme: Programme) -> tuple[np.ndarray, float]:
-    """The best signs (F,) from all starts, and their J in mm²; the first of equals in the order of the starts.
+    """The best signs (F,) from all starts, and their J in mm².
+
+    A later start counts only if it is better by `MARGIN`, so that rounding does not choose between equals.
 
     Parameters
     ----------
@@ -83,9 +88,18 @@ def search(programme: Programme) -> tuple[np.ndarray, float]:
     least = min(best for _, best in starts.values())
     enough = max(NEARLY * least, least + programme.allowance(least))
     ends = [descend(programme, found, longest=LONGEST) for found, best in starts.values() if best <= enough]
-    found, best = min(ends, key=lambda end: end[1])
-    other = descend(programme, mirrored(programme, found), longest=LONGEST)
-    return other if other[1] < best - programme.allowance(best) else (found, best)
+    found, best = ends[0]
+    for end in ends[1:]:
+        found, best = _better(programme, (found, best), end)
+    return _better(programme, (found, best), descend(programme, mirrored(programme, found), longest=LONGEST))
+
+
+def _better(
+    programme: Programme, first: tuple[np.ndarray, float], second: tuple[np.ndarray, float]
+) -> tuple[np.ndarray, float]:
+    """Of two results the second if it is better by the margin, else the first."""
+    margin = MARGIN * abs(first[1]) + programme.allowance(first[1])
+    return second if second[1] < first[1] - margin else first
 
 
 @compiled
@@ -116,7 +130,7 @@ def _path(middle, half_chord, kind, first, second):  # type: ignore[no-untyped-d
                             turn += (
                                 second * (point[i, c, d] - 2.0 * point[i - 1, b, d] + point[i - 2, a, d]) ** 2
                             )
-                    if turn < after[b, c]:
+                    if turn < after[b, c] * (1.0 - MARGIN):
                         after[b, c] = turn
                         origin[i, b, c] = a
         spent = after
@@ -124,7 +138,7 @@ def _path(middle, half_chord, kind, first, second):  # type: ignore[no-untyped-d
     b = c = 0
     for j in range(2):
         for k in range(2):
-            if spent[j, k] < spent[b, c]:
+            if spent[j, k] < spent[b, c] * (1.0 - MARGIN):
                 b, c = j, k
     if frames == 1:
         c = 1 if kind[0] == -1 else 0
@@ -159,7 +173,8 @@ def _descend(  # type: ignore[no-untyped-def]
         longer = longest > 1 and (turn == 0 or turn == frames)
         reach = frames if longer else min(longest, frames - first)
         # Flipping the window W changes J by the sum of 4 |s_i u_i|² - 4 s_i half_i, less 4 |sum of s_i B_i u_i^T|².
-        least = -1e-9 * abs(here) - allowance
+        least = 0.0
+        margin = MARGIN * abs(here) + allowance
         size = 0
         window[:] = 0.0
         change = 0.0
@@ -180,7 +195,7 @@ def _descend(  # type: ignore[no-untyped-def]
             for d in range(3):
                 for k in range(components):
                     inside += window[d, k] * window[d, k]
-            if change - 4.0 * inside < least and not (bounded and nearer > 0.0):
+            if change - 4.0 * inside < least - margin and not (bounded and nearer > 0.0):
                 least = change - 4.0 * inside
                 size = n + 1
         if size > 0:

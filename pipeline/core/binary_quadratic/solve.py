@@ -3,17 +3,15 @@
 Symbols are those of `sign_programme`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
 
-The order of work: good signs at once (`sign_search`), then two searches that prove them, or find better ones:
-branch and bound over boxes (`box_search`), which is the paper's, and depth first in time (`suffix_search`), which is
-often faster where the box is slow.  They take turns by amounts of work, not of time, and share the best signs, so
-that a proof and what it proves do not depend on the clock; only whether there is time for it does.
+The order of work: good signs at once (`descent`), then two searches that prove them, or find better ones: branch and
+bound over boxes (`box_search`), which is the paper's, and depth first in time (`suffix_search`), which is often faster
+where the box is slow.  They take turns by amounts of work and share the best signs.  A limit of time is a number of
+turns, so that what is found and what is proved depends on neither clock nor load.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from time import perf_counter
 
 import numpy as np
 
@@ -25,7 +23,10 @@ from pipeline.core.binary_quadratic.suffix_search import SuffixSearch
 from pipeline.validation import InvalidInput
 
 _WORK = 400_000
-"""What a search does before the clock is looked at, in sweeps times frames times components: milliseconds."""
+"""What a search does in a turn, in sweeps times frames times components: a millisecond or two."""
+
+OPERATIONS_PER_S = 300_000_000
+"""Such operations that stand for a second of a time limit, about what one core of the year 2024 does."""
 
 _ALONE = 40
 """Turns that the box search has to itself: most programmes are proved by then."""
@@ -97,8 +98,8 @@ def minimise(
     gap : float
         Signs that are better by less than this fraction of J are not looked for.
     time_limit_s : float
-        Wall time, seconds, after which nothing new is begun; zero gives the first signs with the bound of one
-        piece of work.  Compiling, once for an installation, is not counted.
+        Nominal seconds of the search for a proof, each of `OPERATIONS_PER_S` operations, so that the answer is the
+        same on every machine and under any load; zero gives the first signs with the bound of one turn.
     forced : (F,) int, optional
         -1 or +1 where the sign is known, as when the other candidate is behind the camera; 0 elsewhere.
     relax_below : float
@@ -137,17 +138,13 @@ def minimise(
             raise InvalidInput(
                 f"the {what} cannot be so", expected="a number of 0 or more", received=str(number)
             )
-    _compile()
-    started = perf_counter()
     values, _ = sign_search.search(programme)
     values = programme.settle(values)
-    # The mirror, at the end, takes less time than this has taken.
-    deadline = started + time_limit_s - (perf_counter() - started)
     best = np.array([programme.objective(values)])
     box, suffix = BoxSearch(programme), None
     sweeps = max(1, _WORK // programme.basis.size)
-    turn = 0
-    while True:
+    turns = max(1, int(time_limit_s * OPERATIONS_PER_S) // _WORK)
+    for turn in range(turns):
         searcher: BoxSearch | SuffixSearch = box
         if turn >= _ALONE and turn % _THIRD == 0:
             suffix = suffix or SuffixSearch(programme, float(best[0]))
@@ -155,8 +152,7 @@ def minimise(
         # A sweep over all frames costs what entering half as many does.
         work = sweeps if searcher is box else max(1, sweeps * programme.frames // 2)
         searcher.run(best, values, float(gap), programme.allowance(float(best[0])), work)
-        turn += 1
-        if searcher.finished or perf_counter() >= deadline:
+        if searcher.finished:
             break
     bounds = [search.lower_bound() for search in (box, suffix) if search is not None]
     return _solution(programme, values, max(bounds), gap, box.nodes, 0 if suffix is None else suffix.nodes)
@@ -208,9 +204,8 @@ def _margin(other: float, here: float, rounding: float) -> float:
     return other / here if here > 0 else np.inf
 
 
-@cache
-def _compile() -> None:
-    """Every kernel is compiled, or loaded, before the clock starts."""
+def compile_kernels() -> None:
+    """Compile every kernel, or load it from the cache, for callers that measure times."""
     turns = np.linspace(0.0, 3.0, 5)
     chords = np.stack([np.cos(turns), np.sin(turns), turns], axis=1)
     kind = np.array([TO_FIND, TO_FIND, RELAXED, TO_FIND, 1], dtype=np.int8)

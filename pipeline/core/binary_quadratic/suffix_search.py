@@ -277,7 +277,8 @@ def _leaf(  # type: ignore[no-untyped-def]
             allowance, trail, 0,
         )[1]  # fmt: skip
     here = cost(basis, excess, middle, half_chord, linear, values, z)
-    if here < best[0]:
+    # Half of what is not looked for: what is better by less may be rounding, and choose nothing.
+    if here < best[0] - 0.5 * max(gap * abs(best[0]), 2.0 * allowance):
         best[0] = here
         found[:] = values
     if bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
