@@ -347,7 +347,7 @@ class LimbSweep(Sweep):
     distance_mm: float = 4000.0
     focal_px: float = 1000.0
     around_deg: float = 60.0  # how far a moving or shaky camera walks around
-    time_limit_s: float = 5.0  # of each certificate; seldom binds for 100 frames without noise
+    time_limit_s: float = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
 
 
 @dataclass(kw_only=True)
@@ -399,7 +399,7 @@ class MissingDataSweep(LimbSweep):
     use_hinges: bool = True
     adjust: str = "per_frame"
     share: float = 0.3  # of the trials: each is a skeleton of fourteen limbs
-    time_limit_s: float = 0.0  # signs at once, without certificates: the same whatever the clock says
+    time_limit_s: float = 0.0  # signs at once, without certificates
 
 
 @dataclass(kw_only=True)
@@ -429,8 +429,8 @@ class MotionsSweep(Sweep):
     root: str = "true"  # true; unit_depth: its image, at the depth that it has in the middle frame
     use_hinges: bool = True
     try_mirrors: bool = False  # of limbs in doubt, where all limbs refined together then fit better
-    exact: bool = False  # take the signs that the certificate finds, not the first: the clock may then decide
-    time_limit_s: float = 0.2  # of each certificate
+    exact: bool = False  # take the signs that the certificate finds, not the first
+    time_limit_s: float = 0.2  # nominal, of each certificate
 
 
 @dataclass(kw_only=True)
@@ -453,7 +453,7 @@ class FaceOffSweep(Sweep):
     softness: float = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
     refine: bool = False  # of articulated trajectories, in the end: costs time, moves errors by 3 %
     noise_variance_mm2: float = 70.0  # of approach II
-    time_limit_s: float = 0.0  # of each choice of signs; 0: the first ones, the same on every machine
+    time_limit_s: float = 0.0  # nominal, of each choice of signs; 0: the first ones
 
 
 @dataclass(kw_only=True)

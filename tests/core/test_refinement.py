@@ -206,7 +206,8 @@ def test_the_tree_has_the_algebra_of_the_dense_matrices(
     equations = normal_equations(given, unknowns)
     whole = reprojection.jacobian(given, unknowns).reshape(-1, unknowns.size)
     differences = reprojection.linearise(given, unknowns).residuals
-    weights = np.repeat(reprojection.loss_weights(given, differences).ravel(), 2)
+    slope = LOSSES[loss]((differences**2).sum(axis=-1) / 4.0**2)[1]
+    weights = np.repeat(np.where(given.seen, slope, 0.0).ravel(), 2)
     curvature = whole.T @ (weights[:, None] * whole) + np.diag(given.penalty.ravel())
     gradient = whole.T @ (weights * differences.ravel()) + given.penalty.ravel() * unknowns.ravel()
     scale = np.abs(curvature).max()
@@ -214,9 +215,7 @@ def test_the_tree_has_the_algebra_of_the_dense_matrices(
     np.testing.assert_allclose(
         equations.gradient.ravel(), gradient, rtol=1e-9, atol=1e-9 * np.abs(gradient).max()
     )
-    np.testing.assert_allclose(
-        equations.diagonal.ravel(), np.diagonal(curvature), rtol=1e-9, atol=1e-9 * scale
-    )
+    np.testing.assert_allclose(equations.scale.ravel(), np.diagonal(curvature), rtol=1e-9, atol=1e-9 * scale)
     damping = 0.01 * scale * np.random.default_rng(seed).uniform(0.5, 1.0, unknowns.shape)
     step = damped_step(equations, damping)
     expected = np.linalg.solve(curvature + np.diag(damping.ravel()), -gradient)
@@ -228,13 +227,36 @@ def test_the_tree_has_the_algebra_of_the_dense_matrices(
     np.testing.assert_array_equal(again, step)
 
 
+@settings(max_examples=20)
+@given(
+    seed=seeds,
+    free=st.booleans(),
+    loss=st.sampled_from(sorted(LOSSES)),
+    parents=st.sampled_from([TREE, (-1, 0)]),
+)
+def test_the_exact_curvature_is_the_slope_of_the_gradient(
+    seed: int, free: bool, loss: str, parents: tuple[int, ...]
+) -> None:
+    """Second derivatives of limb, reprojection and loss, against central differences of the gradient."""
+    one = with_gaps(body(seed, frames=20, components=4, noise_px=3.0, parents=parents), seed)
+    given, unknowns = observed(one, free=free, loss=loss, scale_px=4.0, penalty=2.0)
+    curvature = dense(normal_equations(given, unknowns, exact=True))
+    along = np.random.default_rng(seed).standard_normal(unknowns.shape)
+    step = 1e-6
+    ahead, back = (normal_equations(given, unknowns + s * along).gradient for s in (step, -step))
+    wanted = ((ahead - back) / (2 * step)).ravel()
+    # The Huber loss bends at its edge, where a frame now and then lies within the step.
+    close = np.isclose(curvature @ along.ravel(), wanted, rtol=1e-5, atol=1e-5 * np.abs(wanted).max())
+    assert close.all() or (loss == "huber" and close.mean() > 0.5)
+
+
 def test_the_losses_have_the_slopes_they_say() -> None:
     s = np.array([0.0, 0.3, 0.999, 1.001, 7.0, 1e4])
+    ahead, back = s + 1e-6, np.maximum(s - 1e-6, 0.0)
     for name, loss in LOSSES.items():
-        slope = (loss(s + 1e-6)[0] - loss(np.maximum(s - 1e-6, 0.0))[0]) / (
-            s + 1e-6 - np.maximum(s - 1e-6, 0.0)
-        )
-        np.testing.assert_allclose(loss(s)[1], slope, rtol=1e-4, err_msg=name)
+        for order in (0, 1):
+            slope = (loss(ahead)[order] - loss(back)[order]) / (ahead - back)
+            np.testing.assert_allclose(loss(s)[order + 1], slope, rtol=1e-4, atol=1e-9, err_msg=name)
         np.testing.assert_allclose(
             loss(1e-9 * np.ones(1))[0], 1e-9, rtol=1e-6
         )  # all alike when nothing is wrong
@@ -452,14 +474,27 @@ def test_the_cost_never_rises_and_convergence_is_not_claimed_early() -> None:
     costs = [one.refined(start, max_iterations=n) for n in (1, 2, 4, 8, 200)]
     assert not costs[0].converged
     assert costs[0].n_iterations == 1
-    assert (np.diff([found.cost for found in costs]) <= 0).all()
+    assert (np.diff([found.cost for found in costs]) <= 1e-12 * costs[-1].cost).all()
     assert costs[-1].converged
     assert costs[-1].n_iterations < 200
     given, _ = observed(one)
     there = np.concatenate([costs[-1].coefficients_theta, costs[-1].coefficients_phi], axis=1)
     equations = normal_equations(given, there)
-    newton = damped_step(equations, 1e-9 * equations.diagonal)
+    newton = damped_step(equations, 1e-9 * equations.scale)
     assert -0.5 * (newton * equations.gradient).sum() < 1e-6 * costs[-1].cost
+
+
+def test_the_minimum_does_not_depend_on_rounding() -> None:
+    """Noise, and limbs that start as their mirrors: the end is the same when every number is rounded otherwise."""
+    one = body(12, noise_px=3.0)
+    start = one.start(3, 0.3)
+    found = one.refined(start, cutoff=4.0)
+    jitter = 1.0 + 1e-14 * np.random.default_rng(0).standard_normal(start.shape)
+    again = one.refined(start * jitter, cutoff=4.0)
+    assert found.converged
+    assert again.converged
+    assert found.reprojection_error_px > 1.0
+    np.testing.assert_allclose(again.positions, found.positions, atol=1e-8)
 
 
 def test_a_start_at_the_minimum_is_soon_done() -> None:

@@ -279,13 +279,13 @@ PROMISED |= {
             "frames", "components", "noise_px", "trials", "proved_share", "gap_median", "first_best_share",
             "limb_error_median",
         ],
-        "table_seconds": [
+        "table_timing": [
             "frames", "components", "noise_px", "trials", "seconds_median", "seconds_to_proof_median",
             "seconds_most", "first_seconds_median",
         ],
         "table_trials": [
             "frames", "components", "noise_px", "trial", "clip", "limb", "camera", "proved", "objective",
-            "lower_bound", "gap", "first_objective", "limb_error", "boxes", "steps", "seconds", "first_seconds",
+            "lower_bound", "gap", "first_objective", "limb_error", "boxes", "steps",
         ],
     },
 }  # fmt: skip

@@ -152,7 +152,12 @@ def settle(
             bend = flexion(upper.directions, lower.directions, axis, hinge.sense)
             cost = (_cost_ratio(upper)) * (_cost_ratio(lower))
             score = (round(wrong_share(bend), 2), cost)
-            if best is None or score < best:
+            # Costs that are equal to rounding, as with parallel rays, keep the first.
+            if (
+                best is None
+                or score[0] < best[0]
+                or (score[0] == best[0] and score[1] < best[1] * (1 - 1e-6))
+            ):
                 best, winner = score, (upper, lower)
     if winner is None or (winner[0] is limbs[hinge.upper] and winner[1] is limbs[hinge.lower]):
         return

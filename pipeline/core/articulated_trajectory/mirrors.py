@@ -4,7 +4,7 @@ The programme judges every limb alone, by what the trajectory basis leaves of it
 touches the sphere, noise of the image is multiplied in them, so that with noise the mirror is often the smoother of
 the two.  The reprojection error of the refined tree is in pixels, where noise is what it is, and children bear
 witness for their parents.  So mirrors are tried limb by limb, from the root to the leaves: what hangs on a mirrored
-limb is chosen anew, all limbs are refined, and the mirror stays if the cost [park2011 5] falls.
+limb is chosen anew, all limbs are refined, and the mirror stays if the cost [park2011 5] falls by more than `MARGIN`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
 from pipeline.core.limb_chain import Chain
 from pipeline.core.refinement import Refinement
 from pipeline.validation import InvalidInput
+
+MARGIN = 1e-6
+"""Fraction of the cost by which a mirror has to be better: less may be rounding."""
 
 
 def better_mirrors(
@@ -79,6 +82,6 @@ def better_mirrors(
             other_cost = refine(other).cost
         except InvalidInput:  # what hangs on the mirror would be behind the camera, say: no candidate
             continue
-        if other_cost < cost:
+        if other_cost < cost * (1.0 - MARGIN):
             mirrored, best, cost = mirrored ^ {limb}, other, other_cost
     return best

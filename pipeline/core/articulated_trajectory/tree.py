@@ -90,7 +90,7 @@ def reconstruct(
     use_hinges: bool = False,
     try_mirrors: bool = False,
     refine: bool = True,
-    max_iterations: int = 200,
+    max_iterations: int = 500,
     free_lengths: bool = False,
     loss: str = "squared",
     scale_px: float = 1.0,

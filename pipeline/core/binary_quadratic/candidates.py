@@ -1,14 +1,29 @@
-"""Candidates and a basis become a programme, or are refused: park2011 section 3.2.
+"""The binary quadratic programme of a limb, from its candidates and a basis: park2011 section 3.2.
 
-Symbols are those of `sign_programme`.
+Symbols
+-------
+``F``  frames, ``K`` components of the trajectory basis
+``B``  basis (F, K), of spectral norm at most one: orthonormal columns, or those of a soft or restricted basis
+``m``  middle (F, 3), ``u`` half chord (F, 3): the candidates of a frame are m - u and m + u
+``s``  signs (F,), and ``c = m + s u`` the points that they choose
+``z``  B^T c, one row for each coordinate (3, K)
+``r``  c - B z (F, 3), what the basis does not explain
+``G``  I - B^T B (K, K), zero for orthonormal columns
+
+Why computed differently from how it is printed: with ``J(s) = ||c||² - ||B^T c||²`` the projector onto the null
+space never appears as an F x F matrix, and a flip costs O(K).  As a difference of two large numbers it would lose
+everything when a limb lies in the basis, so J is summed as ``||r||² + tr(z G z^T)``: the same, and no term is
+negative.  Half its derivative by s_i is ``u_i · r_i``.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from pipeline.core.binary_quadratic.programme import RELAXED, Programme
-from pipeline.validation import InvalidInput
+from pipeline.core.binary_quadratic import kernels
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 _ORTHONORMAL = 1e-12
 """Entries of G below this are rounding: the basis is hard."""
@@ -17,14 +32,78 @@ _NORM = 1e-9
 """How far the squared spectral norm of a basis may be above one."""
 
 
+class Programme(NamedTuple):
+    """One programme in the form that the kernels read: checked, contiguous, never written to.
+
+    Attributes
+    ----------
+    basis : (F, K)
+        B.
+    excess : (K, K)
+        G, exactly zero where the columns are orthonormal to rounding.
+    middle, half_chord : (F, 3)
+        m and u, mm.
+    kind : (F,) int8
+        0 for a sign to be found, `kernels.FORCED` where both candidates are one, `kernels.RELAXED` for any value between.
+    bent : (F,)
+        Half the second derivative of J by each value, mm².
+    """
+
+    basis: np.ndarray
+    excess: np.ndarray
+    middle: np.ndarray
+    half_chord: np.ndarray
+    kind: np.ndarray
+    bent: np.ndarray
+
+    @property
+    def frames(self) -> int:
+        """F."""
+        return len(self.basis)
+
+    @property
+    def size(self) -> float:
+        """The largest ||c||² of any choice, mm²: the scale of rounding."""
+        return float(np.square(np.abs(self.middle) + np.abs(self.half_chord)).sum())
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Squared half chord (F,) where the sign is to be found, zero elsewhere, mm²."""
+        return np.where(self.kind == 0, np.square(self.half_chord).sum(axis=1), 0.0)
+
+    def objective(self, values: np.ndarray) -> float:
+        """J of signs (F,), or of values between them, mm² [park2011 12]."""
+        z = np.empty((3, self.basis.shape[1]))
+        return float(kernels.cost(self, np.asarray(values, dtype=float), z))
+
+    def allowance(self, objective: float) -> float:
+        """How far rounding can put J, or a bound of it, off where J is about `objective`, mm².
+
+        Notes
+        -----
+        Each r is a sum of F + K products, wrong by a fraction 4 (F + K) eps of the size of c at most, and J is
+        the sum of their squares.  Columns that are orthonormal only to rounding add some eps of ||c||².
+        """
+        eps = float(np.finfo(float).eps)
+        relative = 4.0 * sum(self.basis.shape) * eps
+        size = self.size
+        return float(2.0 * relative * np.sqrt(max(objective, 0.0) * size) + 64.0 * eps * size)
+
+    def with_relaxed(self, values: np.ndarray) -> np.ndarray:
+        """`values` (F,) with those of the relaxed frames at their best, the others as they are."""
+        best = np.array(values, dtype=float)
+        relaxed = self.kind == kernels.RELAXED
+        if relaxed.any():
+            held = np.where(relaxed, 0, np.where(best < 0, -1, 1)).astype(np.int8)
+            z, half = np.empty((3, self.basis.shape[1])), np.empty(len(best))
+            trail = np.empty(len(best), dtype=np.int64)
+            most = kernels.LAST_SWEEPS
+            kernels.relax(self, held, best, z, half, np.inf, 0, most, self.allowance(0.0), trail, 0)
+        return best
+
+
 def programme_of(
-    basis: np.ndarray,
-    middle: np.ndarray,
-    half_chord: np.ndarray,
-    *,
-    forced: np.ndarray | None = None,
-    relax_below: float = 0.0,
-    linear: np.ndarray | None = None,
+    basis: np.ndarray, middle: np.ndarray, half_chord: np.ndarray, *, relax_below: float = 0.0
 ) -> Programme:
     """The programme of these candidates, with all arrays copied and checked.
 
@@ -34,51 +113,33 @@ def programme_of(
         B.
     middle, half_chord : (F, 3)
         m and u, mm.
-    forced : (F,) int, optional
-        -1 or +1 where the sign is known, 0 elsewhere.
     relax_below : float
         Frames whose half chord is shorter, mm, are relaxed.
-    linear : (F,), optional
-        Added cost of the sign +1, and gain of -1, mm².
 
     Raises
     ------
     InvalidInput
-        If it is not one.
+        If shapes disagree, a number is not finite, or the basis has a spectral norm above one.
     """
-    basis = np.array(basis, dtype=float, order="C")
-    if basis.ndim != 2 or 0 in basis.shape:
+    basis, middle, half_chord = (
+        np.array(value, dtype=float, order="C") for value in (basis, middle, half_chord)
+    )
+    if basis.ndim != 2 or not 1 <= basis.shape[1] <= len(basis):
         raise InvalidInput(
-            "the basis is not one of frames by components", expected="shape (F, K)", received=str(basis.shape)
+            "the basis is not one of frames by components", expected="shape (F, K), K <= F", received=str(basis.shape)
         )
-    frames = len(basis)
-    if frames < basis.shape[1]:
-        raise InvalidInput(
-            "the basis has more components than there are frames",
-            expected=f"at most {frames}",
-            received=str(basis.shape[1]),
-        )
-    if not np.isfinite(basis).all():
-        raise InvalidInput(
-            "the basis is not finite", where=f"frame {_first(~np.isfinite(basis).all(axis=1))}"
-        )
-    given = {"middle": middle, "half_chord": half_chord}
-    for name, value in given.items():
-        given[name] = array = np.array(value, dtype=float, order="C")
-        if array.shape != (frames, 3):
+    frames, components = basis.shape
+    given = {"basis": basis, "middle": middle, "half_chord": half_chord}
+    for name, array in given.items():
+        require_shape(name, array, (frames, components if name == "basis" else 3))
+        if (missing := ~np.isfinite(array).all(axis=1)).any():
             raise InvalidInput(
-                f"{name} does not fit the basis", expected=f"shape {(frames, 3)}", received=str(array.shape)
-            )
-        missing = ~np.isfinite(array).all(axis=1)
-        if missing.all():
-            raise InvalidInput(f"{name} is missing in all frames", expected="finite numbers")
-        if missing.any():
-            raise InvalidInput(
-                f"{name} is missing",
-                where=f"frame {_first(missing)}",
+                f"the {name} is missing",
+                where="all frames" if missing.all() else f"frame {int(np.argmax(missing))}",
                 expected="finite numbers: leave missing frames out, and their rows of the basis",
             )
-    excess = np.eye(basis.shape[1]) - basis.T @ basis
+    require_range("relax_below", relax_below, at_least=0.0, unit="mm")
+    excess = np.eye(components) - basis.T @ basis
     norm = 1.0 - float(np.linalg.eigvalsh(excess)[0])
     if norm > 1.0 + _NORM:
         raise InvalidInput(
@@ -88,29 +149,8 @@ def programme_of(
         )
     if np.abs(excess).max() < _ORTHONORMAL:
         excess = np.zeros_like(excess)
+    lengths = np.linalg.norm(half_chord, axis=1)
     kind = np.zeros(frames, dtype=np.int8)
-    lengths = np.linalg.norm(given["half_chord"], axis=1)
-    if not relax_below >= 0:
-        raise InvalidInput(
-            "the half chord to relax below cannot be so", expected="0 mm or more", received=str(relax_below)
-        )
-    kind[lengths < relax_below] = RELAXED
-    if forced is not None:
-        wanted = np.asarray(forced)
-        if wanted.shape != (frames,) or not np.isin(wanted, (-1, 0, 1)).all():
-            raise InvalidInput(
-                "the forced signs cannot be so", expected=f"{frames} numbers, each -1, 0 or +1"
-            )
-        kind[wanted != 0] = wanted[wanted != 0]
-    cost = np.zeros(frames) if linear is None else np.array(linear, dtype=float)
-    if cost.shape != (frames,) or not np.isfinite(cost).all():
-        raise InvalidInput("the linear cost cannot be so", expected=f"{frames} finite numbers, mm²")
-    # Where both candidates are one point the sign is +1, unless the linear cost would have it otherwise.
-    tangent = (lengths == 0) & (np.abs(kind) != 1)
-    kind[tangent] = np.where(cost[tangent] > 0, -1, 1)
-    return Programme(basis, excess, given["middle"], given["half_chord"], cost, kind)
-
-
-def _first(frames: np.ndarray) -> int:
-    """The first frame that is so."""
-    return int(np.argmax(frames))
+    kind[lengths < relax_below] = kernels.RELAXED
+    kind[lengths == 0] = kernels.FORCED
+    return Programme(basis, excess, middle, half_chord, kind, kernels.curvature(basis, half_chord))

@@ -1,15 +1,16 @@
 """Good signs within milliseconds, without a certificate: park2011 section 3.2.
 
-Symbols are those of `sign_programme`.  Smooth paths through the candidates are found by dynamic programming, on
-first and on second differences and on both; they and their mirrors -s are then improved by flipping single frames
-and windows of frames, which is how a path that took a wrong turn, and another one back, is put right.
+Symbols are those of `candidates`.  Smooth paths through the candidates are found by dynamic programming, on first and
+on second differences and on both; they and their mirrors -s are then improved by flipping single frames and windows of
+frames, which is how a path that took a wrong turn, and another one back, is put right.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.binary_quadratic.programme import TO_FIND, Programme, compiled, gradient, project
+from pipeline.core.binary_quadratic import kernels
+from pipeline.core.binary_quadratic.candidates import Programme
 
 DIFFERENCES = ((1.0, 0.0), (0.0, 1.0), (0.1, 1.0))
 """Weights of squared first and second differences for the paths to start from."""
@@ -21,27 +22,9 @@ NEARLY = 1.5
 """Starts whose J, after flips of single frames, is up to this times the least are improved by windows too."""
 
 
-def smooth_paths(programme: Programme) -> list[np.ndarray]:
-    """Signs (F,) of the smoothest paths through the candidates, by each of `DIFFERENCES`.
-
-    Parameters
-    ----------
-    programme : Programme
-    """
-    middle, half_chord, kind = programme.middle, programme.half_chord, programme.kind
-    return [_path(middle, half_chord, kind, first, second) for first, second in DIFFERENCES]
-
-
 def mirrored(programme: Programme, values: np.ndarray) -> np.ndarray:
-    """-s where the sign is to be found, s elsewhere, (F,).
-
-    Parameters
-    ----------
-    programme : Programme
-    values : (F,)
-        s.
-    """
-    return np.where(programme.kind == TO_FIND, -values, values)
+    """-s where the sign is to be found, s elsewhere, (F,)."""
+    return np.where(programme.kind == 0, -values, values)
 
 
 def descend(
@@ -61,138 +44,37 @@ def descend(
         never be more than those of the frames that do not.  The start has to be so.
     """
     found = np.array(values, dtype=float)
-    bounded = away_from is not None
     other = found if away_from is None else np.asarray(away_from, dtype=float)
-    allowance = programme.allowance(0.0)
-    best = _descend(*programme.arrays, found, longest, other, programme.weight, bounded, allowance)
+    best = kernels.descend(
+        programme, found, longest, other, programme.weight, away_from is not None, programme.allowance(0.0)
+    )
     return found, float(best)
 
 
 def search(programme: Programme) -> tuple[np.ndarray, float]:
-    """The best signs (F,) from all starts, and their J in mm²; the first of equals in the order of the starts.
+    """The best signs (F,) from all starts, and their J in mm².
 
-    Parameters
-    ----------
-    programme : Programme
+    A later start counts only if it is better by `kernels.MARGIN`, so that rounding does not choose between equals.
     """
     starts: dict[bytes, tuple[np.ndarray, float]] = {}
-    for path in smooth_paths(programme):
+    for first, second in DIFFERENCES:
+        path = kernels.smooth_path(programme, first, second)
         for start in (path, mirrored(programme, path)):
             found, best = descend(programme, start, longest=1)
             starts.setdefault(found.astype(np.int8).tobytes(), (found, best))
     least = min(best for _, best in starts.values())
     enough = max(NEARLY * least, least + programme.allowance(least))
     ends = [descend(programme, found, longest=LONGEST) for found, best in starts.values() if best <= enough]
-    found, best = min(ends, key=lambda end: end[1])
-    other = descend(programme, mirrored(programme, found), longest=LONGEST)
-    return other if other[1] < best - programme.allowance(best) else (found, best)
+    chosen = ends[0]
+    for end in ends[1:]:
+        chosen = _better(programme, chosen, end)
+    mirror = descend(programme, mirrored(programme, chosen[0]), longest=LONGEST)
+    return _better(programme, chosen, mirror)
 
 
-@compiled
-def _path(middle, half_chord, kind, first, second):  # type: ignore[no-untyped-def]
-    """Viterbi over pairs of signs; of equals the far candidate, +1."""
-    frames = len(middle)
-    point = np.empty((frames, 2, 3))
-    barred = np.zeros((frames, 2))
-    for i in range(frames):
-        for a in range(2):
-            for d in range(3):
-                point[i, a, d] = middle[i, d] + (1.0 - 2.0 * a) * half_chord[i, d]
-            if (kind[i] == -1 and a == 0) or (kind[i] == 1 and a == 1):
-                barred[i, a] = np.inf
-    spent = np.zeros((2, 2))  # by the signs of the last two frames
-    origin = np.zeros((frames, 2, 2), dtype=np.int8)
-    for i in range(1, frames):
-        after = np.full((2, 2), np.inf)
-        for b in range(2):
-            for c in range(2):
-                step = barred[i - 1, b] + barred[i, c]
-                for d in range(3):
-                    step += first * (point[i, c, d] - point[i - 1, b, d]) ** 2
-                for a in range(2):
-                    turn = spent[a, b] + step
-                    if i > 1:
-                        for d in range(3):
-                            turn += (
-                                second * (point[i, c, d] - 2.0 * point[i - 1, b, d] + point[i - 2, a, d]) ** 2
-                            )
-                    if turn < after[b, c]:
-                        after[b, c] = turn
-                        origin[i, b, c] = a
-        spent = after
-    values = np.empty(frames)
-    b = c = 0
-    for j in range(2):
-        for k in range(2):
-            if spent[j, k] < spent[b, c]:
-                b, c = j, k
-    if frames == 1:
-        c = 1 if kind[0] == -1 else 0
-    for i in range(frames - 1, 0, -1):
-        values[i] = 1.0 - 2.0 * c
-        b, c = origin[i, b, c], b
-    values[0] = 1.0 - 2.0 * c
-    return values
-
-
-@compiled
-def _descend(  # type: ignore[no-untyped-def]
-    basis, excess, middle, half_chord, linear, kind, values, longest, other, weight, bounded, allowance
-):  # fmt: skip
-    """Takes the best window from each first frame in turn, if it is an improvement, until none is."""
-    frames, components = basis.shape
-    z = np.empty((3, components))
-    window = np.empty((3, components))
-    half = np.empty(frames)
-    project(basis, middle, half_chord, values, z)
-    here = gradient(basis, excess, middle, half_chord, linear, values, z, half)
-    near = 0.0
-    for i in range(frames):
-        near += weight[i] * values[i] * other[i]
-    idle = 0
-    turn = 0
-    turns = frames + 1 if longest > 1 else frames
-    while idle < turns:
-        # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
-        first = turn if turn < frames else frames - 1
-        onwards = 1 if turn < frames else -1
-        longer = longest > 1 and (turn == 0 or turn == frames)
-        reach = frames if longer else min(longest, frames - first)
-        # Flipping the window W changes J by the sum of 4 |s_i u_i|² - 4 s_i half_i, less 4 |sum of s_i B_i u_i^T|².
-        least = -1e-9 * abs(here) - allowance
-        size = 0
-        window[:] = 0.0
-        change = 0.0
-        nearer = near
-        for n in range(reach):
-            i = first + onwards * n
-            if kind[i] == -1 or kind[i] == 1:
-                continue
-            nearer -= 2.0 * weight[i] * values[i] * other[i]
-            square = 0.0
-            for d in range(3):
-                u = values[i] * half_chord[i, d]
-                square += u * u
-                for k in range(components):
-                    window[d, k] += u * basis[i, k]
-            change += 4.0 * square - 4.0 * values[i] * half[i]
-            inside = 0.0
-            for d in range(3):
-                for k in range(components):
-                    inside += window[d, k] * window[d, k]
-            if change - 4.0 * inside < least and not (bounded and nearer > 0.0):
-                least = change - 4.0 * inside
-                size = n + 1
-        if size > 0:
-            for n in range(size):
-                i = first + onwards * n
-                if kind[i] != -1 and kind[i] != 1:
-                    near -= 2.0 * weight[i] * values[i] * other[i]
-                    values[i] = -values[i]
-            project(basis, middle, half_chord, values, z)
-            here = gradient(basis, excess, middle, half_chord, linear, values, z, half)
-            idle = 0
-        else:
-            idle += 1
-        turn = (turn + 1) % turns
-    return here
+def _better(
+    programme: Programme, first: tuple[np.ndarray, float], second: tuple[np.ndarray, float]
+) -> tuple[np.ndarray, float]:
+    """Of two results the second if it is better by the margin, else the first."""
+    margin = kernels.MARGIN * abs(first[1]) + programme.allowance(first[1])
+    return second if second[1] < first[1] - margin else first

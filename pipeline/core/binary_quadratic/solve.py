@@ -1,31 +1,31 @@
 """Which of two candidates is right in each frame: the binary quadratic programme of park2011 section 3.2.
 
-Symbols are those of `sign_programme`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
+Symbols are those of `candidates`: candidates ``c_i = m_i + s_i u_i``, and ``J(s) = ||c||² - ||B^T c||²`` over
 signs s.  [park2011 10] has b in {0, 1} where this has ``s = 2 b - 1``, and [park2011 12] is J for orthonormal B.
 
-The order of work: good signs at once (`sign_search`), then two searches that prove them, or find better ones:
-branch and bound over boxes (`box_search`), which is the paper's, and depth first in time (`suffix_search`), which is
-often faster where the box is slow.  They take turns by amounts of work, not of time, and share the best signs, so
-that a proof and what it proves do not depend on the clock; only whether there is time for it does.
+The order of work: good signs at once (`descent`), then two searches that prove them, or find better ones: branch and
+bound over boxes (`box_search`), which is the paper's, and depth first in time (`suffix_search`), which is often faster
+where the box is slow.  They take turns by amounts of work and share the best signs.  A limit of time is a number of
+turns, so that what is found and what is proved depends on neither clock nor load.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from time import perf_counter
 
 import numpy as np
 
-from pipeline.core.binary_quadratic import descent as sign_search
-from pipeline.core.binary_quadratic.box_search import BoxSearch
-from pipeline.core.binary_quadratic.candidates import programme_of
-from pipeline.core.binary_quadratic.programme import RELAXED, TO_FIND, Programme
-from pipeline.core.binary_quadratic.suffix_search import SuffixSearch
-from pipeline.validation import InvalidInput
+from pipeline.core.binary_quadratic.candidates import Programme, programme_of
+from pipeline.core.binary_quadratic.descent import LONGEST, descend, mirrored
+from pipeline.core.binary_quadratic.descent import search as first_signs
+from pipeline.core.binary_quadratic.searches import BoxSearch, Search, SuffixSearch
+from pipeline.validation import require_range
 
 _WORK = 400_000
-"""What a search does before the clock is looked at, in sweeps times frames times components: milliseconds."""
+"""What a search does in a turn, in sweeps times frames times components: a millisecond or two."""
+
+OPERATIONS_PER_S = 300_000_000
+"""Such operations that stand for a second of a time limit, about what one core of the year 2024 does."""
 
 _ALONE = 40
 """Turns that the box search has to itself: most programmes are proved by then."""
@@ -45,7 +45,7 @@ class BinarySolution:
     values : (F,)
         The signs, but for relaxed frames: there anything from -1 to +1.
     objective : float
-        J of the values, with the linear cost, mm².
+        J of the values, mm².
     lower_bound : float
         No values cost less than this, mm²; it is at most the objective.
     proved : bool
@@ -56,8 +56,8 @@ class BinarySolution:
     mirror_objective : float
         J of the mirror, mm²; inf where no frame's sign was to be found.
     margin : float
-        J of the mirror over J, both counted from the least that the linear cost can be: 1 or a little more means
-        that the data do not tell the two apart.  Inf where only the mirror costs anything.
+        J of the mirror over J: 1 or a little more means that the data do not tell the two apart.  Inf where only the
+        mirror costs anything.
     boxes, steps : int
         Nodes of the two searches.
     """
@@ -81,9 +81,7 @@ def minimise(
     *,
     gap: float = 1e-6,
     time_limit_s: float = 1.0,
-    forced: np.ndarray | None = None,
     relax_below: float = 0.0,
-    linear: np.ndarray | None = None,
 ) -> BinarySolution:
     """The signs of least J(s) = ||c||² - ||B^T c||², c = m + s u, with a bound [park2011 10, 11, 12].
 
@@ -93,20 +91,15 @@ def minimise(
         B: orthonormal columns, or any of spectral norm at most one, as `trajectory_basis` makes them for a soft
         basis or for the frames that were observed.
     middle, half_chord : (F, 3)
-        m and u, mm: the candidates are m - u and m + u.  A frame without them has no place here.
+        m and u, mm: the candidates are m - u and m + u.  Frames without them have to be left out.
     gap : float
         Signs that are better by less than this fraction of J are not looked for.
     time_limit_s : float
-        Wall time, seconds, after which nothing new is begun; zero gives the first signs with the bound of one
-        piece of work.  Compiling, once for an installation, is not counted.
-    forced : (F,) int, optional
-        -1 or +1 where the sign is known, as when the other candidate is behind the camera; 0 elsewhere.
+        Nominal seconds of the search for a proof, each of `OPERATIONS_PER_S` operations, so that the answer is the
+        same on every machine and under any load; zero gives the first signs with the bound of one turn.
     relax_below : float
         Frames whose half chord is shorter than this, mm, may take any point between the candidates: where a ray is
         tangent within the noise, the sign means nothing.
-    linear : (F,), optional
-        Cost, mm², that is added where the sign is +1, and taken off where it is -1.
-
     Raises
     ------
     InvalidInput
@@ -115,7 +108,7 @@ def minimise(
     Notes
     -----
     Of several optima within the gap the one that the searches come upon first is returned: first those nearest
-    the smooth paths of `sign_search`.  Signs and mirror that cost the same to rounding, as with parallel rays, are
+    the smooth paths of `descent`.  Signs and mirror that cost the same to rounding, as with parallel rays, are
     put in the order in which the first sign to be found is +1.
 
     Lower bounds are less a generous allowance for rounding, `Programme.allowance`.
@@ -131,32 +124,24 @@ def minimise(
     >>> found.objective, found.margin, found.proved
     (0.75, 1.0, True)
     """
-    programme = programme_of(basis, middle, half_chord, forced=forced, relax_below=relax_below, linear=linear)
-    for what, number in (("gap", gap), ("time limit", time_limit_s)):
-        if not (np.isfinite(number) and number >= 0):
-            raise InvalidInput(
-                f"the {what} cannot be so", expected="a number of 0 or more", received=str(number)
-            )
-    _compile()
-    started = perf_counter()
-    values, _ = sign_search.search(programme)
-    values = programme.settle(values)
-    # The mirror, at the end, takes less time than this has taken.
-    deadline = started + time_limit_s - (perf_counter() - started)
+    programme = programme_of(basis, middle, half_chord, relax_below=relax_below)
+    require_range("gap", gap, at_least=0.0)
+    require_range("time_limit_s", time_limit_s, at_least=0.0)
+    values, _ = first_signs(programme)
+    values = programme.with_relaxed(values)
     best = np.array([programme.objective(values)])
     box, suffix = BoxSearch(programme), None
     sweeps = max(1, _WORK // programme.basis.size)
-    turn = 0
-    while True:
-        searcher: BoxSearch | SuffixSearch = box
+    turns = max(1, int(time_limit_s * OPERATIONS_PER_S) // _WORK)
+    for turn in range(turns):
+        searcher: Search = box
         if turn >= _ALONE and turn % _THIRD == 0:
             suffix = suffix or SuffixSearch(programme, float(best[0]))
             searcher = suffix
         # A sweep over all frames costs what entering half as many does.
         work = sweeps if searcher is box else max(1, sweeps * programme.frames // 2)
         searcher.run(best, values, float(gap), programme.allowance(float(best[0])), work)
-        turn += 1
-        if searcher.finished or perf_counter() >= deadline:
+        if searcher.finished:
             break
     bounds = [search.lower_bound() for search in (box, suffix) if search is not None]
     return _solution(programme, values, max(bounds), gap, box.nodes, 0 if suffix is None else suffix.nodes)
@@ -168,20 +153,19 @@ def _solution(
     """What has been found, its mirror, and what the two say of each other."""
     objective = programme.objective(values)
     other, other_objective = values, np.inf
+    rounding = programme.allowance(objective)
     if programme.weight.any():
-        start = sign_search.mirrored(programme, values)
-        other, _ = sign_search.descend(programme, start, longest=sign_search.LONGEST, away_from=values)
-        other = programme.settle(other)
+        other, _ = descend(programme, mirrored(programme, values), longest=LONGEST, away_from=values)
+        other = programme.with_relaxed(other)
         other_objective = programme.objective(other)
-        rounding = programme.allowance(objective)
         leads = values[int(np.argmax(programme.weight > 0))] > 0
         if other_objective < objective - rounding or (other_objective <= objective + rounding and not leads):
             values, other = other, values
             objective, other_objective = other_objective, objective
+            rounding = programme.allowance(objective)
     # What the searches left out is worth up to this much.
-    proof = objective - max(gap * abs(objective), 2.0 * programme.allowance(objective))
-    least = -float(np.abs(programme.linear).sum())
-    bound = min(max(bound, least), proof)
+    proof = objective - max(gap * objective, 2.0 * rounding)
+    bound = min(max(bound, 0.0), proof)
     return BinarySolution(
         signs=_signs(values),
         values=values,
@@ -190,7 +174,7 @@ def _solution(
         proved=bound >= proof,
         mirror_signs=_signs(other),
         mirror_objective=other_objective,
-        margin=_margin(other_objective - least, objective - least, programme.allowance(objective)),
+        margin=_margin(other_objective, objective, rounding),
         boxes=boxes,
         steps=steps,
     )
@@ -208,16 +192,13 @@ def _margin(other: float, here: float, rounding: float) -> float:
     return other / here if here > 0 else np.inf
 
 
-@cache
-def _compile() -> None:
-    """Every kernel is compiled, or loaded, before the clock starts."""
+def compile_kernels() -> None:
+    """Compile every kernel, or load it from the cache, for callers that measure times."""
     turns = np.linspace(0.0, 3.0, 5)
     chords = np.stack([np.cos(turns), np.sin(turns), turns], axis=1)
-    kind = np.array([TO_FIND, TO_FIND, RELAXED, TO_FIND, 1], dtype=np.int8)
-    basis = np.full((5, 1), 0.3)
-    programme = Programme(basis, np.eye(1) - basis.T @ basis, chords[::-1].copy(), chords, np.zeros(5), kind)
-    values, _ = sign_search.search(programme)
-    values = programme.settle(values)
-    sign_search.descend(programme, sign_search.mirrored(programme, values), longest=2, away_from=values)
-    for search in (BoxSearch(programme), SuffixSearch(programme, 1.0)):
+    programme = programme_of(np.full((5, 1), 0.3), chords[::-1], chords, relax_below=1.1)
+    values, _ = first_signs(programme)
+    values = programme.with_relaxed(values)
+    searches: tuple[Search, ...] = (BoxSearch(programme), SuffixSearch(programme, 1.0))
+    for search in searches:
         search.run(np.array([programme.objective(values)]), values.copy(), 1e-6, 1e-9, 1000)

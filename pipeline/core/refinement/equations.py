@@ -3,8 +3,9 @@
 Symbols
 -------
 ``e``      residuals, ``J`` their derivative by all unknowns, ``W`` weights of the loss
-``H``      J^T W J + penalty, the Gauss-Newton approximation of the curvature; ``g`` the gradient
-``S``      sum of A^T w A over all joints that a limb carries, 3 x 3 in each frame; A the derivative of the reprojection
+``H``      J^T W J + penalty, the Gauss-Newton approximation of the curvature, or the curvature; ``g`` the gradient
+``S``      sum of A^T w A over all joints that a limb carries, 3 x 3 in each frame; A the derivative of the
+           reprojection; of the exact curvature, the sum of second derivatives of the joints' losses
 ``t``      derivative of a limb by one of its angles in a frame; ``Theta`` the trajectory basis
 
 Why J is never formed: the image of a joint depends only on the limbs between it and the root, and a frame's angle only
@@ -21,10 +22,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, solve_triangular
 
-from pipeline.core.refinement.reprojection import Observations, cost, linearise, loss_weights
+from pipeline.core.refinement.reprojection import Observations, cost, linearise
 
-_FREE_STEP = 1e-4
-"""Damping below which a step is taken for an undamped one: only such a step says how much is left to gain."""
+_FREE_STEP = 1e-7
+"""Damping below which a step is taken for an undamped one: only such a step says how far the minimum is."""
+
+_RIDGE = 1e-10
+"""Least damping: what the images hardly determine stays where it is, instead of where rounding would put it."""
+
+_APPROXIMATE = 15
+"""Steps with the curvature of Gauss and Newton, before the exact one is used."""
 
 _ROUNDING_PX = 64 * np.finfo(float).eps
 """Root mean square residual, in units of the largest image coordinate, below which it is rounding."""
@@ -38,6 +45,8 @@ class LimbEquations:
     ----------
     gradient : (L, N)
         g.
+    scale : (L, N)
+        Diagonal of J^T W J + penalty, which is never negative.
     rows : tuple of (N, n, N)
         For each limb its blocks of H with itself and with the n - 1 limbs that carry it, the nearest first.
     lines : tuple of tuple of int
@@ -45,13 +54,9 @@ class LimbEquations:
     """
 
     gradient: np.ndarray
+    scale: np.ndarray
     rows: tuple[np.ndarray, ...]
     lines: tuple[tuple[int, ...], ...]
-
-    @property
-    def diagonal(self) -> np.ndarray:
-        """Diagonal of H (L, N)."""
-        return np.stack([np.diagonal(row[:, 0]) for row in self.rows])
 
     def curvature_along(self, step: np.ndarray) -> float:
         """The square step^T H step of a step (L, N)."""
@@ -62,32 +67,36 @@ class LimbEquations:
         return total
 
 
-def normal_equations(given: Observations, unknowns: np.ndarray) -> LimbEquations:
-    """g and the blocks of H at unknowns (L, N)."""
+def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool = False) -> LimbEquations:
+    """g and the blocks of H at unknowns (L, N); `exact` with the second derivatives that Gauss and Newton leave out."""
     first = linearise(given, unknowns)
-    weights = loss_weights(given, first.residuals)
-    weighted = weights[..., None, None] * first.by_position
-    pulls = np.einsum("lfyx,lfy->lfx", weighted, first.residuals)
-    squares = np.swapaxes(first.by_position, -1, -2) @ weighted
+    pulls = first.pull.copy()
+    # After Gauss and Newton, and, where that is asked for, exactly.
+    squares = [first.square.copy(), *([first.bend.copy()] if exact else [])]
     for limb in range(len(given.parents) - 1, -1, -1):
         if (parent := given.parents[limb]) >= 0:
-            pulls[parent] += pulls[limb]
-            squares[parent] += squares[limb]
+            for carried in (pulls, *squares):
+                carried[parent] += carried[limb]
     size = unknowns.shape[1]
     along = np.einsum("lfcx,lfx->lcf", first.movement, pulls)
     by_angle = (along[:, :2] @ given.basis).reshape(len(along), -1)
     gradient = np.concatenate([by_angle, along[:, 2:].sum(axis=2)], axis=1) + given.penalty * unknowns
+    own = np.einsum("lfax,lfxy,lfay->laf", first.movement, squares[0], first.movement)
+    by_angle = (own[:, :2] @ given.basis**2).reshape(len(own), -1)
+    scale = np.concatenate([by_angle, own[:, 2:].sum(axis=2)], axis=1) + given.penalty
     lines: list[tuple[int, ...]] = []
     rows: list[np.ndarray] = []
     for limb, parent in enumerate(given.parents):
         line = (limb, *(lines[parent] if parent >= 0 else ()))
-        carried = first.movement[limb] @ squares[limb]
+        carried = first.movement[limb] @ squares[-1][limb]
         couplings = np.einsum("fax,mfbx->ambf", carried, first.movement[list(line)])
+        if exact:
+            couplings[:, 0] += np.einsum("fabx,fx->abf", first.turning[limb], pulls[limb])
         row = _blocks(couplings, given.basis, np.empty((size, len(line), size)))
         row[np.arange(size), 0, np.arange(size)] += given.penalty[limb]
         lines.append(line)
         rows.append(row)
-    return LimbEquations(gradient, tuple(rows), tuple(lines))
+    return LimbEquations(gradient, scale, tuple(rows), tuple(lines))
 
 
 def _blocks(couplings: np.ndarray, basis: np.ndarray, out: np.ndarray) -> np.ndarray:
@@ -161,42 +170,50 @@ def minimise(
     max_iterations : int
     tolerance : float
         As in `refine`.
+
+    Notes
+    -----
+    Levenberg and Marquardt's method, in its first steps with the curvature of Gauss and Newton, which finds the way
+    from a bad start, then with the exact one: residuals of limbs that were taken for their mirrors do not vanish, and
+    without their second derivatives hundreds of steps end far from the minimum.
     """
     here = cost(given, unknowns)
     floor = _rounding(given)
-    lam, growth = 1e-3, 2.0
+    lam, growth, exact = 1e-3, 2.0, False
     equations: LimbEquations | None = None
     for tried in range(max_iterations):
+        if here <= floor:
+            return unknowns, here, True, tried
         if equations is None:
-            equations = normal_equations(given, unknowns)
-            diagonal = equations.diagonal
+            exact = exact or tried >= _APPROXIMATE
+            # Of the damping, what a good step leaves: an exact model may be believed sooner.
+            least = 0.1 if exact else 1.0 / 3.0
+            equations = normal_equations(given, unknowns, exact=exact)
             # What no image speaks for has no curvature: it stays where it is instead of dividing by zero.
-            diagonal = np.maximum(diagonal, 1e-12 * diagonal.max() or 1.0)
+            diagonal = np.maximum(equations.scale, 1e-12 * equations.scale.max() or 1.0)
             # At its bound and pulled outwards, an unknown is held.
             held = (np.abs(unknowns) >= bound) & (equations.gradient * unknowns < 0)
-            pull = np.where(held, 0.0, np.abs(equations.gradient)) / np.sqrt(diagonal)
-            if here <= floor or pull.max() <= tolerance * np.sqrt(2.0 * here):
-                return unknowns, here, True, tried
         try:
-            step = damped_step(equations, diagonal * np.where(held, 1e12, lam))
+            step = damped_step(equations, diagonal * np.where(held, 1e12, max(lam, _RIDGE)))
         except np.linalg.LinAlgError:
-            lam, growth = lam * growth, growth * 2.0
+            lam, growth = max(lam, _FREE_STEP) * growth, growth * 2.0
             continue
         trial = np.clip(unknowns + step, -bound, bound)
         step = trial - unknowns
-        slope = float((equations.gradient * step).sum())
-        promised = -slope - 0.5 * equations.curvature_along(step)
+        promised = -float((equations.gradient * step).sum()) - 0.5 * equations.curvature_along(step)
         there = cost(given, trial)
-        small = promised <= tolerance * here or np.abs(step).max() <= tolerance
-        last = small and lam <= _FREE_STEP
-        if there < here:
-            gain = (here - there) / promised if promised > 0 else 0.0
+        # A change of the cost below this is rounding, and does not say whether the step was good.
+        rounding = np.sqrt(here * floor)
+        small = np.abs(step).max() <= tolerance and lam <= _FREE_STEP
+        if there < here or max(promised, there - here) <= rounding:
+            gain = 1.0 if promised <= rounding else (here - there) / promised
             unknowns, here, equations = trial, there, None
-            lam, growth = lam * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
+            lam, growth = lam * max(least, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
+            if small and exact:
+                return unknowns, here, True, tried + 1
+            exact = exact or bool(small)
         else:
-            lam, growth = lam * growth, growth * 2.0
-        if last:
-            return unknowns, here, True, tried + 1
+            lam, growth = max(lam, _RIDGE) * growth, growth * 2.0
     return unknowns, here, False, max_iterations
 
 

@@ -20,29 +20,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.pinhole import Pinhole
-from pipeline.core.refinement.spherical import tangents, to_directions
+from pipeline.core.refinement.spherical import curvatures, tangents, to_directions
 from pipeline.validation import InvalidInput
 
 
-def _squared(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return s, np.ones_like(s)
+def _squared(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return s, np.ones_like(s), np.zeros_like(s)
 
 
-def _huber(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _huber(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     root = np.sqrt(np.maximum(s, 1.0))
-    return np.where(s <= 1.0, s, 2.0 * root - 1.0), 1.0 / root
+    return np.where(s <= 1.0, s, 2.0 * root - 1.0), 1.0 / root, np.where(s <= 1.0, 0.0, -0.5 / root**3)
 
 
-def _cauchy(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.log1p(s), 1.0 / (1.0 + s)
+def _cauchy(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return np.log1p(s), 1.0 / (1.0 + s), -1.0 / (1.0 + s) ** 2
 
 
-LOSSES: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]] = {
+LOSSES: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
     "squared": _squared,
     "huber": _huber,
     "cauchy": _cauchy,
 }
-"""rho and its derivative, of the squared distance in units of c."""
+"""rho and its first two derivatives, of the squared distance in units of c."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Observations:
 
 @dataclass(frozen=True)
 class Linearisation:
-    """First order of the reprojection at given unknowns.
+    """First and second order of the reprojection and its loss at given unknowns.
 
     Attributes
     ----------
@@ -103,11 +103,21 @@ class Linearisation:
         Derivative of the reprojection by the joint's position, px per mm; zero where it was not seen.
     movement : (L, F, C, 3)
         Derivative of the limb by its theta, its phi and, where lengths are free, the logarithm of its length, mm.
+    pull : (L, F, 3)
+        Derivative of the joint's loss by its position, px² per mm.
+    square, bend : (L, F, 3, 3)
+        Second derivative of the joint's loss by its position, px² per mm², after Gauss and Newton and exactly.
+    turning : (L, F, C, C, 3)
+        Second derivative of the limb by the same numbers as `movement`, mm.
     """
 
     residuals: np.ndarray
     by_position: np.ndarray
     movement: np.ndarray
+    pull: np.ndarray
+    square: np.ndarray
+    bend: np.ndarray
+    turning: np.ndarray
 
 
 def observe(
@@ -222,34 +232,54 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
     positions = forward(given, relative(given, unknowns))
     if behind(given, positions).any():
         return float("inf")
-    loss, _ = _losses(given, residuals(given, positions))
+    loss, _, _ = _losses(given, residuals(given, positions))
     return 0.5 * (float(loss.sum()) + float((given.penalty * unknowns**2).sum()))
 
 
-def loss_weights(given: Observations, differences: np.ndarray) -> np.ndarray:
-    """Weights (L, F) with which squared residuals (L, F, 2) have the gradient of the loss; zero where not seen."""
-    return _losses(given, differences)[1]
-
-
-def _losses(given: Observations, differences: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _losses(given: Observations, differences: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Losses (L, F) of residuals (L, F, 2), and their first two derivatives by the squared residual."""
     unit = given.scale_px**2
-    value, slope = LOSSES[given.loss]((differences**2).sum(axis=-1) / unit)
-    return unit * value, np.where(given.seen, slope, 0.0)
+    value, slope, change = LOSSES[given.loss]((differences**2).sum(axis=-1) / unit)
+    return unit * value, np.where(given.seen, slope, 0.0), np.where(given.seen, change / unit, 0.0)
 
 
 def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
-    """Residuals and their first derivatives, as far as they belong to one frame and one limb."""
+    """Residuals, losses and their derivatives, as far as they belong to one frame and one limb."""
     limbs = relative(given, unknowns)
     positions = forward(given, limbs)
     image, depth = _reprojection(given, positions)
-    by_position = given.projection[:, :2] - image[..., None] * given.projection[:, 2:]
+    towards = given.projection[:, 2:]
+    by_position = given.projection[:, :2] - image[..., None] * towards
     by_position = np.where(given.seen[..., None, None], by_position / depth[..., None], 0.0)
+    off = np.where(given.seen[..., None], image - given.images, 0.0)
+    _, slope, change = _losses(given, off)
+    along = np.einsum("lfyx,lfy->lfx", by_position, off)
+    pull = slope[..., None] * along
+    # The reprojection's own second derivative is -(A p^T + p A^T) / depth, p the third row of the projection.
+    crossed = pull[..., None] * (towards / depth[..., None])
+    square = np.swapaxes(by_position, -1, -2) @ (slope[..., None, None] * by_position)
+    bend = (
+        square
+        + 2.0 * change[..., None, None] * along[..., None] * along[..., None, :]
+        - crossed
+        - np.swapaxes(crossed, -1, -2)
+    )
     theta, phi = angles(given, unknowns)
-    turned = [tangents(t, p, chart) for t, p, chart in zip(theta, phi, given.charts, strict=True)]
-    movement = lengths_mm(given, unknowns)[:, None, None, None] * np.stack(turned)
+    lengths = lengths_mm(given, unknowns)[:, None, None, None]
+    triples = list(zip(theta, phi, given.charts, strict=True))
+    movement = lengths * np.stack([tangents(*triple) for triple in triples])
+    turning = (lengths * np.stack([curvatures(*triple) for triple in triples]))[:, :, [[0, 1], [1, 2]]]
     if unknowns.shape[1] > 2 * given.basis.shape[1]:
+        # By the logarithm of the length every derivative is what was to be derived.
+        turning = np.concatenate(
+            [
+                np.concatenate([turning, movement[:, :, :, None]], axis=3),
+                np.concatenate([movement, limbs[:, :, None]], axis=2)[:, :, None],
+            ],
+            axis=2,
+        )
         movement = np.concatenate([movement, limbs[:, :, None]], axis=2)
-    return Linearisation(np.where(given.seen[..., None], image - given.images, 0.0), by_position, movement)
+    return Linearisation(off, by_position, movement, pull, square, bend, turning)
 
 
 def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:

@@ -112,6 +112,16 @@ def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarra
     return np.stack([by_theta, by_phi], axis=-2) @ chart
 
 
+def curvatures(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
+    """Second derivatives (…, 3, 3) of `to_directions`: twice by theta, by theta and phi, twice by phi."""
+    across, along, c, s = np.sin(theta), np.cos(theta), np.cos(phi), np.sin(phi)
+    nothing = np.zeros_like(across)
+    by_both = np.stack([-along * s, along * c, nothing], axis=-1)
+    by_phi = np.stack([-across * c, -across * s, nothing], axis=-1)
+    by_theta = np.stack([-across * c, -across * s, -along], axis=-1)
+    return np.stack([by_theta, by_both, by_phi], axis=-2) @ chart
+
+
 def unit_vectors(directions: np.ndarray) -> np.ndarray:
     """Directions (F, 3) at length one; NaN where any coordinate is not finite.
 
@@ -157,25 +167,46 @@ def farthest_chart(directions: np.ndarray) -> np.ndarray:
     -----
     The pole p has the least ``max |p . d|``: with the opposite of each direction added, the normal of the face of
     their convex hull that is nearest to the origin, so it is found exactly.  It turns with the world, and so does
-    the zero of azimuth, which looks to the mean direction; a limb that never turns has an arbitrary perpendicular.
+    the zero of azimuth, which looks to the mean direction; only a limb that never turns has a perpendicular that is
+    nearest to an axis of the world.  Ties go by fixed rules, so that rounding does not choose the axes.
     """
     units = unit_vectors(directions)
     units = units[np.isfinite(units[:, 0])]
     # Two rows of zeros: three axes even of a single direction.
     _, spread, axes = np.linalg.svd(np.concatenate([units, np.zeros((2, 3))]), full_matrices=False)
-    if spread[2] <= _FLAT * spread[0]:
+    if spread[1] <= _FLAT * spread[0]:
+        # Of a single direction, the perpendicular nearest to an axis of the world.
+        pole = _perpendicular(np.eye(3)[np.abs(axes[0]).round(6).argmin()], axes[0])
+    elif spread[2] <= _FLAT * spread[0]:
         pole = axes[2]
     else:
         faces = ConvexHull(np.concatenate([units, -units])).equations
-        pole = faces[faces[:, 3].argmax(), :3]
+        near = faces[faces[:, 3] >= faces[:, 3].max() - _FLAT, :3]
+        pole = min(near, key=lambda normal: tuple(normal.round(6)))
     mean = units.mean(axis=0)
-    pole = pole if pole @ mean >= 0 else -pole
-    # The mean may vanish or be the pole itself; then the direction of greatest spread that is left.
+    pole = _pointing(pole, mean)
     ahead = mean - (mean @ pole) * pole
     if np.linalg.norm(ahead) < 1e-6:
-        ahead = max((axis - (axis @ pole) * pole for axis in axes[:2]), key=np.linalg.norm)
+        # The mean vanishes or is the pole itself: the direction of greatest spread that is left.
+        first, second = (axis - (axis @ pole) * pole for axis in axes[:2])
+        left = first if np.linalg.norm(first) > 0.5 else second
+        ahead = _pointing(left, mean)
     ahead = ahead / np.linalg.norm(ahead)
     return np.stack([ahead, np.cross(pole, ahead), pole])
+
+
+def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """The unit vector (3,) across a unit axis that is nearest to a wanted direction."""
+    across = wanted - (wanted @ axis) * axis
+    return np.asarray(across / np.linalg.norm(across))
+
+
+def _pointing(axis: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """The axis (3,) or its opposite: the one that looks to the mean, or else whose first coordinate is positive."""
+    side = axis @ mean
+    if abs(side) <= _FLAT:
+        side = axis[np.argmax(np.abs(axis) > 1e-6)]
+    return axis if side > 0 else -axis
 
 
 def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None) -> SphericalAngles:
@@ -223,7 +254,8 @@ def _shortest(inclination: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray,
     """Continuous theta and phi (n,) from an inclination in [0, pi] and an azimuth in (-pi, pi]."""
     step, turn = np.diff(inclination), _wrapped(np.diff(azimuth))
     mirrored_step, mirrored_turn = _wrapped(-inclination[1:] - inclination[:-1]), _wrapped(turn + np.pi)
-    changes = mirrored_step**2 + mirrored_turn**2 < step**2 + turn**2
+    # Of two sheets that are equally near to rounding, the same one.
+    changes = mirrored_step**2 + mirrored_turn**2 < (step**2 + turn**2) * (1.0 - _FLAT) - _FLAT**2
     # Whether a frame is on the other sheet, where inclination counts downwards.
     other = np.concatenate([[False], np.logical_xor.accumulate(changes)])
     step = np.where(changes, mirrored_step, step) * np.where(other[:-1], -1.0, 1.0)

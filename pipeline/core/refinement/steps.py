@@ -9,7 +9,7 @@ Symbols
 
 The problem is nonlinear least squares in 2 K unknowns for each limb, all limbs at once, because the image of a wrist
 speaks for the upper arm too.  It is solved by Levenberg and Marquardt's method, with the structure of the tree used in
-`pipeline.core.limb_equations`.  A step after which a joint stands behind its camera is refused like one after which
+`refinement.equations`.  A step after which a joint stands behind its camera is refused like one after which
 the cost is higher.
 """
 
@@ -108,7 +108,7 @@ def refine(
     scale_px: float = 1.0,
     cutoff: float | None = None,
     components: Sequence[int] | None = None,
-    max_iterations: int = 200,
+    max_iterations: int = 500,
     tolerance: float = 1e-8,
     names: Sequence[str] | None = None,
 ) -> Refinement:
@@ -151,7 +151,7 @@ def refine(
     max_iterations : int
         Steps to try, at least one.
     tolerance : float
-        Of the tests of convergence, see Notes.
+        Largest move of an unknown, rad, in the last step, see Notes.
     names : sequence of str, optional
         Names of the J joints, for messages.
 
@@ -164,9 +164,8 @@ def refine(
     Notes
     -----
     Printed with the distance itself, which is not smooth where it matters; its square is summed.  It has converged
-    when the cosine between the residuals and every column of their derivative is at most `tolerance`, or when a step
-    next to undamped promises a relative reduction of the cost of at most `tolerance`, or moves no unknown by
-    more than `tolerance` rad, or when the residuals are rounding.
+    when a step next to undamped moves no unknown by more than `tolerance`, and has been taken, or when the residuals
+    are rounding.  Such a step is one of Newton's method, whose error is of the order of its square.
     """
     frames, limbs = frames_and_limbs(images, root, directions, lengths)
     tree = tree_in_order(parents, limbs + 1)

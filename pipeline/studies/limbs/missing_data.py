@@ -33,9 +33,6 @@ SHOWN_FRACTION = 0.2
 BETWEEN = 10
 """Instants to a frame at which lengths are looked at."""
 
-STEPS = 25
-"""Of the refinement: more change the cost by less than a part in a thousand, and the error not at all."""
-
 _ROOT = WALKER14.joints.index(WALKER14.root)
 
 
@@ -176,7 +173,6 @@ class Scene:
             adjust=adjustment(options.adjust),
             noise_px=options.noise_px,
             use_hinges=options.use_hinges,
-            max_iterations=STEPS,
             time_limit_s=options.time_limit_s,
         )
 
@@ -249,7 +245,8 @@ def _errors(
 def length_violations(refined: Refinement, smooth: Smoothness) -> tuple[float, float]:
     """Largest relative change of a limb's length, at frames and between, of spherical and of Cartesian trajectories.
 
-    The Cartesian ones are coordinates in the same basis, fitted to the relative trajectories at the frames.
+    To twelve decimals, for those of spherical trajectories are rounding.  The Cartesian ones are coordinates in the
+    same basis, fitted to the relative trajectories at the frames.
     """
     frames, limbs = refined.relative.shape[:2]
     times = np.linspace(0.0, frames - 1.0, BETWEEN * (frames - 1) + 1)
@@ -263,4 +260,4 @@ def length_violations(refined: Refinement, smooth: Smoothness) -> tuple[float, f
     )
     between = (rows @ fitted).reshape(len(times), limbs, 3)
     cartesian = np.linalg.norm(between, axis=-1) / refined.lengths - 1.0
-    return float(np.abs(spherical).max()), float(np.abs(cartesian).max())
+    return round(float(np.abs(spherical).max()), 12), float(np.abs(cartesian).max())

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import Smoothness
+from pipeline.core.binary_quadratic import compile_kernels
 from pipeline.storage.store import Artefact, derive_generator
 from pipeline.studies.limbs.scores import distance
 from pipeline.studies.limbs.trials import choose, limb_trial, smoothness
@@ -18,7 +19,7 @@ from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 LONG = 100
-"""Frames above which a programme may take its whole time limit, so that fewer are tried."""
+"""Frames above which a programme may take its whole limit, so that fewer are tried."""
 
 
 def measure(
@@ -86,6 +87,8 @@ def measure(
             expected="fewer than the frames, and a trial at least",
             received=", ".join(map(str, options.components)),
         )
+
+    compile_kernels()
 
     def one(item: tuple[int, int, float, int]) -> dict[str, Any]:
         frames, components, noise, number = item

@@ -56,14 +56,14 @@ def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | Non
     estimate = choice.relative + (trial.parent if parent is None else parent)
     return LimbScore(
         limb_error=error,
-        relative_error=float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)),
+        relative_error=round(float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)), 12),
         error_up_to_mirror=min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
     )
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean distance of two trajectories (F, …, 3), mm."""
-    return float(np.linalg.norm(a - b, axis=-1).mean())
+    """Mean distance of two trajectories (F, …, 3), mm, to nine decimals: what is less is rounding, and has no rank."""
+    return round(float(np.linalg.norm(a - b, axis=-1).mean()), 9)
 
 
 def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ _SAME = 1e-6
 
 
 def tables(made: Made) -> Tables:
-    """``table``: share proved; ``table_seconds``: what it took, by the machine's clock; ``table_trials``: all."""
+    """``table``: share proved; ``table_trials``: all; ``table_timing``: seconds of this machine."""
     sweep = made.sweep.arrays
     groups = np.stack([sweep[name] for name in ("frames", "components", "noise_px")], axis=1)
     rows: list[dict[str, Any]] = []
@@ -48,7 +48,7 @@ def tables(made: Made) -> Tables:
     of_clock = [name for name in columns if "seconds" in name]
     return {
         "table": ({name: v for name, v in columns.items() if name not in of_clock}, keys),
-        "table_seconds": ({name: columns[name] for name in [*keys, "trials", *of_clock]}, keys),
+        "table_timing": ({name: columns[name] for name in [*keys, "trials", *of_clock]}, keys),
         "table_trials": (
             {
                 **{name: sweep[name] for name in [*keys, "trial"]},
@@ -58,7 +58,7 @@ def tables(made: Made) -> Tables:
                     name: sweep[name]
                     for name in (
                         "camera", "proved", "objective", "lower_bound", "gap", "first_objective", "limb_error",
-                        "boxes", "steps", "seconds", "first_seconds",
+                        "boxes", "steps",
                     )
                 },
             },
@@ -90,7 +90,7 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
     """Share proved and seconds against frames, for every K and noise."""
     from pipeline import pictures
 
-    columns = {**made_tables["table"][0], **made_tables["table_seconds"][0]}
+    columns = {**made_tables["table"][0], **made_tables["table_timing"][0]}
     panels: list[list[pictures.Series]] = [[], []]
     known: list[int] = []
     for _, _, rows in _lines(made_tables):
@@ -128,13 +128,13 @@ def picture(made: Made, made_tables: Tables, stem: Path) -> None:
                 xlabel="Frames",
                 ylabel="Seconds, median",
                 yscale="log",
-                references=[("y", float(notes["time_limit_s"]), "time limit")],
+                references=[("y", float(notes["time_limit_s"]), "nominal limit")],
             ),
         ],
         columns=2,
         caption=f"{made.caption.replace(made.model.notes['words'], 'components as named')} {most} limbs at every point"
         + (f", {fewest} where they are longest" if fewest < most else "")
-        + f", before still, moving and shaky cameras in turn; limit {notes['time_limit_s']:g} s each, "
+        + f", before still, moving and shaky cameras in turn; limit {notes['time_limit_s']:g} nominal s each, "
         f"{notes['threads']} at a time. Solid: no noise; dashed: noise of "
         f"{', '.join(f'{n:g}' for n in options.noises_px if n)} px. (b) Until proof or the limit; dotted: until the "
         "first signs, which are the best in "
@@ -146,13 +146,13 @@ def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
     """Share proved and seconds over frames."""
     from pipeline import recordings as recording
 
-    columns = {**made_tables["table"][0], **made_tables["table_seconds"][0]}
+    columns = {**made_tables["table"][0], **made_tables["table_timing"][0]}
     with recording.Recording(
         folder / "recording.rrd",
         name=made.config.figure,
         about=made.about
-        + f"\nProgrammes of limbs cut to so many frames; limit {made.sweep.notes['time_limit_s']:g} s each. Seconds "
-        "are those of the machine that made this recording, as log10.\n",
+        + f"\nProgrammes of limbs cut to so many frames; limit {made.sweep.notes['time_limit_s']:g} nominal s each. "
+        "Seconds are those of the machine that made this recording, as log10.\n",
         timeline="frames",
         edition=f"{made.config.data.name} {made.config.scale.name}",
     ) as rec:

@@ -1,0 +1,545 @@
+"""Compiled loops of the binary programme: descents, relaxation, and two searches; park2011 section 3.2.
+
+All in one file, because what numba keeps on disk goes by the file of the kernel: with callees elsewhere an edited one
+would leave a stale copy in its callers.  A kernel takes the problem `p`, a `candidates.Programme`, and what it may
+write to.  The symbols are those of `candidates`; others:
+
+``values``  s (F,), as numbers from -1 to +1
+``held``    signs (F,) that a search has fixed, 0 where it has not
+``half``    half the derivative of J by each value (F,), ``u_i · r_i``
+``z``       B^T (m + s u), one row for each coordinate (3, K)
+
+The compiler may take the terms of a sum in another order, which `Programme.allowance` covers; it may not assume
+anything about NaN or infinity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+FORCED, RELAXED = 1, 2
+"""Kinds of frames beside 0, a sign to be found: always +1, and any value from -1 to +1."""
+
+MARGIN = 1e-9
+"""Fraction of J by which signs have to be better to replace others: less is rounding, which must choose nothing."""
+
+FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
+"""Sweeps of a node of the box search that cannot be ruled out any more, and of one that might."""
+
+LAST_SWEEPS = 2000
+"""Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
+
+LOOSE = 1e-3
+"""Fraction by which an S_t may be below the least cost."""
+
+PATIENCE = 30_000
+"""Nodes after which an S_t that is not found is put at S_(t+1), which also bounds it."""
+
+OVER_RELAXATION = 1.3
+"""Of coordinate descent: neighbouring frames pull at the same coefficients."""
+
+DEPTH, STATE, TRAIL, NODES = range(4)
+"""Places in the counts of the box search."""
+
+ENTER, LEAVE, DONE = range(3)
+"""Its states."""
+
+START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
+"""Places in the counts of the suffix search."""
+
+
+def compiled(kernel: Callable) -> Callable:
+    """The kernel, compiled when it is first called, and kept on disk where that is possible.
+
+    The compiler may reorder and fuse the terms of sums, and assume nothing else.  Where neither the package's folder
+    nor the user's cache can be written to, every process compiles for itself: some seconds, the same results.
+    """
+    sums = {"reassoc", "contract"}
+    try:
+        return njit(cache=True, nogil=True, fastmath=sums)(kernel)
+    except RuntimeError:  # numba's word for no place to keep it
+        return njit(nogil=True, fastmath=sums)(kernel)
+
+
+# --- the cost and its derivative ---------------------------------------------------------------------------
+
+
+@compiled
+def project(p, values, z):  # type: ignore[no-untyped-def]
+    """z = B^T (m + s u), into `z`."""
+    z[:] = 0.0
+    for i in range(len(p.basis)):
+        x = p.middle[i, 0] + values[i] * p.half_chord[i, 0]
+        y = p.middle[i, 1] + values[i] * p.half_chord[i, 1]
+        w = p.middle[i, 2] + values[i] * p.half_chord[i, 2]
+        for k in range(p.basis.shape[1]):
+            z[0, k] += p.basis[i, k] * x
+            z[1, k] += p.basis[i, k] * y
+            z[2, k] += p.basis[i, k] * w
+
+
+@compiled
+def residual(p, i, value, z):  # type: ignore[no-untyped-def]
+    """The three numbers r of frame `i`."""
+    x = y = w = 0.0
+    for k in range(p.basis.shape[1]):
+        x += p.basis[i, k] * z[0, k]
+        y += p.basis[i, k] * z[1, k]
+        w += p.basis[i, k] * z[2, k]
+    return (
+        p.middle[i, 0] + value * p.half_chord[i, 0] - x,
+        p.middle[i, 1] + value * p.half_chord[i, 1] - y,
+        p.middle[i, 2] + value * p.half_chord[i, 2] - w,
+    )
+
+
+@compiled
+def move(p, i, change, z):  # type: ignore[no-untyped-def]
+    """Adds to `z` what a change of the value of frame `i` adds."""
+    x, y, w = change * p.half_chord[i, 0], change * p.half_chord[i, 1], change * p.half_chord[i, 2]
+    for k in range(p.basis.shape[1]):
+        z[0, k] += p.basis[i, k] * x
+        z[1, k] += p.basis[i, k] * y
+        z[2, k] += p.basis[i, k] * w
+
+
+@compiled
+def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
+    """J where `z` is that of the values, with half its derivative by each of them into `half`."""
+    total = 0.0
+    if p.excess.any():
+        for d in range(3):
+            for k in range(len(p.excess)):
+                inner = 0.0
+                for j in range(len(p.excess)):
+                    inner += p.excess[k, j] * z[d, j]
+                total += inner * z[d, k]
+    for i in range(len(p.basis)):
+        x, y, w = residual(p, i, values[i], z)
+        total += x * x + y * y + w * w
+        half[i] = p.half_chord[i, 0] * x + p.half_chord[i, 1] * y + p.half_chord[i, 2] * w
+    return total
+
+
+@compiled
+def cost(p, values, z):  # type: ignore[no-untyped-def]
+    """J; `z` is overwritten with that of the values."""
+    project(p, values, z)
+    return gradient(p, values, z, np.empty(len(p.basis)))
+
+
+@compiled
+def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
+    """Half the second derivative of J by each value, (F,): |u|² (1 - |B_i|²)."""
+    bent = np.empty(len(basis))
+    for i in range(len(basis)):
+        leverage = 0.0
+        for k in range(basis.shape[1]):
+            leverage += basis[i, k] * basis[i, k]
+        square = half_chord[i, 0] ** 2 + half_chord[i, 1] ** 2 + half_chord[i, 2] ** 2
+        bent[i] = square * max(1.0 - leverage, 0.0)
+    return bent
+
+
+@compiled
+def relax(p, held, values, z, half, cutoff, fewest, most, allowance, trail, length):  # type: ignore[no-untyped-def]
+    """The least J over the box, about: (a lower bound over the whole box, sweeps, frames on the trail).
+
+    Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from `values`, which it
+    overwrites, with `z` and `half`.  J is convex: from any point, converged or not,
+    ``J(t) >= J(s) - 2 sum(|half_i| + half_i s_i)`` over the box, and ``4 |half_i|`` more where t_i has the sign
+    of half_i.  A sign that this lifts to `cutoff` is held at the other one, and put on the trail.
+
+    It ends when the bound reaches `cutoff`; after `fewest` sweeps, when J is below it, so that no bound can reach
+    it; when nothing moves; or after `most` sweeps.
+    """
+    project(p, values, z)
+    sweeps = 0
+    while True:
+        here = gradient(p, values, z, half)
+        slack = 0.0
+        for i in range(len(p.basis)):
+            if held[i] == 0:
+                slack += abs(half[i]) + half[i] * values[i]
+        bound = here - 2.0 * slack - allowance
+        if bound >= cutoff or sweeps >= most or 2.0 * slack <= 0.1 * allowance:
+            return bound, sweeps, length
+        for i in range(len(p.basis)):
+            if held[i] == 0 and p.kind[i] != RELAXED and bound + 4.0 * abs(half[i]) >= cutoff:
+                held[i] = -1 if half[i] > 0.0 else 1
+                trail[length] = i
+                length += 1
+                move(p, i, held[i] - values[i], z)
+                values[i] = held[i]
+        if sweeps >= fewest and here < cutoff:
+            return bound, sweeps, length
+        for i in range(len(p.basis)):
+            if held[i] != 0:
+                continue
+            x, y, w = residual(p, i, values[i], z)
+            slope = p.half_chord[i, 0] * x + p.half_chord[i, 1] * y + p.half_chord[i, 2] * w
+            if p.bent[i] > 0.0:
+                wanted = min(max(values[i] - OVER_RELAXATION * slope / p.bent[i], -1.0), 1.0)
+            else:
+                wanted = -1.0 if slope > 0.0 else 1.0 if slope < 0.0 else values[i]
+            if wanted != values[i]:
+                move(p, i, wanted - values[i], z)
+                values[i] = wanted
+        sweeps += 1
+
+
+# --- signs without a certificate ---------------------------------------------------------------------------
+
+
+@compiled
+def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
+    """Signs (F,) of the smoothest path, by weighted first and second differences; of equals the far candidate, +1.
+
+    Viterbi's algorithm over pairs of signs.
+    """
+    frames = len(p.basis)
+    point = np.empty((frames, 2, 3))
+    barred = np.zeros((frames, 2))
+    for i in range(frames):
+        for a in range(2):
+            for d in range(3):
+                point[i, a, d] = p.middle[i, d] + (1.0 - 2.0 * a) * p.half_chord[i, d]
+        if p.kind[i] == FORCED:
+            barred[i, 1] = np.inf
+    spent = np.zeros((2, 2))  # by the signs of the last two frames
+    origin = np.zeros((frames, 2, 2), dtype=np.int8)
+    for i in range(1, frames):
+        after = np.full((2, 2), np.inf)
+        for b in range(2):
+            for c in range(2):
+                step = barred[i - 1, b] + barred[i, c]
+                for d in range(3):
+                    step += first * (point[i, c, d] - point[i - 1, b, d]) ** 2
+                for a in range(2):
+                    turn = spent[a, b] + step
+                    if i > 1:
+                        for d in range(3):
+                            turn += (
+                                second * (point[i, c, d] - 2.0 * point[i - 1, b, d] + point[i - 2, a, d]) ** 2
+                            )
+                    if turn < after[b, c] * (1.0 - MARGIN):
+                        after[b, c] = turn
+                        origin[i, b, c] = a
+        spent = after
+    values = np.empty(frames)
+    b = c = 0
+    for j in range(2):
+        for k in range(2):
+            if spent[j, k] < spent[b, c] * (1.0 - MARGIN):
+                b, c = j, k
+    if frames == 1:
+        c = 0
+    for i in range(frames - 1, 0, -1):
+        values[i] = 1.0 - 2.0 * c
+        b, c = origin[i, b, c], b
+    values[0] = 1.0 - 2.0 * c
+    return values
+
+
+@compiled
+def descend(p, values, longest, other, weight, bounded, allowance):  # type: ignore[no-untyped-def]
+    """Takes the best window from each first frame in turn, if it is an improvement, until none is; J then.
+
+    Where it is `bounded`, the values may not come nearer to the `other` ones than half of the weights (F,).
+    """
+    frames, components = p.basis.shape
+    z = np.empty((3, components))
+    window = np.empty((3, components))
+    half = np.empty(frames)
+    project(p, values, z)
+    here = gradient(p, values, z, half)
+    near = 0.0
+    for i in range(frames):
+        near += weight[i] * values[i] * other[i]
+    idle = 0
+    turn = 0
+    turns = frames + 1 if longest > 1 else frames
+    while idle < turns:
+        # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
+        first = turn if turn < frames else frames - 1
+        onwards = 1 if turn < frames else -1
+        longer = longest > 1 and (turn == 0 or turn == frames)
+        reach = frames if longer else min(longest, frames - first)
+        # Flipping the window W changes J by the sum of 4 |s_i u_i|² - 4 s_i half_i, less 4 |sum of s_i B_i u_i^T|².
+        least = 0.0
+        margin = MARGIN * abs(here) + allowance
+        size = 0
+        window[:] = 0.0
+        change = 0.0
+        nearer = near
+        for n in range(reach):
+            i = first + onwards * n
+            if p.kind[i] == FORCED:
+                continue
+            nearer -= 2.0 * weight[i] * values[i] * other[i]
+            square = 0.0
+            for d in range(3):
+                u = values[i] * p.half_chord[i, d]
+                square += u * u
+                for k in range(components):
+                    window[d, k] += u * p.basis[i, k]
+            change += 4.0 * square - 4.0 * values[i] * half[i]
+            inside = 0.0
+            for d in range(3):
+                for k in range(components):
+                    inside += window[d, k] * window[d, k]
+            if change - 4.0 * inside < least - margin and not (bounded and nearer > 0.0):
+                least = change - 4.0 * inside
+                size = n + 1
+        if size > 0:
+            for n in range(size):
+                i = first + onwards * n
+                if p.kind[i] != FORCED:
+                    near -= 2.0 * weight[i] * values[i] * other[i]
+                    values[i] = -values[i]
+            project(p, values, z)
+            here = gradient(p, values, z, half)
+            idle = 0
+        else:
+            idle += 1
+        turn = (turn + 1) % turns
+    return here
+
+
+# --- branch and bound over boxes ---------------------------------------------------------------------------
+
+
+@compiled
+def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
+    """Go on with a `searches.BoxTree` for about `budget` sweeps; better signs go into `best` and `found`."""
+    held, values, z, half, trail, levels, bounds, counts = (
+        tree.held, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
+    )  # fmt: skip
+    frames = len(p.basis)
+    trial = np.empty(frames)
+    while budget > 0 and counts[STATE] != DONE:
+        depth = counts[DEPTH]
+        if counts[STATE] == LEAVE:
+            if depth == 0:
+                counts[STATE] = DONE
+                continue
+            depth -= 1
+            chosen = levels[depth, 0]
+            for j in range(levels[depth, 2], counts[TRAIL]):
+                held[trail[j]] = 0
+            counts[TRAIL] = levels[depth, 2]
+            if levels[depth, 1] == 0:
+                levels[depth, 1] = 1
+                held[chosen] = -held[chosen]
+                counts[STATE] = ENTER
+            else:
+                held[chosen] = 0
+                counts[DEPTH] = depth
+            continue
+        counts[NODES] += 1
+        cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
+        left = False
+        for i in range(frames):
+            if held[i] != 0:
+                values[i] = held[i]
+            elif p.kind[i] != RELAXED:
+                left = True
+        bound, sweeps, counts[TRAIL] = relax(
+            p, held, values, z, half, cutoff, FEWEST_SWEEPS if left else LAST_SWEEPS,
+            MOST_SWEEPS if left else LAST_SWEEPS, allowance, trail, counts[TRAIL],
+        )  # fmt: skip
+        budget -= sweeps + 1
+        if depth > 0:
+            bound = max(bound, bounds[depth - 1])
+        counts[STATE] = LEAVE
+        if bound >= cutoff:
+            continue
+        for i in range(frames):
+            trial[i] = values[i] if p.kind[i] == RELAXED else -1.0 if values[i] < 0.0 else 1.0
+        here = cost(p, trial, z)
+        # Half of what is not looked for: what is better by less may be rounding.
+        if here < 0.5 * (best[0] + cutoff):
+            best[0] = here
+            found[:] = trial
+            cutoff = here - max(gap * abs(here), 2.0 * allowance)
+            if bound >= cutoff:
+                continue
+        chosen = -1
+        most = -1.0
+        for i in range(frames):
+            if held[i] == 0 and p.kind[i] != RELAXED:
+                score = p.bent[i] * (1.0 - values[i] * values[i] + 1e-9)
+                if score > most:
+                    most = score
+                    chosen = i
+        if chosen < 0:
+            if left:
+                counts[STATE] = ENTER  # all the rest was held on the way: once more, to the end
+            else:
+                bounds[-1] = min(bounds[-1], bound)
+            continue
+        levels[depth, 0] = chosen
+        levels[depth, 1] = 0
+        levels[depth, 2] = counts[TRAIL]
+        bounds[depth] = bound
+        held[chosen] = -1 if values[chosen] < 0.0 else 1
+        counts[DEPTH] = depth + 1
+        counts[STATE] = ENTER
+
+
+# --- depth first in time -----------------------------------------------------------------------------------
+
+
+@compiled
+def prepare(p, rows, kappa, start, gains, norms):  # type: ignore[no-untyped-def]
+    """Gains of recursive least squares from frame `start` on, which no sign enters."""
+    components = p.basis.shape[1]
+    spread = np.zeros((components, components))
+    for k in range(components):
+        spread[k, k] = 1.0 / kappa
+    for i in range(start, len(p.basis)):
+        for kind_of_row in range(2):
+            row = rows[i] if kind_of_row else p.basis[i]
+            gain = gains[kind_of_row, i]
+            norm = 1.0
+            for k in range(components):
+                inner = 0.0
+                for j in range(components):
+                    inner += spread[k, j] * row[j]
+                gain[k] = inner
+                norm += inner * row[k]
+            norms[kind_of_row, i] = norm
+            if kind_of_row == 0 and p.kind[i] == RELAXED:
+                continue  # a relaxed frame is left out: it could only add
+            for k in range(components):
+                for j in range(components):
+                    spread[k, j] -= gain[k] * gain[j] / norm
+            for k in range(components):
+                gain[k] /= norm
+
+
+@compiled
+def step(p, rows, gains, norms, i, sign, before, after):  # type: ignore[no-untyped-def]
+    """Cost that frame `i` adds with this sign, given the coefficients `before`; those with it into `after`."""
+    added = 0.0
+    components = p.basis.shape[1]
+    for d in range(3):
+        if p.kind[i] == RELAXED:
+            after[d] = before[d]
+        else:
+            off = p.middle[i, d] + sign * p.half_chord[i, d]
+            for k in range(components):
+                off -= p.basis[i, k] * before[d, k]
+            added += off * off / norms[0, i]
+            for k in range(components):
+                after[d, k] = before[d, k] + gains[0, i, k] * off
+        if norms[1, i] > 1.0:
+            off = 0.0
+            for k in range(components):
+                off -= rows[i, k] * after[d, k]
+            added += off * off / norms[1, i]
+            for k in range(components):
+                after[d, k] += gains[1, i, k] * off
+    return added
+
+
+@compiled
+def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
+    """Go on with a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
+    rows, gains, norms, state, spent, signs, rest, ends, counts = (
+        tree.rows, tree.gains, tree.norms, tree.state, tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
+    )  # fmt: skip
+    frames = len(p.basis)
+    kappa = tree.kappa
+    lost = tree.lost
+    z = np.empty((3, p.basis.shape[1]))
+    while budget > 0 and counts[FINISHED] == 0:
+        start = counts[START]
+        if counts[PREPARED] == 0:
+            prepare(p, rows, kappa, start, gains, norms)
+            budget -= 1 + (frames - start) * p.basis.shape[1] // 4
+            spent[start] = 0.0
+            state[start] = 0.0
+            for i in range(start, frames):
+                sign = -1.0 if found[i] < 0.0 else 1.0
+                spent[i + 1] = spent[i] + step(p, rows, gains, norms, i, sign, state[i], state[i + 1])
+            ends[0] = max(spent[frames] - lost, 0.0)
+            counts[LEVEL] = start
+            counts[PREPARED] = 1
+            counts[TRIED] = 0
+            signs[start, 1] = -1
+        if start == 0:
+            limit = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
+        else:
+            limit = ends[0] * (1.0 - LOOSE)
+        i = counts[LEVEL]
+        given_up = start > 0 and counts[TRIED] >= PATIENCE
+        if i < start or given_up or (start > 0 and rest[start + 1] >= limit):
+            # Everything from `start` on costs at least as much as was looked for, unless that was given up.
+            if start > 0:
+                rest[start] = rest[start + 1] if given_up else max(rest[start + 1], limit)
+            else:
+                counts[FINISHED] = 1
+            counts[START] = start - 1
+            counts[PREPARED] = 0
+            continue
+        if signs[i, 1] == -1:  # first time here: the sign of the best known first
+            if p.kind[i] == FORCED:
+                signs[i, 0] = 1
+                signs[i, 1] = 1
+            else:
+                signs[i, 0] = -1 if found[i] < 0.0 else 1
+                signs[i, 1] = 1 if p.kind[i] == RELAXED else 2
+        elif signs[i, 1] == 1 and p.kind[i] == 0:
+            signs[i, 0] = -signs[i, 0]
+        if signs[i, 1] == 0:
+            counts[LEVEL] = i - 1
+            continue
+        signs[i, 1] -= 1
+        budget -= 1
+        counts[ENTERED] += 1
+        counts[TRIED] += 1
+        added = step(p, rows, gains, norms, i, float(signs[i, 0]), state[i], state[i + 1])
+        spent[i + 1] = spent[i] + added
+        bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1]
+        if start == 0:
+            bound -= allowance
+        if bound >= limit:
+            continue
+        if i + 1 < frames:
+            counts[LEVEL] = i + 1
+            signs[i + 1, 1] = -1
+        elif start > 0:
+            ends[0] = max(spent[frames] - lost, 0.0)
+        else:
+            enter_leaf(p, signs, z, best, found, gap, allowance, ends)
+            budget -= frames
+
+
+@compiled
+def enter_leaf(p, signs, z, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
+    """All signs are chosen: J itself, with the relaxed frames at their best."""
+    frames = len(p.basis)
+    held = np.empty(frames, dtype=np.int8)
+    values = np.empty(frames)
+    relaxed = False
+    for i in range(frames):
+        held[i] = 0 if p.kind[i] == RELAXED else signs[i, 0]
+        values[i] = found[i] if p.kind[i] == RELAXED else signs[i, 0]
+        relaxed = relaxed or p.kind[i] == RELAXED
+    bound = np.inf
+    cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
+    if relaxed:
+        half = np.empty(frames)
+        trail = np.empty(frames, dtype=np.int64)
+        bound = relax(p, held, values, z, half, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0)[0]
+    here = cost(p, values, z)
+    # Half of what is not looked for: what is better by less may be rounding.
+    if here < 0.5 * (best[0] + cutoff):
+        best[0] = here
+        found[:] = values
+    if bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
+        ends[1] = min(ends[1], bound)

@@ -1,0 +1,243 @@
+"""Two searches that prove signs, or find better ones; each stops after any amount of work: park2011 section 3.2.
+
+Symbols are those of `candidates`.
+
+*Boxes*, the paper's way to a certificate.  A node holds some signs and lets the others range over -1 … +1; J is convex
+there, and `kernels.relax` bounds it from below whether or not its descent has converged.  Depth first, the child nearer
+to the relaxed value first, on the frame whose sign would cost most if it were wrong: ``|u_i|² (1 - |B_i|²) (1 - s_i²)``.
+Signs whose other value the bound rules out are held on the way.
+
+*Suffixes*, depth first in time, with the cost of the rest known beforehand.
+
+``a``      coefficients (3, K): ``J(s) = min over a of sum_i f_i(a)``, ``f_i = |c_i - B_i a|² + |C_i a|²``
+``C_i``    the share of frame i in ``a^T G a``: rows whose squares add up to G
+``S_t``    a lower bound of what the frames t, t + 1, … cost by themselves, whatever their signs
+``kappa``  weight of ``|a|²``
+
+Recursive least squares give the least cost of the frames t … k - 1 in O(K) a frame, since the gains depend on no
+sign; with ``S_k`` for the frames after them that is a bound, and the ``S_k`` are found by the same search, from the
+last frame back ("Russian dolls").  A few frames would fit any signs with coefficients of any size, but the best
+coefficients are ``B^T c`` and no longer than c: ``kappa (|a|² - size)`` is never positive for them, so adding it
+leaves a bound and rules wild ones out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from pipeline.core.binary_quadratic import kernels
+from pipeline.core.binary_quadratic.candidates import Programme
+
+TAMED = 0.01
+"""Fraction of the best J known that is given up to rule wild coefficients out."""
+
+
+class Search(Protocol):
+    """What both searches can do."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether all signs have been ruled out but those found."""
+
+    @property
+    def nodes(self) -> int:
+        """Nodes entered so far."""
+
+    def lower_bound(self) -> float:
+        """The least J that what is still open can hold, inf once nothing is."""
+
+    def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
+        """Go on for about so much work; what is found goes into `best` and `values`.
+
+        Parameters
+        ----------
+        best : (1,)
+            J of the best values known, mm².
+        values : (F,)
+            They themselves.
+        gap : float
+            What is worth less than this fraction of J is not looked for,
+        allowance : float
+            nor what is worth less than twice the rounding, mm².
+        work : int
+            Sweeps over all frames, or nodes.
+        """
+
+
+class BoxTree(NamedTuple):
+    """Where a search over boxes stands.
+
+    Attributes
+    ----------
+    held : (F,) int8
+    values, half : (F,)
+    z : (3, K)
+    trail : (F,) int
+        Frames that were held on the way.
+    levels : (F + 1, 3) int
+        Of each level the frame branched on, whether its second child has been entered, the trail's length before it.
+    bounds : (F + 2,)
+        Of each level, mm², and last of leaves that stayed open at the end.
+    counts : (4,) int
+    """
+
+    held: np.ndarray
+    values: np.ndarray
+    z: np.ndarray
+    half: np.ndarray
+    trail: np.ndarray
+    levels: np.ndarray
+    bounds: np.ndarray
+    counts: np.ndarray
+
+
+class BoxSearch:
+    """A branch and bound over boxes.
+
+    Parameters
+    ----------
+    programme : Programme
+    """
+
+    def __init__(self, programme: Programme) -> None:
+        frames, components = programme.basis.shape
+        held = np.where(programme.kind == kernels.FORCED, 1, 0).astype(np.int8)
+        self._programme = programme
+        self._tree = BoxTree(
+            held=held,
+            values=held.astype(float),
+            z=np.empty((3, components)),
+            half=np.empty(frames),
+            trail=np.empty(frames, dtype=np.int64),
+            levels=np.zeros((frames + 1, 3), dtype=np.int64),
+            bounds=np.full(frames + 2, -np.inf),
+            counts=np.zeros(4, dtype=np.int64),
+        )
+        self._tree.bounds[-1] = np.inf
+
+    @property
+    def finished(self) -> bool:
+        """As of `Search`."""
+        return bool(self._tree.counts[kernels.STATE] == kernels.DONE)
+
+    @property
+    def nodes(self) -> int:
+        """Boxes bounded so far."""
+        return int(self._tree.counts[kernels.NODES])
+
+    def lower_bound(self) -> float:
+        """As of `Search`."""
+        counts, bounds = self._tree.counts, self._tree.bounds
+        depth, entering = int(counts[kernels.DEPTH]), counts[kernels.STATE] == kernels.ENTER
+        if entering and depth == 0:
+            return -np.inf
+        # The node about to be entered lies below the last level; so does what is left of each level.
+        untried = self._tree.levels[:depth, 1] == 0
+        if entering:
+            untried[-1] = True
+        return float(min(bounds[-1], bounds[:depth][untried].min(initial=np.inf)))
+
+    def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
+        """As of `Search`; work is counted in sweeps."""
+        kernels.search_boxes(self._programme, self._tree, best, values, gap, allowance, work)
+
+
+class SuffixTree(NamedTuple):
+    """Where a search over suffixes stands.
+
+    Attributes
+    ----------
+    kappa : float
+    lost : float
+        kappa times the size of the programme, mm²: what a bound is short of.
+    rows : (F, K)
+        C.
+    gains : (2, F, K)
+    norms : (2, F)
+    state : (F + 1, 3, K)
+        Coefficients before each frame.
+    spent : (F + 1,)
+        Cost before each frame, mm².
+    signs : (F, 2) int8
+        The sign of a frame, and how many of its signs are still to be tried.
+    rest : (F + 1,)
+        S_t, mm²; zero where not yet known.
+    ends : (2,)
+        Least cost of the frames from t on; that of leaves left open.
+    counts : (6,) int
+    """
+
+    kappa: float
+    lost: float
+    rows: np.ndarray
+    gains: np.ndarray
+    norms: np.ndarray
+    state: np.ndarray
+    spent: np.ndarray
+    signs: np.ndarray
+    rest: np.ndarray
+    ends: np.ndarray
+    counts: np.ndarray
+
+
+class SuffixSearch:
+    """A search depth first in time.
+
+    Parameters
+    ----------
+    programme : Programme
+    objective : float
+        J of the best signs known, mm².
+    """
+
+    def __init__(self, programme: Programme, objective: float) -> None:
+        frames, components = programme.basis.shape
+        size = programme.size
+        kappa = max(TAMED * objective / size, 1e-9) if size > 0 else 1.0
+        self._programme = programme
+        self._tree = SuffixTree(
+            kappa=kappa,
+            lost=kappa * size,
+            rows=_shares(programme.excess, frames),
+            gains=np.empty((2, frames, components)),
+            norms=np.empty((2, frames)),
+            state=np.zeros((frames + 1, 3, components)),
+            spent=np.zeros(frames + 1),
+            signs=np.zeros((frames, 2), dtype=np.int8),
+            rest=np.zeros(frames + 1),
+            ends=np.array([np.inf, np.inf]),
+            counts=np.array([frames - 1, 0, 0, 0, 0, 0], dtype=np.int64),
+        )
+
+    @property
+    def finished(self) -> bool:
+        """As of `Search`."""
+        return bool(self._tree.counts[kernels.FINISHED])
+
+    @property
+    def nodes(self) -> int:
+        """Frames entered so far."""
+        return int(self._tree.counts[kernels.ENTERED])
+
+    def lower_bound(self) -> float:
+        """As of `Search`."""
+        if self.finished:
+            return float(self._tree.ends[1])
+        return float(min(self._tree.rest[self._tree.counts[kernels.START] + 1], self._tree.ends[1]))
+
+    def run(self, best: np.ndarray, values: np.ndarray, gap: float, allowance: float, work: int) -> None:
+        """As of `Search`; work is counted in nodes."""
+        kernels.search_suffixes(self._programme, self._tree, best, values, gap, allowance, work)
+
+
+def _shares(excess: np.ndarray, frames: int) -> np.ndarray:
+    """C (F, K), with ``C^T C`` at most G: each eigenvector of G in turn, as often as its turn comes."""
+    components = len(excess)
+    values, vectors = np.linalg.eigh(excess)
+    # Rounding may have put the eigenvalues this much too high.
+    values = np.maximum(values - 1e-13 * np.abs(values).max(initial=0.0), 0.0)
+    turn = np.arange(frames) % components
+    times = np.bincount(turn, minlength=components)
+    return np.ascontiguousarray((np.sqrt(values / np.maximum(times, 1)) * vectors).T[turn])
