@@ -337,7 +337,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: minimise(FINE.basis, np.where(np.isnan(HOLE), np.inf, 0.0), FINE.half_chord),
         "^frame 4: ",
     ),
-    "other frames": (lambda: minimise(FINE.basis, FINE.middle[:5], FINE.half_chord), r"middle must have shape .* \(got \(5, 3\)\)"),
+    "other frames": (
+        lambda: minimise(FINE.basis, FINE.middle[:5], FINE.half_chord),
+        r"middle must have shape .* \(got \(5, 3\)\)",
+    ),
     "more components than frames": (
         lambda: minimise(np.ones((2, 3)) / 9, FINE.middle[:2], FINE.half_chord[:2]),
         r"K <= F, received \(2, 3\)",

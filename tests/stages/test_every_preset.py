@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from pipeline import recordings
-from pipeline.__main__ import compose, presets
+from pipeline.cli.compose import compose
+from pipeline.cli.presets import presets
 from pipeline.clips import performances, varied, walks
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
@@ -91,7 +92,7 @@ def test_the_values_are_what_their_names_say(folder: Path) -> None:
 
 def purpose(figure: str) -> str:
     """What corpus a figure is made of."""
-    return str(compose([f"experiment={figure}"]).purpose)
+    return compose([f"experiment={figure}"]).dataset.corpus.name
 
 
 def test_every_clip_has_its_row_in_the_ingest_report(folder: Path) -> None:

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from pipeline import recordings
-from pipeline.__main__ import presets
-from pipeline.cli.figures import Outcome
+from pipeline.cli.presets import presets
+from pipeline.cli.summary import Outcome
 from pipeline.storage import tables
 
 STAGES = ("ingest", "dataset", "model", "sweep")
@@ -64,7 +64,7 @@ def test_drawing_and_logging_again_gives_the_same_picture_and_recording(
         ("data.marker_noise_mm=1", STAGES),
         ("seed=1", STAGES),
         ("workers=1", ()),
-        ("report.picture=true", ()),
+        ("figure.picture=true", ()),
     ],
 )
 def test_a_changed_option_remakes_its_stage_and_what_follows(

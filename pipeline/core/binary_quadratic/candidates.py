@@ -126,7 +126,9 @@ def programme_of(
     )
     if basis.ndim != 2 or not 1 <= basis.shape[1] <= len(basis):
         raise InvalidInput(
-            "the basis is not one of frames by components", expected="shape (F, K), K <= F", received=str(basis.shape)
+            "the basis is not one of frames by components",
+            expected="shape (F, K), K <= F",
+            received=str(basis.shape),
         )
     frames, components = basis.shape
     given = {"basis": basis, "middle": middle, "half_chord": half_chord}

@@ -52,6 +52,7 @@ class Postures(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view."""
         sweep, data = inputs.sweep, inputs.dataset
+        require_range("figure.walker", self.walker, at_most=len(inputs.samples) - 1)
         views = sweep.demonstration_view_deg
         times = np.arange(self.instants) / self.instants  # fractions of a cycle, at one hertz
         original = fourier.synthesise(data.coefficients[self.walker], 1.0, times)
