@@ -84,7 +84,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What is published as ``arrays.npz``: the arrays of the sweep (and the model), and the names of the samples."""
+        """What is published as ``arrays.npz``: arrays of the sweep and of a published model, names of the samples."""
         learnt = pack(self.model)[0] if self.experiment.model.published else {}
         names = {self.experiment.dataset.corpus.sample: np.array(self.samples)}
         return {**learnt, **pack(self.sweep)[0], **names}

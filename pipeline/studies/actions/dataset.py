@@ -139,7 +139,7 @@ class Postures:
 
 
 @dataclass(kw_only=True)
-class PostureDataset(Dataset[Performances]):
+class PostureDataset(Dataset):
     """Postures of every performance."""
 
     corpus = PERFORMANCES

@@ -118,7 +118,7 @@ class Action:
 
 
 @dataclass(kw_only=True)
-class ActionSpaceModel(Model[Postures]):
+class ActionSpaceModel(Model):
     """aSpace, median sequence, synchronized performances and action model."""
 
     dataset = PostureDataset

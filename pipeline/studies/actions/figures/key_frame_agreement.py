@@ -51,7 +51,7 @@ def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFra
     Empty where a number means nothing: raw performances have no samples in common, and one person alone cannot be
     left out.
     """
-    linear = mean_variance_left(action.linear)
+    linear = mean_variance_left(list(action.linear))
     deviation = np.sqrt(mean_squared_deviation(action.linear) / action.linear.shape[2])
     rows = []
     for alignment in ALIGNMENTS:
