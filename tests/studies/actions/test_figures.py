@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking, make_figure
 from pipeline.cli.summary import Outcome
 from pipeline.core.synchronization import allowed_disparities
-from pipeline.recordings import check as recording_check
 from pipeline.storage import tables
 from pipeline.storage.store import Store
 from pipeline.studies.actions.figures import other_paths
@@ -72,9 +72,9 @@ def test_the_tables_have_the_columns_promised(made: Path, name: str) -> None:
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_recording_is_whole_and_holds_what_is_promised(made: Path, name: str) -> None:
     path = made / name / "recording.rrd"
-    recording_check.verify(path)
-    assert {"about"} | ENTITIES[name] <= set(recording_check.entities(path))
-    assert recording_check.views(path)
+    recordings.verify(path)
+    assert {"about"} | ENTITIES[name] <= set(recordings.entities(path))
+    assert recordings.views(path)
     assert (made / name / "figure.png").stat().st_size > 20_000
 
 
@@ -347,25 +347,6 @@ def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store
     assert of(stages, "variance_left_to_linear", stage="synchronized") < 1
     pair = read(folder, FIGURES[1], "table_pair")
     assert pair["distance"] <= pair["least_other_distance"]
-
-
-def test_sequences_that_cannot_be_drawn_are_refused(tmp_path: Path) -> None:
-    from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
-
-    good = (np.arange(3.0), np.arange(3.0))
-    panels: list[tuple[Bundle, str]] = [
-        (Bundle(sequences=[]), "nothing to draw"),
-        (Bundle(sequences=[(np.arange(3.0), np.arange(2.0))]), "wrong shape"),
-        (Bundle(sequences=[(np.arange(2.0), np.array([0.0, np.nan]))]), "not finite"),
-        (Bundle(sequences=[good], colour="pink"), "unknown style or colour"),
-        (Bundle(sequences=[good], style="wavy"), "unknown style or colour"),
-    ]
-    for bundle, words in panels:
-        with pytest.raises(InvalidInput, match=words):
-            sequence_panels(tmp_path / "figure", [[SequencePanel(bundles=[bundle])]])
-    with pytest.raises(InvalidInput, match="nothing to draw"):
-        sequence_panels(tmp_path / "figure", [])
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

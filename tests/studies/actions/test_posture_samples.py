@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.summary import Outcome
 from pipeline.core import action_model, posture
-from pipeline.recordings import check as recording_check
 from pipeline.storage import tables
 from pipeline.studies.actions import posture_samples
 from pipeline.studies.actions.posture_samples import PostureSampling, SampledPostures
@@ -102,14 +102,12 @@ def test_what_lies_beyond_the_bounds_does_so_in_every_coordinate(seed: int, boun
 def test_the_figure_is_whole(figure: Callable[..., Outcome], tmp_path: Path) -> None:
     outcome = figure(tmp_path, "mozerov2006_fig4", "scale=smoke", "sweep.measured=50", quick=False)
     recording = outcome.folder / "recording.rrd"
-    recording_check.verify(recording)
+    recordings.verify(recording)
     names = {"world/mean_performance", "about", "world/frame_10/mean", "world/frame_40/accepted_8"}
-    assert names <= set(recording_check.entities(recording))
+    assert names <= set(recordings.entities(recording))
     drawn = tables.read(outcome.folder / "table.csv")
     assert len(drawn["x_mm"]) == 2 * 9 * 15
-    index, joints = recording_check.read_column(
-        recording, "world/mean_performance", "Points3D:positions", "frame"
-    )
+    index, joints = recordings.read_column(recording, "world/mean_performance", "Points3D:positions", "frame")
     assert list(index) == list(range(1, 101))
     mean = (drawn["frame"] == 40) & (drawn["draw"] == -1)
     np.testing.assert_allclose(1e3 * joints[39, :, 2], drawn["z_mm"][mean], atol=0.01)

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.summary import Outcome
 from pipeline.core import posture
 from pipeline.core.posture.frames import REST
 from pipeline.core.tracking import joint_error
-from pipeline.recordings import check as recording_check
 from pipeline.storage import tables
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import (
@@ -318,9 +318,9 @@ def test_the_figure_is_whole(figure: Callable[..., Outcome], tmp_path: Path) -> 
     small = ["sweep.particles=[30]", "sweep.tracked=2", "sweep.noise_mm=[10]", "sweep.occluded=[0.25]"]
     outcome = figure(tmp_path, "mozerov2006_tracking", "scale=smoke", *small, quick=False)
     recording = outcome.folder / "recording.rrd"
-    recording_check.verify(recording)
+    recordings.verify(recording)
     wanted = {f"{top}/{m}" for m in METHODS for top in ("world/tracked", "curves/error_mm")}
-    assert wanted | {"world/original", "image/observed", "about"} <= set(recording_check.entities(recording))
+    assert wanted | {"world/original", "image/observed", "about"} <= set(recordings.entities(recording))
     table = tables.read(outcome.folder / "table.csv")
     each = tables.read(outcome.folder / "table_performances.csv")
     assert len(table["error_mm"]) == 2 * 3 * len(METHODS)

@@ -7,18 +7,19 @@ and three standard deviations on either side of it.  `key_frame_agreement` says 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from pipeline.core.posture import PARAMETERS
+from pipeline.palette import Style
 from pipeline.skeleton import POSTURE12, WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.figures.alignments import (
-    COLOURS,
+    STYLES,
     entity_name,
-    lines,
     options_of,
     sequence_rows,
     skeleton,
@@ -37,6 +38,9 @@ COLUMNS = (
     ("keyframe", "(c) by key-frames", "Sample"),
     ("model", "(d) learnt model", "Sample"),
 )
+
+THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
+THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
 
 Inputs = FigureInputs[Postures, Action, Timings]
 
@@ -92,65 +96,61 @@ class ActionModelFigure(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw a row for each dimension, with the paper's four columns."""
-        from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
+        from pipeline import pictures
 
-        of = lines(tables["table"], "sample", "value", ["stage", "component", "performance"])
         shown, bound = self._shown(inputs), options_of(inputs).bound
-        rows = []
+        panels = []
         for k in range(1, shown + 1):
-            panels = []
+            model = tables["table_model"].query("component == @k")
+            reach = bound * model["standard_deviation"]
+            edge = partial(pictures.Series, x=model["sample"], colour="black", width=0.75)
+            learnt = [
+                edge(y=model["mean"] - reach, label=f"±{bound:g} standard deviations"),
+                edge(y=model["mean"] + reach),
+                edge(y=model["mean"], label="mean performance", colour="orange", width=1.1),
+            ]
             for alignment, title, abscissa in COLUMNS:
-                learnt = alignment == "model"
-                drawn = "synchronized" if learnt else alignment
-                bundles = [
-                    Bundle(
-                        sequences=[line for key, line in of.items() if key[:2] == (drawn, k)],
-                        style="dashed" if learnt else "solid",
-                        width=0.4,
-                        opacity=0.7,
-                        label="" if learnt else "a performance",
-                    )
-                ]
-                if learnt:
-                    model = tables["table_model"].query("component == @k")
-                    samples, mean = model["sample"].to_numpy(), model["mean"].to_numpy()
-                    reach = bound * model["standard_deviation"].to_numpy()
-                    edges = [(samples, mean - reach), (samples, mean + reach)]
-                    label = f"±{bound:g} standard deviations"
-                    bundles += [
-                        Bundle(sequences=edges, colour="black", width=0.9, label=label),
-                        Bundle(
-                            sequences=[(samples, mean)], colour="orange", width=1.3, label="mean performance"
-                        ),
-                    ]
+                of_model = alignment == "model"
+                performances = pictures.series(
+                    tables["table"],
+                    x="sample",
+                    y="value",
+                    units="performance",
+                    styles=THIN_DASHED if of_model else THIN,
+                    where={"component": k, "stage": "synchronized" if of_model else alignment},
+                )
                 panels.append(
-                    SequencePanel(
-                        bundles=bundles,
+                    pictures.Panel(
                         title=title if k == 1 else "",
                         xlabel=abscissa if k == shown else "",
                         ylabel=f"Dimension {k}" if alignment == "raw" else "",
+                        series=[*performances, *(learnt if of_model else [])],
                     )
                 )
-            rows.append(panels)
-        sequence_panels(
+        pictures.draw_lines(
             stem,
-            rows,
+            panels,
+            columns=len(COLUMNS),
+            legend="figure",
+            share_y="row",
+            letters=False,
+            panel_size=(1.83, 1.56),
             caption=f"{inputs.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, "
             "and the performances of (b).",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median, index = action.median, {"sample": np.arange(len(action.model.mean))}
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
             + f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
-            f"grey. Other performances can be switched on in the streams tree, `world/performances/…`. Curves: mean "
+            f"silver. Other performances can be switched on in the streams tree, `world/performances/…`. Curves: mean "
             f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
@@ -170,7 +170,7 @@ class ActionModelFigure(Figure):
                     skeleton(inputs, action.synchronized[m], m),
                     WALKER15.bones,
                     index=index,
-                    colour="grey" if m == median else COLOURS["synchronized"],
+                    colour="original" if m == median else STYLES["synchronized"].colour,
                     thickness_mm=5.0,
                 )
             plots = []
@@ -182,17 +182,16 @@ class ActionModelFigure(Figure):
                 for side, reach in (("lower", -bound), ("upper", bound)):
                     entity = f"{where}/{side}_bound"
                     rec.curve(entity, samples, mean + reach * sd, label=f"{reach:+g} sd", colour="grey")
-                plots.append(recording.Plot(name=f"dimension {k}", origin=where))
+                plots.append(recordings.Plot(name=f"dimension {k}", origin=where))
             rec.matrix("matrices/distances", action.distances)
-            bodies = recording.Space3D(
+            bodies = recordings.Space3D(
                 name="mean performance and median sequence",
                 contents=("world/mean_performance", "world/performances"),
                 shown=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
             )
-            below = [recording.Matrix(name="distances C(n, m)"), recording.Notes()]
-            left = recording.Split("rows", [bodies, recording.Split("columns", below)], [3, 2])
-            layout = recording.Split("columns", [left, recording.Split("rows", plots)], [1, 1])
-            rec.blueprint(layout, playing=True)
+            below = recordings.Columns(recordings.Matrix(name="distances C(n, m)"), recordings.Notes())
+            left = recordings.Rows(bodies, below, shares=(3, 2))
+            rec.blueprint(recordings.Columns(left, recordings.Rows(*plots)), playing=True)
 
     def _shown(self, inputs: Inputs) -> int:
         """How many dimensions are drawn and tabulated."""

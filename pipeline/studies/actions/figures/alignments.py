@@ -10,30 +10,23 @@ import pandas as pd
 
 from pipeline.core import posture
 from pipeline.core.action_model import variance_left
+from pipeline.palette import Style
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.figure_inputs import FigureInputs
 
-NAMES = {
-    "raw": "not synchronized",
-    "linear": "linearly synchronized",
-    "keyframe": "synchronized by key-frames",
-    "synchronized": "synchronized automatically",
-    "true_warp": "synchronized by the true course",
-}
-COLOURS = {
-    "raw": "grey",
-    "linear": "orange",
-    "keyframe": "green",
-    "synchronized": "blue",
-    "true_warp": "purple",
+STYLES = {
+    "raw": Style("not synchronized", "grey"),
+    "linear": Style("linearly synchronized", "orange"),
+    "keyframe": Style("synchronized by key-frames", "green"),
+    "synchronized": Style("synchronized automatically", "blue"),
+    "true_warp": Style("synchronized by the true course", "purple", line="dashed"),
 }
 
 ANKLE_HEIGHT_MM = 80.0
 """Of the joint above the sole, about; only for showing people on the ground."""
 
 Inputs = FigureInputs[Postures, Action, Any]
-Line = tuple[np.ndarray, np.ndarray]
 
 
 def options_of(inputs: Inputs) -> ActionSpaceModel:
@@ -65,11 +58,6 @@ def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
         ],
         ignore_index=True,
     )
-
-
-def lines(table: pd.DataFrame, x: str, y: str, by: str | list[str]) -> dict[Any, Line]:
-    """Return (x, y) of each group of rows, in the order in which the groups appear."""
-    return {key: (rows[x].to_numpy(), rows[y].to_numpy()) for key, rows in table.groupby(by, sort=False)}
 
 
 def variances_left(performances: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

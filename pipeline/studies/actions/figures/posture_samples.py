@@ -69,9 +69,7 @@ class PostureSamples(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw a row for each frame: the mean posture, then accepted samples, each over the mean posture."""
-        from pipeline.pictures import (
-            skeletons as pictures,  # drawing is slow to import, and not always wanted
-        )
+        from pipeline import pictures
 
         accepted = tables["table_samples"].query("kind == 'accepted'")
         order = np.argsort(inputs.sweep.frames)
@@ -87,7 +85,7 @@ class PostureSamples(Figure):
             f"{row.nearest_training_mm:.0f} mm from the nearest recorded one"
             for row in accepted.itertuples()
         )
-        pictures.skeletons(
+        pictures.draw_skeletons(
             stem,
             rows,
             WALKER15.bones,
@@ -98,18 +96,18 @@ class PostureSamples(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
         # The eye is in front of the row, where the image's horizontal runs to the left.
         to_right = -np.array([np.cos(angle), np.sin(angle), 0.0])
         ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
-            + "\nSide by side, grey: the mean posture; blue: postures drawn at random within the learnt bounds. "
+            + "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
             "Orange, `world/mean_performance`: plays on the timeline `frame`, counted from 1.\n",
             timeline="frame",
             edition=inputs.edition,
@@ -134,19 +132,20 @@ class PostureSamples(Figure):
                         (joints + (draw - middle) * APART_MM * to_right)[None],
                         WALKER15.bones,
                         index={"frame": np.array([1])},
-                        colour="blue" if draw else "grey",
+                        colour="blue" if draw else "original",
                     )
                 rows.append(
-                    recording.Space3D(
+                    recordings.Space3D(
                         name=f"frame {frame}: mean posture and accepted samples",
                         contents=(f"world/frame_{frame}",),
                         eye_mm=(reach * ahead[0], reach * ahead[1], 1100.0),
                         target_mm=(0.0, 0.0, 850.0),
                     )
                 )
-            mean = recording.Space3D(name="mean performance", contents=("world/mean_performance",))
-            right = recording.Split("rows", [mean, recording.Notes()])
-            layout = recording.Split("columns", [recording.Split("rows", rows), right], [7, 3])
+            mean = recordings.Space3D(name="mean performance", contents=("world/mean_performance",))
+            layout = recordings.Columns(
+                recordings.Rows(*rows), recordings.Rows(mean, recordings.Notes()), shares=(7, 3)
+            )
             rec.blueprint(layout, playing=True)
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pipeline.palette import Style
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
@@ -15,21 +16,15 @@ from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 
-NAMES = {
-    "prior": "prior",
-    "no_prior": "no prior",
-    "no_prior_own_step": "no prior, steps as in the data",
-    "mean_linear_phase": "mean, constant rate",
-    "mean_best_phase": "mean, best phase",
+METHODS = {
+    "prior": Style("prior", "blue"),
+    "no_prior": Style("no prior", "orange"),
+    "no_prior_own_step": Style("no prior, steps as in the data", "purple"),
+    "mean_linear_phase": Style("mean, constant rate", "grey", line="dashed"),
+    "mean_best_phase": Style("mean, best phase", "green", line="dashed"),
 }
-COLOURS = {
-    "prior": "blue",
-    "no_prior": "orange",
-    "no_prior_own_step": "purple",
-    "mean_linear_phase": "grey",
-    "mean_best_phase": "green",
-}
-RECORDED_COLOURS = COLOURS | {"mean_linear_phase": "yellow"}  # the truth is grey there
+RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
+"""Told apart from the silver of the truth."""
 
 PANELS = {
     "particles": ("particles", "Particles", ("prior", "no_prior")),
@@ -83,32 +78,24 @@ class TrackingError(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw a row of panels for each way of leaving out: error against particles, noise and occlusion."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+        from pipeline import pictures
 
         table, sweep = tables["table"], inputs.sweep
         table = table.assign(error_se_mm=table["error_sd_mm"] / np.sqrt(table["performances"]))
         top = 1.05 * float((table["error_mm"] + table["error_se_mm"]).max())
-        panels: list[pictures.Panel] = []
+        panels = []
         for way in sweep.leave_out:
             for varied, (column, label, named) in PANELS.items():
-                rows = table[(table["leave_out"] == way) & (table["varied"] == varied)].sort_values(column)
-                of = dict(list(rows.groupby("method")))
-                series = [
-                    pictures.Series(
-                        x=of[method][column].to_numpy(),
-                        y=of[method]["error_mm"].to_numpy(),
-                        spread=of[method]["error_se_mm"].to_numpy(),
-                        label=NAMES[method] if method in named and way == sweep.leave_out[0] else "",
-                        style="points" if len(of[method]) == 1 else "dashed" if "mean" in method else "solid",
-                        colour=COLOURS[method],
-                    )
-                    for method in map(str, sweep.methods)
-                ]
+                where = {"leave_out": way, "varied": varied}
+                rows = table[(table["leave_out"] == way) & (table["varied"] == varied)]
                 shares = rows[column].unique().tolist() if varied == "occlusion" else []
                 panels.append(
                     pictures.Panel(
-                        title=f"({'abcdef'[len(panels)]})",
-                        series=series,
+                        x=column,
+                        y="error_mm",
+                        band="error_se_mm",
+                        where=where,
+                        legend=named if way == sweep.leave_out[0] else (),
                         xlabel=label,
                         ylabel=f"Error (mm), without the {way}" if varied == "particles" else "",
                         xscale="log" if varied == "particles" else "linear",
@@ -119,9 +106,12 @@ class TrackingError(Figure):
                 )
         usual = sweep.particles[sweep.varied == "noise"][0]
         noise = sweep.noise_mm[sweep.varied == "particles"][0]
-        pictures.curves(
+        pictures.draw_lines(
             stem,
             panels,
+            table,
+            by="method",
+            styles=METHODS,
             columns=len(PANELS),
             caption=f"{inputs.caption} Mean distance of the joints, relative to the pelvis, over "
             f"{len(sweep.tracked)} performances, each by a model learnt without it (or without its person). Bands: ±1 "
@@ -132,11 +122,11 @@ class TrackingError(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
         sweep = inputs.sweep
         index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
@@ -144,8 +134,8 @@ class TrackingError(Figure):
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
             + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
             f"{100 * sweep.shown_occluded:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "
-            "one whose error with the prior is the median. Grey: recorded. "
-            + ", ".join(f"{RECORDED_COLOURS[m]}: {NAMES[m]}" for m in methods)
+            "one whose error with the prior is the median. Silver: recorded. "
+            + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
             edition=inputs.edition,
         ) as rec:
@@ -153,29 +143,31 @@ class TrackingError(Figure):
             for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):
                 # Laid on the recorded pelvis, as the error is.
                 moved = joints - joints[:, [8]] + sweep.shown_true[:, [8]]
-                colour = RECORDED_COLOURS[method]
-                rec.skeleton(f"world/tracked/{method}", moved, WALKER15.bones, index=index, colour=colour)
+                style = RECORDED[method]
+                rec.skeleton(
+                    f"world/tracked/{method}", moved, WALKER15.bones, index=index, colour=style.colour
+                )
                 rec.curve(
                     f"curves/error_mm/{method}",
                     sweep.shown_time_s,
                     error,
-                    label=NAMES[method],
-                    colour=colour,
+                    label=style.label,
+                    colour=style.colour,
                 )
             rec.image_points("image/observed", sweep.shown_image, WALKER15.bones, index=index)
             spaces = [
-                recording.Space3D(
-                    name=NAMES[method],
+                recordings.Space3D(
+                    name=METHODS[method].label,
                     contents=("world/original", f"world/tracked/{method}"),
                     eye_mm=(2000.0, 1450.0, 1100.0),
                 )
                 for method in ("prior", "no_prior_own_step", "mean_best_phase")
             ]
-            below = [
-                recording.Image2D(name="observed joints"),
-                recording.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
-                recording.Notes(),
-            ]
-            lower = recording.Split("columns", below, [1, 2, 1])
-            layout = recording.Split("rows", [recording.Split("columns", spaces), lower], [3, 2])
+            below = recordings.Columns(
+                recordings.Image2D(name="observed joints"),
+                recordings.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
+                recordings.Notes(),
+                shares=(1, 2, 1),
+            )
+            layout = recordings.Rows(recordings.Columns(*spaces), below, shares=(3, 2))
             rec.blueprint(layout, playing=True)

@@ -18,7 +18,7 @@ import pandas as pd
 from pipeline.core import synchronization
 from pipeline.core.synchronization import Trellis, allowed_disparities
 from pipeline.seeding import derive_generator
-from pipeline.studies.actions.figures.alignments import COLOURS, NAMES, Inputs, options_of
+from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_of
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
 from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.experiment import Experiment
@@ -91,8 +91,7 @@ class OptimalPath(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the image with the rhombus and the path; beside it both sequences, before and after."""
-        from pipeline.pictures.matrix import HeatMap, heat_map
-        from pipeline.pictures.sequences import Bundle, SequencePanel
+        from pipeline import pictures
 
         values, disparities = _image(tables["table"])
         path, facts = tables["table_path"], tables["table_pair"].iloc[0]
@@ -100,21 +99,20 @@ class OptimalPath(Figure):
         panels = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
             pattern, other = self._dimension(inputs, alignment)
-            bundles = [
-                Bundle(sequences=[(samples, pattern)], colour="black", width=1.2, label="median sequence"),
-                Bundle(sequences=[(samples, other)], colour="blue", width=1.2, label=facts["performance"]),
-            ]
             panels.append(
-                SequencePanel(
-                    bundles=bundles,
+                pictures.Panel(
+                    series=[
+                        pictures.Series(x=samples, y=pattern, colour="original", label="median sequence"),
+                        pictures.Series(x=samples, y=other, colour="blue", label=facts["performance"]),
+                    ],
                     title=f"({letter}) {word}",
                     xlabel="Sample" if alignment == "synchronized" else "",
                     ylabel=f"Dimension {DIMENSION}",
                 )
             )
-        heat_map(
+        pictures.draw_heat_map(
             stem,
-            HeatMap(
+            pictures.HeatMap(
                 values=values,
                 x=samples,
                 y=disparities,
@@ -136,14 +134,14 @@ class OptimalPath(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the image with the path; over samples, the disparity, its distance so far, and both sequences."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
         values, disparities = _image(tables["table"])
         path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], int(disparities[-1])
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
         outline = _outline(inputs)
         corners = np.concatenate([outline, outline[:1]])
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
@@ -159,29 +157,29 @@ class OptimalPath(Figure):
                 np.sqrt(np.where(np.isnan(values), np.nanmax(values), values))[::-1],
                 paths={
                     "trellis": (np.stack([top - corners[:, 1], corners[:, 0]], axis=-1), "grey"),
-                    "optimal_path": (np.stack([top - disparity, samples], axis=-1), "vermilion"),
+                    "optimal_path": (np.stack([top - disparity, samples], axis=-1), "optimal_path"),
                 },
             )
             for entity, column, label in (
                 ("curves/disparity/path", "disparity", "disparity"),
                 ("curves/accumulated_cost/path", "accumulated_cost", "distance so far"),
             ):
-                rec.curve(entity, samples, path[column].to_numpy(), label=label, colour="vermilion")
-            plots = [recording.Plot(name="disparity (samples)", origin="curves/disparity")]
+                rec.curve(entity, samples, path[column].to_numpy(), label=label, colour="optimal_path")
+            plots = [recordings.Plot(name="disparity (samples)", origin="curves/disparity")]
             for alignment, word in COMPARED.items():
                 origin = f"curves/dimension_{DIMENSION}/{alignment}"
                 pattern, other = self._dimension(inputs, alignment)
-                rec.curve(f"{origin}/pattern", samples, pattern, label="median sequence", colour="grey")
-                colour = COLOURS["synchronized"]
+                rec.curve(f"{origin}/pattern", samples, pattern, label="median sequence", colour="original")
+                colour = STYLES["synchronized"].colour
                 rec.curve(f"{origin}/performance", samples, other, label=facts["performance"], colour=colour)
-                words = f"dimension {DIMENSION}, {word}: {NAMES[alignment]}"
-                plots.append(recording.Plot(name=words, origin=origin))
+                words = f"dimension {DIMENSION}, {word}: {STYLES[alignment].label}"
+                plots.append(recordings.Plot(name=words, origin=origin))
             plots.append(
-                recording.Plot(name="distance along the path so far", origin="curves/accumulated_cost")
+                recordings.Plot(name="distance along the path so far", origin="curves/accumulated_cost")
             )
-            image = recording.Matrix(name="disparity space image, optimal path")
-            left = recording.Split("rows", [image, recording.Notes()], [3, 1])
-            rec.blueprint(recording.Split("columns", [left, recording.Split("rows", plots)], [1, 1]))
+            image = recordings.Matrix(name="disparity space image, optimal path")
+            left = recordings.Rows(image, recordings.Notes(), shares=(3, 1))
+            rec.blueprint(recordings.Columns(left, recordings.Rows(*plots)))
 
     def _pair(self, inputs: Inputs) -> tuple[int, int]:
         """The median sequence, and the performance that is brought to its rate."""

@@ -7,7 +7,8 @@ people differ in their postures too.  Less than that is left where time bends to
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,9 @@ import pandas as pd
 from pipeline.core.resampling import interpolate
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
-    COLOURS,
-    NAMES,
+    STYLES,
     Inputs,
     entity_name,
-    lines,
     mean_variance_left,
     skeleton,
     variances_left,
@@ -72,44 +71,39 @@ class VarianceLeft(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the variance left, raw against frames and the others against samples."""
-        from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
+        from pipeline import pictures
 
         left = tables["table_stages"].set_index("stage")["variance_left_to_linear"]
-        of = lines(tables["table"], "sample", "variance_left", "stage")
-
-        def panel(alignments: list[str], title: str, abscissa: str) -> SequencePanel:
-            bundles = [
-                Bundle(
-                    sequences=[of[alignment]],
-                    label=f"{SHORT_NAMES[alignment]} ({left[alignment]:.2f})",
-                    colour=COLOURS[alignment],
-                    style="dashed" if alignment == "true_warp" else "solid",
-                    width=1.2,
-                )
-                for alignment in alignments
-            ]
-            return SequencePanel(
-                bundles=bundles,
-                title=title,
-                xlabel=abscissa,
-                ylabel="Variance left" if alignments == ["raw"] else "",
-                ylim=(0.0, 1.06 * float(tables["table"]["variance_left"].max())),
-            )
-
-        others = [alignment for alignment in of if alignment != "raw"]
-        sequence_panels(
+        styles = {
+            alignment: replace(STYLES[alignment], label=f"{SHORT_NAMES[alignment]} ({left[alignment]:.2f})")
+            for alignment in left.index
+        }
+        panel = partial(pictures.Panel, y="variance_left", from_zero=True)
+        others = [alignment for alignment in styles if alignment != "raw"]
+        pictures.draw_lines(
             stem,
-            [[panel(["raw"], "(a) not synchronized", "Frame"), panel(others, "(b) synchronized", "Sample")]],
-            row_height=2.3,
+            [
+                panel(
+                    where={"stage": "raw"}, title="not synchronized", xlabel="Frame", ylabel="Variance left"
+                ),
+                panel(where={"stage": others}, title="synchronized", xlabel="Sample"),
+            ],
+            tables["table"],
+            x="sample",
+            by="stage",
+            styles=styles,
+            columns=2,
+            legend="figure",
+            share_y="row",
             caption=f"{inputs.caption} In brackets: mean over samples, relative to linear synchronization.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the variance left over samples, and all performances at the sample at the cursor, before and after."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
         action = inputs.model
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
@@ -119,10 +113,7 @@ class VarianceLeft(Figure):
             timeline="sample",
             edition=inputs.edition,
         ) as rec:
-            of = lines(tables["table"], "sample", "variance_left", "stage")
-            for alignment, (samples, variance) in of.items():
-                entity, label = f"curves/variance_left/{alignment}", NAMES[alignment]
-                rec.curve(entity, samples, variance, label=label, colour=COLOURS[alignment])
+            rec.curves(tables["table"], x="sample", y="variance_left", by="stage", styles=STYLES)
             for alignment in COMPARED:
                 for name, x in zip(inputs.samples, action.sequences(alignment), strict=True):
                     rec.skeleton(
@@ -131,19 +122,19 @@ class VarianceLeft(Figure):
                         skeleton(inputs, x, action.median),
                         WALKER15.bones,
                         index={"sample": np.arange(len(x))},
-                        colour=COLOURS[alignment],
+                        colour=STYLES[alignment].colour,
                         thickness_mm=3.0,
                     )
             bundles = [
-                recording.Space3D(
-                    name=NAMES[alignment],
+                recordings.Space3D(
+                    name=STYLES[alignment].label,
                     contents=(f"world/{alignment}",),
                     eye_mm=(2000.0, 700.0, 1200.0),
                     target_mm=(0.0, 100.0, 800.0),
                 )
                 for alignment in COMPARED
             ]
-            plot = recording.Plot(name="variance between performances left", origin="curves/variance_left")
-            below = recording.Split("columns", [plot, recording.Notes()], [2, 1])
-            layout = recording.Split("rows", [recording.Split("columns", bundles), below], [3, 2])
+            plot = recordings.Plot(name="variance between performances left", origin="curves/variance_left")
+            below = recordings.Columns(plot, recordings.Notes(), shares=(2, 1))
+            layout = recordings.Rows(recordings.Columns(*bundles), below, shares=(3, 2))
             rec.blueprint(layout, playing=True)

@@ -9,12 +9,11 @@ import numpy as np
 import pandas as pd
 
 from pipeline.core import synchronization
+from pipeline.palette import Style
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
-    COLOURS,
-    NAMES,
+    STYLES,
     Inputs,
-    lines,
     options_of,
     sequence_rows,
     skeleton,
@@ -71,30 +70,34 @@ class Warp(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw a panel for each alignment, with the median sequence among some performances."""
-        from pipeline.pictures.sequences import Bundle, SequencePanel, sequence_panels
+        from pipeline import pictures
 
         median, *others = self._drawn(inputs)
-        panels = []
-        for letter, alignment in zip("abcd", ALIGNMENTS, strict=True):
-            table = tables["table"][tables["table"]["stage"] == alignment]
-            of = lines(table, "time_s", "value", "performance")
-            bundles = [
-                Bundle(sequences=[of[name]], colour=colour, width=0.9)
-                for name, colour in zip(others, PERFORMANCE_COLOURS * len(others), strict=False)
-            ]
-            bundles.append(Bundle(sequences=[of[median]], colour="black", width=1.4, label="median sequence"))
-            panels.append(
-                SequencePanel(
-                    bundles=bundles,
-                    title=f"({letter}) {NAMES[alignment]}",
-                    xlabel="Time (s)",
-                    ylabel=f"Dimension {self.dimension} of the aSpace" if letter in "ac" else "",
-                )
+        styles = {
+            name: Style(colour=colour, width=0.75)
+            for name, colour in zip(others, PERFORMANCE_COLOURS * len(others), strict=False)
+        }
+        styles[median] = Style("median sequence", "original", width=1.2)
+        panels = [
+            pictures.Panel(
+                y="value",
+                where={"stage": alignment, "performance": list(styles)},
+                title=STYLES[alignment].label,
+                ylabel="" if i % 2 else f"Dimension {self.dimension} of the aSpace",
             )
-        sequence_panels(
+            for i, alignment in enumerate(ALIGNMENTS)
+        ]
+        pictures.draw_lines(
             stem,
-            [panels[:2], panels[2:]],
-            row_height=2.1,
+            panels,
+            tables["table"],
+            x="time_s",
+            by="performance",
+            styles=styles,
+            xlabel="Time (s)",
+            columns=2,
+            legend="figure",
+            share_y="row",
             caption=f"{inputs.caption} Drawn: {len(others) + 1} performances, from the shortest to the longest, and "
             "the median sequence; in (b) to (d) all have the mean duration.",
         )
@@ -111,48 +114,53 @@ class Warp(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the median sequence and the performance farthest from it in time, linear above, synchronized below."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
-        of = lines(tables["table"], "sample", "value", ["stage", "performance"])
         curves = f"curves/dimension_{self.dimension}"
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about
-            + f"\nGrey: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
+            + f"\nSilver: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
             f"{names[action.farthest]}, the performance farthest from it in time, orange linearly synchronized, blue "
             "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
             "those of the aSpace.\n",
             timeline="sample",
             edition=inputs.edition,
         ) as rec:
+            index = {"sample": np.arange(action.linear.shape[1])}
             for alignment in COMPARED:
                 for who, m in people.items():
                     pattern = who == "pattern"
-                    samples, values = of[alignment, names[m]]
-                    coordinates = action.sequences(alignment)[m]
+                    style = Style("median sequence", "original") if pattern else STYLES[alignment]
                     aside_mm = -SIDE_BY_SIDE_MM if pattern else SIDE_BY_SIDE_MM
-                    colour = "grey" if pattern else COLOURS[alignment]
+                    coordinates = action.sequences(alignment)[m]
                     rec.skeleton(
                         f"world/{alignment}/{who}",
                         skeleton(inputs, coordinates, m, aside_mm=aside_mm),
                         WALKER15.bones,
-                        index={"sample": samples},
-                        colour=colour,
+                        index=index,
+                        colour=style.colour,
                     )
-                    label = "median sequence" if pattern else NAMES[alignment]
-                    rec.curve(f"{curves}/{alignment}/{who}", samples, values, label=label, colour=colour)
+                    rec.curves(
+                        tables["table"],
+                        x="sample",
+                        y="value",
+                        styles=style,
+                        where={"stage": alignment, "performance": names[m]},
+                        entity=f"{curves}/{alignment}/{who}",
+                    )
             rec.curve(
                 "curves/disparity/performance",
-                samples,
+                index["sample"],
                 action.disparity[action.farthest],
                 label="disparity",
-                colour=COLOURS["synchronized"],
+                colour=STYLES["synchronized"].colour,
             )
             bodies = [
-                recording.Space3D(
+                recordings.Space3D(
                     name=words,
                     contents=(f"world/{alignment}",),
                     eye_mm=(2500.0, 0.0, 1100.0),
@@ -161,19 +169,14 @@ class Warp(Figure):
                 for alignment, words in COMPARED.items()
             ]
             plots = [
-                recording.Plot(
+                recordings.Plot(
                     name=f"dimension {self.dimension} of the aSpace, {words}", origin=f"{curves}/{alignment}"
                 )
                 for alignment, words in COMPARED.items()
             ]
-            disparity = recording.Plot(name="disparity (samples)", origin="curves/disparity")
-            right = [*plots, disparity, recording.Notes()]
-            rec.blueprint(
-                recording.Split(
-                    "columns", [recording.Split("rows", bodies), recording.Split("rows", right)], [1, 1]
-                ),
-                playing=True,
-            )
+            disparity = recordings.Plot(name="disparity (samples)", origin="curves/disparity")
+            right = recordings.Rows(*plots, disparity, recordings.Notes())
+            rec.blueprint(recordings.Columns(recordings.Rows(*bodies), right), playing=True)
 
 
 def _rates(inputs: Inputs) -> pd.DataFrame:

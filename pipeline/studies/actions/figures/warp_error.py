@@ -13,18 +13,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pipeline.palette import Style
 from pipeline.studies.actions.dataset import Postures, require_true_course
-from pipeline.studies.actions.figures.alignments import COLOURS, options_of
+from pipeline.studies.actions.figures.alignments import STYLES, options_of
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.study import Figure
 
-PENALTY_NAMES = {"change": "µ|k|: its change", "as_printed": "µ|d + k|: its size, as printed"}
-PENALTY_COLOURS = {"change": "blue", "as_printed": "purple"}
-PENALTY_STYLES = {"change": "solid", "as_printed": "dashed"}
+PENALTIES = {
+    "change": Style("µ|k|: its change", "blue"),
+    "as_printed": Style("µ|d + k|: its size, as printed", "purple", line="dashed"),
+}
 REFERENCES = {"linear": "linear", "keyframe": "key-frames"}
+ERRORS = {"error_moving": "Error while it moves (frames)", "error": "Error everywhere (frames)"}
 
 Inputs = FigureInputs[Postures, Action, TimeErrors]
 
@@ -83,92 +86,88 @@ class WarpError(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the error where the pattern moves, and everywhere, against smoothness; mu = 0 as a line across."""
-        from pipeline.pictures import curves as pictures  # drawing is slow to import, and not always wanted
+        from pipeline import pictures
 
-        table = tables["table"].set_index("stage")
-        above = table[table["smoothness"] > 0]
+        table = tables["table"]
+        swept = table[table["smoothness"] > 0]
         panels = []
-        for letter, column, label in (
-            ("a", "error_moving", "Error while it moves (frames)"),
-            ("b", "error", "Error everywhere (frames)"),
-        ):
-            error = f"{column}_frames"
-            series = [
-                pictures.Series(
-                    x=rows["smoothness"].to_numpy(),
-                    y=rows[error].to_numpy(),
-                    spread=rows[f"{column}_sd_frames"].to_numpy(),
-                    label=PENALTY_NAMES[penalty],
-                    colour=PENALTY_COLOURS[penalty],
-                    style=PENALTY_STYLES[penalty],
-                )
-                for penalty in map(str, inputs.sweep.penalties)
-                if not (rows := above[above["penalty"] == penalty]).empty
-            ]
+        for error, label in ERRORS.items():
+            column = f"{error}_frames"
             # Without a penalty its two readings are the same.
-            without = [("y", float(e), "µ = 0") for e in table.loc[table["smoothness"] == 0, error][:1]]
-            references = [("y", float(table.at[name, error]), words) for name, words in REFERENCES.items()]
+            without = table.loc[table["smoothness"] == 0, column][:1]
+            levels = [("y", float(value), "µ = 0") for value in without]
+            for name, words in REFERENCES.items():
+                levels.append(("y", _level(table, name, column), words))
             panels.append(
                 pictures.Panel(
-                    series=series,
-                    title=f"({letter})",
-                    xlabel="Smoothness µ (mean squared deviations of a frame)",
+                    y=column,
+                    band=f"{error}_sd_frames",
                     ylabel=label,
                     xscale="log",
-                    ylim=(0.0, 1.25 * float(above[error].max())),
-                    references=without + references,
+                    ylim=(0.0, 1.25 * float(swept[column].max())),
+                    references=levels,
                 )
             )
-        pictures.curves(
+        pictures.draw_lines(
             stem,
             panels,
+            swept,
+            x="smoothness",
+            by="penalty",
+            styles=PENALTIES,
+            xlabel="Smoothness µ (mean squared deviations of a frame)",
             caption=f"{inputs.caption} Errors of the frame that is matched with a sample of the median sequence: (a) "
             "over the samples at which that moves, (b) over all. Bands: ±1 standard deviation over performances.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log both errors over the values of smoothness, which are numbered: they lie too unevenly for an axis."""
-        from pipeline.recordings import recording  # drawing is slow to import, and not always wanted
+        from pipeline import recordings
 
-        table = tables["table"].set_index("stage")
+        table = tables["table"]
         values = np.sort(inputs.sweep.smoothness)
         numbers = np.arange(len(values))
+        table = table.assign(number=np.searchsorted(values, table["smoothness"]))
         listed = [
             "",
             "| number | smoothness µ |",
             "|---|---|",
             *(f"| {i} | {v:g} |" for i, v in enumerate(values)),
         ]
-        with recording.Recording(
+        with recordings.Recording(
             folder / "recording.rrd",
             name=inputs.experiment.name,
             about=inputs.about + "\n".join(listed) + "\n",
             timeline="smoothness_number",
             edition=inputs.edition,
         ) as rec:
-            for column in ("error_moving", "error"):
-                error = f"{column}_frames"
-                for penalty, rows in table.loc["synchronized"].groupby("penalty", sort=False):
-                    rec.curve(
-                        f"curves/{error}/{penalty}",
-                        numbers,
-                        rows[error].to_numpy(),
-                        sd=rows[f"{column}_sd_frames"].to_numpy(),
-                        label=PENALTY_NAMES[penalty],
-                        colour=PENALTY_COLOURS[penalty],
-                    )
+            for error in ERRORS:
+                column = f"{error}_frames"
+                rec.curves(
+                    table,
+                    x="number",
+                    y=column,
+                    sd=f"{error}_sd_frames",
+                    by="penalty",
+                    styles=PENALTIES,
+                    where={"stage": "synchronized"},
+                )
                 for name, words in REFERENCES.items():
-                    level = np.full(len(numbers), float(table.at[name, error]))
-                    rec.curve(f"curves/{error}/{name}", numbers, level, label=words, colour=COLOURS[name])
+                    level = np.full(len(numbers), _level(table, name, column))
+                    colour = STYLES[name].colour
+                    rec.curve(f"curves/{column}/{name}", numbers, level, label=words, colour=colour)
             plots = [
-                recording.Plot(
+                recordings.Plot(
                     name="error while the pattern moves (frames)", origin="curves/error_moving_frames"
                 ),
-                recording.Plot(name="error over all samples (frames)", origin="curves/error_frames"),
+                recordings.Plot(name="error over all samples (frames)", origin="curves/error_frames"),
             ]
-            rec.blueprint(
-                recording.Split("columns", [recording.Split("rows", plots), recording.Notes()], [3, 1])
-            )
+            rec.blueprint(recordings.Columns(recordings.Rows(*plots), recordings.Notes(), shares=(3, 1)))
+
+
+def _level(table: pd.DataFrame, alignment: str, column: str) -> float:
+    """What an alignment without a smoothness has in a column."""
+    return float(table.loc[table["stage"] == alignment, column].iloc[0])
 
 
 def _summary(action: Action, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
