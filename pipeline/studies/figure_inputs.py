@@ -84,9 +84,10 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What is published as ``arrays.npz``: the arrays of the sweep, and the names of the samples."""
+        """What is published as ``arrays.npz``: arrays of the sweep and of a published model, names of the samples."""
+        learnt = pack(self.model)[0] if self.experiment.model.published else {}
         names = {self.experiment.dataset.corpus.sample: np.array(self.samples)}
-        return {**pack(self.sweep)[0], **names}
+        return {**learnt, **pack(self.sweep)[0], **names}
 
 
 def tidy(columns: Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:

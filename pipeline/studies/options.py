@@ -198,15 +198,6 @@ class FourierDataset(Dataset):
 
 
 @dataclass(kw_only=True)
-class PostureDataset(Dataset):
-    """Postures of every performance, 37 numbers each [mozerov2006 1]."""
-
-    frame: str = "parent"  # parent, hip: what direction cosines are relative to
-    heading: str = "first"  # first, every, none: whose yaw is taken out of the hip's
-    frame_rate_hz: float = 30.0  # faster recordings are resampled; 0: as recorded
-
-
-@dataclass(kw_only=True)
 class LimbDataset(Dataset):
     """Stretches of equal length out of clips, as limbs that hang on each other [park2011 3]."""
 
@@ -228,22 +219,6 @@ class EigenwalkersModel(Model):
     divisor: str = "R-1"  # R-1, R
     mirror: bool = False
     omega_scale_mm: float | None = 1.0  # null: equal to the mean variance of the other numbers
-
-
-@dataclass(kw_only=True)
-class ActionSpaceModel(Model):
-    """aSpace, median sequence, synchronized performances and action model [mozerov2006 section 2, 3]."""
-
-    variance: float = 0.95  # the smallest number of eigenvectors that holds so much of it
-    dimensions: int = 0  # or so many eigenvectors; 0: by the variance
-    samples: int = 100  # P, postures of a performance after linear normalisation
-    max_disparity: int = 49  # D, in samples
-    smoothness: float = 0.02  # mu [mozerov2006 12], in mean squared deviations of a frame
-    penalty: str = "change"  # change, as_printed
-    start: str = "fixed"  # fixed, free
-    steps: list[int] = field(default_factory=lambda: [-1, 0, 1])  # changes of disparity [mozerov2006 13]
-    key_frames: int = 5
-    bound: float = 3.0  # standard deviations within which a posture is accepted
 
 
 @dataclass(kw_only=True)
@@ -291,49 +266,6 @@ class UnknownViewSweep(Sweep):
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
     start_deg: float = 0.0  # of the published solver
     failure_deg: float = 30.0
-
-
-@dataclass(kw_only=True)
-class PostureSamplesSweep(Sweep):
-    """Accepted postures drawn from the action model [mozerov2006 section 4]."""
-
-    frames: list[int] = field(default_factory=lambda: [10, 40])  # of the mean performance, counted from 1
-    samples: int = 8  # of them shown
-    measured: int = 2000  # drawn at each frame
-
-
-@dataclass(kw_only=True)
-class SmoothnessSweep(Sweep):
-    """Synchronization for other mu, both readings of the penalty, one start [mozerov2006 12, 16]."""
-
-    smoothness: list[float] = field(
-        default_factory=lambda: [0.0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0]
-    )
-    penalties: list[str] = field(default_factory=lambda: ["change", "as_printed"])
-
-
-@dataclass(kw_only=True)
-class TimingSweep(Sweep):
-    """Seconds that synchronization takes [mozerov2006 section 4]."""
-
-    repeats: int = 5  # of which the median is kept
-
-
-@dataclass(kw_only=True)
-class TrackingSweep(Sweep):
-    """Held-out performances tracked in 2D with the action model as prior."""
-
-    particles: list[int]
-    tracked: int = 0  # performances, evenly over all; 0: all
-    leave_out: list[str] = field(default_factory=lambda: ["performance", "person"])
-    noise_mm: list[float] = field(default_factory=lambda: [0.0, 10.0, 30.0])  # of the observed joints
-    occluded: list[float] = field(default_factory=lambda: [0.0, 0.25, 0.5])  # share of joints unseen, in runs
-    occlusion_frames: float = 10.0  # mean length of such a run
-    baseline_noise_mm: float = 10.0  # where noise is not what varies
-    view_angle_deg: float = 45.0
-    camera: str = "orthographic"  # orthographic, perspective
-    distance_mm: float = 4000.0  # of a perspective camera
-    moves: int = 0  # Metropolis moves of each particle at each frame
 
 
 @dataclass(kw_only=True)
@@ -493,50 +425,6 @@ class ViewAnglesReport(Report):
 
 
 @dataclass(kw_only=True)
-class WarpReport(Report):
-    """One dimension of the aSpace, unsynchronized, linear, by key-frames."""
-
-    dimension: int = 1
-    performances: int = 6  # drawn; the table has all
-
-
-@dataclass(kw_only=True)
-class TrellisReport(Report):
-    """The disparity space image of one pair and the optimal path through it."""
-
-    performance: int = (
-        -1
-    )  # brought to the rate of the median sequence; -1: the one with the largest disparity
-
-
-@dataclass(kw_only=True)
-class ActionModelReport(Report):
-    """The first dimensions of the aSpace: raw, synchronized, by key-frames, and what is learnt."""
-
-    dimensions: int = 4
-
-
-@dataclass(kw_only=True)
-class PostureSamplesReport(Report):
-    """Mean postures and accepted samples as skeletons."""
-
-
-@dataclass(kw_only=True)
-class WarpErrorReport(Report):
-    """How far the recovered time is from the true one, in frames."""
-
-
-@dataclass(kw_only=True)
-class VarianceLeftReport(Report):
-    """Variance between performances left after each way of synchronizing."""
-
-
-@dataclass(kw_only=True)
-class TrackingReport(Report):
-    """Error of tracking against particles, noise and occlusion, with the prior, without it, and the mean alone."""
-
-
-@dataclass(kw_only=True)
 class LimbScatterReport(Report):
     """Error of each trial against reconstructibility."""
 
@@ -589,8 +477,6 @@ class Config:
     def purpose(self) -> str:
         """Which of a data set's corpora the figure is made of: walks, performances or clips."""
         match self.dataset:
-            case PostureDataset():
-                return "performances"
             case FourierDataset():
                 return "walks"
             case _:

@@ -105,6 +105,8 @@ class Model(ABC):
 
     dataset: ClassVar[type[Dataset]]
     """From which samples."""
+    published: ClassVar[bool] = False
+    """Whether ``arrays.npz`` holds what is learnt, beside what the sweep measured."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""

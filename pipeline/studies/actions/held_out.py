@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -17,12 +18,19 @@ from pipeline.core.action_model import LearntAction
 from pipeline.core.posture import LimbLengths
 from pipeline.core.tracking import Dynamics, learnt_diffusion
 from pipeline.skeleton import WALKER15
-from pipeline.storage.store import Artefact
-from pipeline.studies.actions.learning import learn_action, limb_lengths_of, postures_of, split
-from pipeline.studies.options import ActionSpaceModel
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.validation import InvalidInput
 
-LEAVE_OUT = ("performance", "person")
+
+class LeaveOut(StrEnum):
+    """What the model of a performance must not have seen."""
+
+    performance = "performance"
+    """The performance itself."""
+    person = "person"
+    """All performances of its person."""
+
 
 _PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
 _HIP_COSINES = slice(1, 3)
@@ -73,7 +81,7 @@ class HeldOut:
     frame: str
 
     def joints(self, coordinates: np.ndarray, body: LimbLengths) -> np.ndarray:
-        """Joints (S, 15, 3) in mm that a body has at points (S, b) of the aSpace; NaN where they are no posture.
+        """Return joints (S, 15, 3) in mm of a body at points (S, b) of the aSpace; NaN where they are no posture.
 
         A random walk through the aSpace comes, once in millions of steps, upon a limb that points against its rest
         direction: no frame is defined there, and a particle without joints has no weight.
@@ -82,7 +90,7 @@ class HeldOut:
 
 
 def _joints(postures: np.ndarray, body: LimbLengths, frame: str) -> np.ndarray:
-    """Joints (S, 15, 3) in mm of postures (S, 37), halved until those that are refused stand alone."""
+    """Return joints (S, 15, 3) in mm of postures (S, 37), halved until those that are refused stand alone."""
     try:
         return posture.joints(postures, body, frame=frame)
     except InvalidInput:
@@ -92,24 +100,17 @@ def _joints(postures: np.ndarray, body: LimbLengths, frame: str) -> np.ndarray:
         return np.concatenate([_joints(part, body, frame) for part in (postures[:half], postures[half:])])
 
 
-def performances_of(dataset: Artefact) -> list[Performance]:
-    """Every performance of the dataset stage's artefact."""
-    frame = frame_of(dataset)
-    arrays, postures = dataset.arrays, postures_of(dataset)
-    recorded = split(arrays["positions"], arrays["first"])
+def performances_of(dataset: Postures) -> list[Performance]:
+    """Return every performance."""
+    each = zip(dataset.split(dataset.postures), dataset.split(dataset.positions), strict=True)
     return [
-        Performance(p, standing(r, p, float(arrays["floor_mm"][m])), limb_lengths_of(dataset, m), frame)
-        for m, (p, r) in enumerate(zip(postures, recorded, strict=True))
+        Performance(p, standing(r, p, float(dataset.floor_mm[m])), dataset.body(m), dataset.frame)
+        for m, (p, r) in enumerate(each)
     ]
 
 
-def frame_of(dataset: Artefact) -> str:
-    """What the direction cosines are relative to."""
-    return str(dataset.notes["frame"])
-
-
 def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.ndarray:
-    """Joints (F, 15, 3) in mm as recorded, pelvis over the origin, floor at z = 0, facing as the postures say.
+    """Return joints (F, 15, 3) in mm as recorded, pelvis over the origin, floor at z = 0, facing as the postures say.
 
     Parameters
     ----------
@@ -127,15 +128,15 @@ def standing(recorded: np.ndarray, postures: np.ndarray, floor_mm: float) -> np.
     return np.stack([cos * x - sin * y, sin * x + cos * y, z - floor_mm], axis=-1)
 
 
-def left_out(people: np.ndarray, performance: int, leave_out: str) -> np.ndarray:
-    """Which performances (M,) the model of one performance must not have seen.
+def left_out(people: np.ndarray, performance: int, leave_out: LeaveOut) -> np.ndarray:
+    """Return which performances (M,) the model of one performance must not have seen.
 
     Parameters
     ----------
     people : (M,)
         Who gave each performance.
     performance : int
-    leave_out : {"performance", "person"}
+    leave_out : LeaveOut
 
     Raises
     ------
@@ -143,7 +144,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: str) -> np.ndarray
         If too few are left to learn from.
     """
     alone = np.arange(len(people)) == performance
-    out = alone if leave_out == "performance" else people == people[performance]
+    out = alone if leave_out is LeaveOut.performance else people == people[performance]
     if (~out).sum() < 2:
         raise InvalidInput(
             "too few performances are left to learn from",
@@ -155,7 +156,7 @@ def left_out(people: np.ndarray, performance: int, leave_out: str) -> np.ndarray
 
 
 def learn_without(options: ActionSpaceModel, performances: Sequence[Performance], out: np.ndarray) -> HeldOut:
-    """What all performances but those left out teach.
+    """Return what all performances but those left out teach.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ def learn_without(options: ActionSpaceModel, performances: Sequence[Performance]
         Those of which nothing is read.
     """
     others = [p for p, left in zip(performances, out, strict=True) if not left]
-    action = learn_action(options, [p.postures for p in others])
+    action = options.teach([p.postures for p in others])
     model, frame = action.model, others[0].frame
     frames = float(np.mean([len(p.postures) for p in others]))
     dynamics = Dynamics(

@@ -6,17 +6,24 @@ images agree as the distance grows.  The detector's noise is given in millimetre
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.core.tracking import Likelihood
-from pipeline.studies.options import TrackingSweep
-from pipeline.validation import InvalidInput
+from pipeline.validation import require_range
 
-CAMERAS = ("orthographic", "perspective")
+
+class CameraKind(StrEnum):
+    """How the known camera projects."""
+
+    orthographic = "orthographic"
+    perspective = "perspective"
+
 
 MOST_OCCLUDED = 0.9
 """Largest share of joints that may be hidden; a run of hidden frames must end before the next begins."""
@@ -41,19 +48,19 @@ class Camera:
     scale: float
 
     def project(self, joints_mm: np.ndarray) -> np.ndarray:
-        """Image (…, 2) of joints (…, 3), in image units."""
+        """Return the image (…, 2) of joints (…, 3), in image units."""
         if isinstance(self.camera, Pinhole):
             return self.camera.project(joints_mm)
         return orthographic.project(joints_mm, self.camera)
 
     def upright_mm(self, image: np.ndarray) -> np.ndarray:
-        """An image (…, 2) in mm at the actor, to the right and up, to be shown."""
+        """Return an image (…, 2) in mm at the actor, to the right and up, to be shown."""
         if not isinstance(self.camera, Pinhole):
             return image
         return image / self.scale * [1.0, -1.0] + [0.0, _CAMERA_HEIGHT_MM]
 
     def likelihood(self, image: np.ndarray, noise_mm: np.ndarray) -> Likelihood:
-        """How well joints explain an image (T, 15, 2), errors (15,) in mm at the actor.
+        """Return how well joints explain an image (T, 15, 2), errors (15,) in mm at the actor.
 
         The orthographic image is known up to a shift along its horizontal, for the place of the actor is not known
         but the floor is.  Under a pinhole the place is given.
@@ -63,42 +70,35 @@ class Camera:
         return Likelihood(image, self.camera, self.scale * noise_mm, unknown_place="across")
 
 
-def camera_of(options: TrackingSweep) -> Camera:
-    """The camera that the options name.
+def camera_of(kind: CameraKind, *, view_angle_deg: float, distance_mm: float) -> Camera:
+    """Return the known camera; the distance is that of a perspective one."""
+    angle = float(np.radians(view_angle_deg))
+    if kind is CameraKind.orthographic:
+        return Camera(angle, 1.0)
+    ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])  # along the dimension that the view misses
+    target = np.array([0.0, 0.0, _CAMERA_HEIGHT_MM])
+    pinhole = look_at(target - distance_mm * ahead, target, focal_px=_FOCAL_PX)
+    return Camera(pinhole, _FOCAL_PX / distance_mm)
+
+
+def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
+    """Validate ``sweep.occluded`` and ``sweep.occlusion_frames``.
 
     Raises
     ------
     InvalidInput
-        If it is unknown, or stands at no distance or angle.
+        A share below 0 or above 0.9, or runs too short for it.
     """
-    if options.camera not in CAMERAS:
-        raise InvalidInput(
-            "the camera is unknown",
-            where="sweep.camera",
-            expected=" or ".join(CAMERAS),
-            received=options.camera,
-        )
-    for name, value, good in (
-        ("view_angle_deg", options.view_angle_deg, np.isfinite(options.view_angle_deg)),
-        ("distance_mm", options.distance_mm, 0.0 < options.distance_mm < np.inf),
-    ):
-        if not good:
-            raise InvalidInput(
-                "a camera cannot stand there", where=f"sweep.{name}", expected="finite", received=f"{value:g}"
-            )
-    angle = float(np.radians(options.view_angle_deg))
-    if options.camera == "orthographic":
-        return Camera(angle, 1.0)
-    ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])  # along the dimension that the view misses
-    target = np.array([0.0, 0.0, _CAMERA_HEIGHT_MM])
-    pinhole = look_at(target - options.distance_mm * ahead, target, focal_px=_FOCAL_PX)
-    return Camera(pinhole, _FOCAL_PX / options.distance_mm)
+    for share in shares:
+        require_range("sweep.occluded", share, at_least=0, at_most=MOST_OCCLUDED)
+        least = max(1.0, share / (1.0 - share))
+        require_range("sweep.occlusion_frames", mean_frames, at_least=least, unit="frames")
 
 
 def occlusion(
     frames: int, joints: int, share: float, mean_frames: float, generator: np.random.Generator
 ) -> np.ndarray:
-    """Which joints are hidden, (T, J) bool: each by itself, in runs of frames.
+    """Return which joints are hidden, (T, J) bool: each by itself, in runs of frames.
 
     Parameters
     ----------
@@ -118,21 +118,7 @@ def occlusion(
     -----
     Joints go and come back with constant probabilities, and begin as they go on.
     """
-    if not 0.0 <= share <= MOST_OCCLUDED:
-        raise InvalidInput(
-            "the share of hidden joints is none",
-            where="sweep.occluded",
-            expected=f"0 to {MOST_OCCLUDED:g}",
-            received=f"{share:g}",
-        )
-    least = max(1.0, share / (1.0 - share))
-    if not least <= mean_frames < np.inf:
-        raise InvalidInput(
-            "hidden runs are too short",
-            where="sweep.occlusion_frames",
-            expected=f"{least:g} frames or more",
-            received=f"{mean_frames:g}",
-        )
+    require_occlusion([share], mean_frames)
     chance = generator.random((frames, joints))
     hidden = np.empty((frames, joints), dtype=bool)
     hidden[0] = chance[0] < share
@@ -151,7 +137,7 @@ def observe(
     occlusion_frames: float,
     seed: tuple[int, ...],
 ) -> np.ndarray:
-    """Image (T, 15, 2) of a performance, NaN where a joint is hidden.
+    """Return the image (T, 15, 2) of a performance, NaN where a joint is hidden.
 
     Parameters
     ----------

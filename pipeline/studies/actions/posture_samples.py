@@ -7,20 +7,17 @@ recorded postures of the same frame, and beside postures that the action model r
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from pipeline.core import action_model, posture
 from pipeline.core.action_model import ActionModel
-from pipeline.core.aspace import ASpace
-from pipeline.core.posture import LimbLengths
-from pipeline.storage.store import Artefact
-from pipeline.studies.actions.held_out import frame_of
-from pipeline.studies.options import PostureSamplesSweep
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.model import Action
+from pipeline.studies.study import Sweep, SweepInputs
 from pipeline.threads import map_threads
-from pipeline.validation import InvalidInput
+from pipeline.validation import require_distinct, require_range
 
 KINDS = ("accepted", "outside", "training")
 """Drawn within the bounds; every coordinate drawn beyond them; recorded, synchronized, at this frame."""
@@ -32,84 +29,117 @@ _STREAM = 20064  # keeps these draws apart from those of other stages with the s
 _BLOCK = 64
 
 
-def measure(
-    options: PostureSamplesSweep, dataset: Artefact, model: Artefact, workers: int, seed: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
+@dataclass(frozen=True)
+class SampledPostures:
     """Mean postures, accepted ones to be shown, and distances of many to the recorded ones.
 
-    Parameters
+    Attributes
     ----------
-    options : PostureSamplesSweep
-        Frames are postures of the mean performance, counted from 1 as [mozerov2006 2, 6] counts them.
-    dataset, model : Artefact
-    workers, seed : int
-
-    Returns
-    -------
-    arrays : dict
-        ``frames`` (N,); ``mean_joints`` (N, 15, 3), ``sample_joints`` (N, S, 15, 3), ``mean_performance``
-        (P, 15, 3) in mm of a body with the actors' mean limb lengths; ``kinds`` (K,); ``draws``, ``acceptance``,
-        ``nearest_training_mm``, ``nearest_training_max_mm``, ``spread_mm``, ``limb_direction_norm_min``,
-        ``limb_direction_norm_max``, ``bounds_held_fraction`` (N, K).
-    notes : dict
-        The bound.
-
-    Raises
-    ------
-    InvalidInput
-        Frames that the mean performance does not have, or nothing to draw.
+    frames : (N,) int
+        Of the mean performance, counted from 1.
+    mean_joints, sample_joints, mean_performance : (N, 15, 3), (N, S, 15, 3), (P, 15, 3)
+        Millimetres, of a body with the actors' mean limb lengths.
+    kinds : (K,) text
+        See `KINDS`.
+    draws : (N, K) int
+    acceptance, bounds_held_fraction : (N, K)
+        Share of postures that the model accepts, and of coordinates within the bounds.
+    nearest_training_mm, nearest_training_max_mm : (N, K)
+        Median and largest distance to the nearest recorded posture, mean over joints.
+    spread_mm : (N, K)
+        Median distance from the mean posture.
+    limb_direction_norm_min, limb_direction_norm_max : (N, K)
     """
-    arrays, bound = model.arrays, float(model.notes["options"]["bound"])
-    space = ASpace(
-        arrays["mean_posture"], arrays["components"], arrays["eigenvalues"], model.notes["total_variance"]
-    )
-    performances = arrays["synchronized"]
-    learnt = ActionModel(arrays["mean"], arrays["standard_deviation"], arrays["floored"], len(performances))
-    _check(options, len(learnt.mean))
-    body, frame = mean_body(dataset), frame_of(dataset)
 
-    def joints(coordinates: np.ndarray) -> np.ndarray:
-        return posture.joints(space.postures(coordinates), body, frame=frame)
-
-    training = joints(performances)
-    found: dict[str, list[list[float]]] = {}
-    samples = []
-    for number in options.frames:
-        at = number - 1
-        generator = np.random.default_rng([seed, _STREAM, number])
-        drawn = {
-            "accepted": action_model.sample(learnt, options.measured, generator, at=at, bound=bound),
-            "outside": beyond(learnt, options.measured, generator, at=at, bound=bound),
-            "training": performances[:, at],
-        }
-        samples.append(joints(drawn["accepted"][: options.samples]))
-        rows = [
-            _measured(learnt, space, drawn[kind], joints, training, at, bound, kind == "training", workers)
-            for kind in KINDS
-        ]
-        for name in rows[0]:
-            found.setdefault(name, []).append([row[name] for row in rows])
-    mean_performance = joints(learnt.mean)
-    return {
-        "frames": np.array(options.frames),
-        "mean_joints": mean_performance[np.array(options.frames) - 1],
-        "sample_joints": np.stack(samples),
-        "mean_performance": mean_performance,
-        "kinds": np.array(KINDS),
-        **{name: np.array(values) for name, values in found.items()},
-    }, {"bound": bound}
+    frames: np.ndarray
+    mean_joints: np.ndarray
+    sample_joints: np.ndarray
+    mean_performance: np.ndarray
+    kinds: np.ndarray
+    draws: np.ndarray
+    acceptance: np.ndarray
+    nearest_training_mm: np.ndarray
+    nearest_training_max_mm: np.ndarray
+    spread_mm: np.ndarray
+    limb_direction_norm_min: np.ndarray
+    limb_direction_norm_max: np.ndarray
+    bounds_held_fraction: np.ndarray
 
 
-def mean_body(dataset: Artefact) -> LimbLengths:
-    """Limb lengths of a body that is the mean of the actors', each counted as often as it performs."""
-    arrays = dataset.arrays
-    return LimbLengths(*(arrays[name].mean(axis=0) for name in ("limbs_mm", "pelvis_mm", "shoulders_mm")))
+@dataclass(kw_only=True)
+class PostureSampling(Sweep):
+    """Accepted postures drawn from the action model."""
+
+    draws_random_numbers = True
+
+    frames: list[int] = field(default_factory=lambda: [10, 40])  # of the mean performance, counted from 1
+    samples: int = 8  # of them shown
+    measured: int = 2000  # drawn at each frame
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        for frame in require_distinct("sweep.frames", self.frames):
+            require_range("sweep.frames", frame, at_least=1)
+        require_range("sweep.samples", self.samples, at_least=1, at_most=self.measured)
+
+    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> SampledPostures:
+        """Return postures drawn at each frame, as joints, and what is said of them."""
+        action, bound = inputs.model, float(inputs.model_options.bound)
+        performances, learnt = action.synchronized, action.model
+        body = inputs.dataset.mean_body()
+
+        def joints(coordinates: np.ndarray) -> np.ndarray:
+            return posture.joints(action.space.postures(coordinates), body, frame=inputs.dataset.frame)
+
+        training, mean_performance = joints(performances), joints(learnt.mean)
+        samples, rows = [], []
+        for number in self.frames:
+            at = number - 1
+            generator = np.random.default_rng([inputs.seed, _STREAM, number])
+            drawn = {
+                "accepted": action_model.sample(learnt, self.measured, generator, at=at, bound=bound),
+                "outside": beyond(learnt, self.measured, generator, at=at, bound=bound),
+                "training": performances[:, at],
+            }
+            samples.append(joints(drawn["accepted"][: self.samples]))
+            for kind in KINDS:
+                coordinates = drawn[kind]
+                bodies = joints(coordinates)
+                distances = nearest(bodies, training, inputs.workers)
+                if kind == "training":
+                    # The nearest of the other performances: its own posture is no distance away.
+                    np.fill_diagonal(distances, np.inf)
+                closest = distances.min(axis=1)
+                from_mean = np.linalg.norm(bodies - joints(learnt.mean[at]), axis=-1).mean(axis=-1)
+                cosines = action.space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
+                norms = np.linalg.norm(cosines, axis=-1)
+                within = np.abs(coordinates - learnt.mean[at]) <= bound * learnt.standard_deviation[at]
+                row = {
+                    "draws": len(coordinates),
+                    "acceptance": action_model.accepted(learnt, coordinates, at=at, bound=bound).mean(),
+                    "nearest_training_mm": np.median(closest),
+                    "nearest_training_max_mm": closest.max(),
+                    "spread_mm": np.median(from_mean),
+                    "limb_direction_norm_min": norms.min(),
+                    "limb_direction_norm_max": norms.max(),
+                    "bounds_held_fraction": within.mean(),
+                }
+                rows.append(row)
+        shape = (len(self.frames), len(KINDS))
+        return SampledPostures(
+            frames=np.array(self.frames),
+            mean_joints=mean_performance[np.array(self.frames) - 1],
+            sample_joints=np.stack(samples),
+            mean_performance=mean_performance,
+            kinds=np.array(KINDS),
+            **{name: np.array([row[name] for row in rows]).reshape(shape) for name in rows[0]},
+        )
 
 
 def beyond(
     model: ActionModel, count: int, generator: np.random.Generator, *, at: int, bound: float
 ) -> np.ndarray:
-    """Postures (count, b) that the action model rejects: every coordinate beyond the bounds, on either side.
+    """Return postures (count, b) that the action model rejects: every coordinate beyond the bounds, on either side.
 
     Parameters
     ----------
@@ -128,7 +158,7 @@ def beyond(
 
 
 def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarray:
-    """Mean joint distance (S, M) in mm from each posture to the nearest one of each performance.
+    """Return the mean joint distance (S, M) in mm from each posture to the nearest one of each performance.
 
     Parameters
     ----------
@@ -152,55 +182,3 @@ def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarra
         return total.reshape(len(some), count, length).min(axis=-1) / joints.shape[1]
 
     return np.concatenate(map_threads(block, range(0, len(joints), _BLOCK), workers))
-
-
-def _measured(
-    learnt: ActionModel,
-    space: ASpace,
-    coordinates: np.ndarray,
-    joints: Callable[[np.ndarray], np.ndarray],
-    training: np.ndarray,
-    at: int,
-    bound: float,
-    recorded: bool,
-    workers: int,
-) -> dict[str, float]:
-    """What is said of postures of one kind at one frame."""
-    drawn = joints(coordinates)
-    distances = nearest(drawn, training, workers)
-    if recorded:
-        # The nearest of the other performances: its own posture is no distance away.
-        np.fill_diagonal(distances, np.inf)
-    closest = distances.min(axis=1)
-    from_mean = np.linalg.norm(drawn - joints(learnt.mean[at]), axis=-1).mean(axis=-1)
-    cosines = space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
-    norms = np.linalg.norm(cosines, axis=-1)
-    away = np.abs(coordinates - learnt.mean[at])
-    return {
-        "draws": len(coordinates),
-        "acceptance": float(action_model.accepted(learnt, coordinates, at=at, bound=bound).mean()),
-        "nearest_training_mm": float(np.median(closest)),
-        "nearest_training_max_mm": float(closest.max()),
-        "spread_mm": float(np.median(from_mean)),
-        "limb_direction_norm_min": float(norms.min()),
-        "limb_direction_norm_max": float(norms.max()),
-        "bounds_held_fraction": float((away <= bound * learnt.standard_deviation[at]).mean()),
-    }
-
-
-def _check(options: PostureSamplesSweep, length: int) -> None:
-    frames = options.frames
-    if not frames or len(set(frames)) < len(frames) or not all(1 <= f <= length for f in frames):
-        raise InvalidInput(
-            "the mean performance has no such frames, or they stand twice",
-            where="sweep.frames",
-            expected=f"some of 1 to {length}",
-            received=", ".join(map(str, frames)) or "none",
-        )
-    if not 1 <= options.samples <= options.measured:
-        raise InvalidInput(
-            "not so many postures to show",
-            where="sweep.samples",
-            expected=f"1 to sweep.measured, {options.measured}",
-            received=str(options.samples),
-        )

@@ -1,1 +1,1 @@
-"""studies.actions.figures."""
+"""Figures of mozerov2006, and three of our own after it."""

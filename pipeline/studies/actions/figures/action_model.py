@@ -1,193 +1,244 @@
 """The training set in the aSpace, raw, synchronized, by key-frames, and the learnt action model: mozerov2006 figure 3.
 
 The columns of the paper: (a) not synchronized, (b) synchronized automatically, (c) by key-frames, (d) mean performance
-and three standard deviations on either side of it.  `pipeline.figures.key_frame_agreement` says how (b) is compared
-with (c).
+and three standard deviations on either side of it.  `key_frame_agreement` says how (b) is compared with (c).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.posture import PARAMETERS
+from pipeline.palette import Style
 from pipeline.skeleton import POSTURE12, WALKER15
-from pipeline.studies.actions.figures.action_model_recording import dimensions_shown, recordings
-from pipeline.studies.actions.figures.key_frame_agreement import stages_compared
-from pipeline.studies.actions.figures.synchronizations import (
-    STAGES,
-    durations_s,
-    lengths,
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.figures.alignments import (
+    STYLES,
+    entity_name,
     options_of,
-    sequences,
+    sequence_rows,
+    skeleton,
 )
-from pipeline.studies.figure_inputs import Made, Tables
-from pipeline.studies.options import TimingSweep
-from pipeline.validation import InvalidInput
+from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared
+from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
+from pipeline.studies.actions.timing import Timing, Timings
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import Figure
+from pipeline.validation import require_range
 
-__all__ = ["picture", "recordings", "tables"]
-
-
-def tables(made: Made) -> Tables:
-    """``table``: the drawn sequences; further tables: distances, spectrum, performances, stages, model, timing."""
-    if not isinstance(made.config.sweep, TimingSweep):
-        raise InvalidInput(
-            "synchronization has not been timed",
-            where="sweep",
-            expected="sweep=timing",
-            received=type(made.config.sweep).__name__,
-        )
-    distances = made.model.arrays["distances"]
-    n, m = np.indices(distances.shape)
-    return {
-        "table": (_sequences(made), ["performance"]),
-        "distances": ({"n": n.ravel(), "m": m.ravel(), "distance": distances.ravel()}, ["n", "m"]),
-        "table_spectrum": (_spectrum(made), ["component"]),
-        "table_performances": (_performances(made), ["performance"]),
-        "table_stages": (stages_compared(made), []),
-        "table_model": (_model(made), ["sample", "component"]),
-        "table_timing": (_timing(made), []),
-        "table_posture": (_posture(made), []),
-    }
-
-
-def _sequences(made: Made) -> dict[str, Any]:
-    shown = dimensions_shown(made)
-    blocks = []
-    for stage in STAGES:
-        for name, x in zip(made.walkers, sequences(made, stage), strict=True):
-            blocks.append(
-                {
-                    "performance": np.full(len(x) * shown, name),
-                    "stage": np.full(len(x) * shown, stage),
-                    "sample": np.tile(np.arange(len(x)), shown),
-                    "component": np.repeat(np.arange(1, shown + 1), len(x)),
-                    "value": x[:, :shown].T.ravel(),
-                }
-            )
-    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
-
-
-def _spectrum(made: Made) -> dict[str, Any]:
-    eigenvalues = made.model.arrays["eigenvalues"]
-    share = eigenvalues / made.model.notes["total_variance"]
-    return {
-        "component": np.arange(1, len(eigenvalues) + 1),
-        "eigenvalue": eigenvalues,
-        "variance_fraction": share,
-        "cumulative_fraction": np.cumsum(share),
-        "kept": np.arange(1, len(eigenvalues) + 1) <= made.model.notes["dimensions"],
-    }
-
-
-def _performances(made: Made) -> dict[str, Any]:
-    arrays = made.model.arrays
-    count = len(made.walkers)
-    return {
-        "performance": np.array(made.walkers),
-        "person": made.dataset.arrays["person"],
-        "frames": lengths(made),
-        "duration_s": durations_s(made),
-        "global_distance": arrays["distances"].sum(axis=1),
-        "is_median": np.arange(count) == made.model.notes["median"],
-        "disparity_max_abs": np.abs(arrays["disparity"]).max(axis=1),
-        **{f"acceptance_{s}": arrays[f"accepted_{s}"].mean(axis=1) for s in STAGES[1:]},
-    }
-
-
-def _model(made: Made) -> dict[str, Any]:
-    arrays = made.model.arrays
-    sample, component = np.indices(arrays["mean"].shape)
-    return {
-        "sample": sample.ravel(),
-        "component": component.ravel() + 1,
-        **{name: arrays[name].ravel() for name in ("mean", "standard_deviation", "floored")},
-    }
-
-
-def _timing(made: Made) -> dict[str, Any]:
-    arrays, notes = made.sweep.arrays, made.sweep.notes
-    return {
-        "what": arrays["what"],
-        "performances": arrays["performances"],
-        "samples": np.full(len(arrays["what"]), notes["samples"]),
-        "dimensions": np.full(len(arrays["what"]), notes["dimensions"]),
-        "seconds": arrays["seconds"],
-    }
-
-
-def _posture(made: Made) -> dict[str, Any]:
-    """What a posture is made of, how smoothly its cosines run, and how unequal C(n, m) and C(m, n) are."""
-    data, distances = made.dataset.arrays, made.model.arrays["distances"]
-    cosines = data["postures"][:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
-    within = np.delete(np.arange(1, len(cosines)), data["first"][1:-1] - 1)  # not from one clip to the next
-    apart = ~np.eye(len(distances), dtype=bool)
-    return {
-        "limbs": np.array([len(POSTURE12.limbs)]),
-        "joints": np.array([len(WALKER15.joints)]),
-        "numbers": np.array([PARAMETERS]),
-        "numbers_per_limb": np.array([cosines.shape[2]]),
-        "asymmetry": np.array([np.abs(distances - distances.T)[apart].mean() / distances[apart].mean()]),
-        "limb_norm_error_max": np.abs(np.linalg.norm(cosines, axis=-1) - 1.0).max()[None],
-        "cosine_change_max": np.abs(cosines[within] - cosines[within - 1]).max()[None],
-    }
-
-
-_COLUMNS = (
+COLUMNS = (
     ("raw", "(a) not synchronized", "Frame"),
     ("synchronized", "(b) automatically", "Sample"),
     ("keyframe", "(c) by key-frames", "Sample"),
     ("model", "(d) learnt model", "Sample"),
 )
 
+THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
+THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
 
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Draw a row to each dimension, the paper's four columns."""
-    from pipeline import pictures
+Inputs = FigureInputs[Postures, Action, Timings]
 
-    table, model = made_tables["table"][0], made_tables["table_model"][0]
-    shown, bound = dimensions_shown(made), options_of(made).bound
-    panels = []
-    for k in range(1, shown + 1):
-        here = model["component"] == k
-        samples, mean, reach = (model[name][here] for name in ("sample", "mean", "standard_deviation"))
-        edge = partial(pictures.Series, x=samples, colour="black", width=0.75)
-        of_model = [
-            edge(y=mean - bound * reach, label=f"±{bound:g} standard deviations"),
-            edge(y=mean + bound * reach),
-            pictures.Series(x=samples, y=mean, label="mean performance", colour="orange", width=1.1),
-        ]
-        for stage, title, abscissa in _COLUMNS:
-            learnt = stage == "model"
-            thin = pictures.Style("" if learnt else "a performance", "blue", width=1 / 3, opacity=0.7)
-            performances = pictures.series(
-                table,
-                x="sample",
-                y="value",
-                units="performance",
-                styles=replace(thin, line="dashed" if learnt else "solid"),
-                where={"component": k, "stage": "synchronized" if learnt else stage},
-            )
-            panels.append(
-                pictures.Panel(
-                    title=title if k == 1 else "",
-                    xlabel=abscissa if k == shown else "",
-                    ylabel=f"Dimension {k}" if stage == "raw" else "",
-                    series=[*performances, *(of_model if learnt else [])],
+
+@dataclass(kw_only=True)
+class ActionModelFigure(Figure):
+    """The first dimensions of the aSpace: raw, synchronized, by key-frames, and what is learnt."""
+
+    model = ActionSpaceModel
+    sweep = Timing
+
+    dimensions: int = 4
+
+    def validate(self, experiment: Experiment) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("figure.dimensions", self.dimensions, at_least=1)
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.
+
+        ``table_timing`` depends on the machine.
+        """
+        action, timings = inputs.model, inputs.sweep
+        n, m = np.indices(action.distances.shape)
+        distances = {"n": n.ravel(), "m": m.ravel(), "distance": action.distances.ravel()}
+        sample, component = np.indices(action.model.mean.shape)
+        model = {
+            "sample": sample.ravel(),
+            "component": component.ravel() + 1,
+            "mean": action.model.mean.ravel(),
+            "standard_deviation": action.model.standard_deviation.ravel(),
+            "floored": action.model.floored.ravel(),
+        }
+        timing = {
+            "what": timings.what,
+            "performances": timings.performances,
+            "samples": timings.samples,
+            "dimensions": timings.dimensions,
+            "seconds": timings.seconds,
+        }
+        rows = sequence_rows(inputs, range(1, self._shown(inputs) + 1))
+        columns = ["performance", "stage", "sample", "component", "value"]
+        return {
+            "table": tidy(rows[columns], by=["performance"]),
+            "distances": tidy(distances, by=["n", "m"]),
+            "table_spectrum": _spectrum(action),
+            "table_performances": _performances(inputs),
+            "table_stages": alignments_compared(action, options_of(inputs)),
+            "table_model": tidy(model, by=["sample", "component"]),
+            "table_timing": pd.DataFrame(timing),
+            "table_posture": _posture(inputs),
+        }
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw a row for each dimension, with the paper's four columns."""
+        from pipeline import pictures
+
+        shown, bound = self._shown(inputs), options_of(inputs).bound
+        panels = []
+        for k in range(1, shown + 1):
+            model = tables["table_model"].query("component == @k")
+            reach = bound * model["standard_deviation"]
+            edge = partial(pictures.Series, x=model["sample"], colour="black", width=0.75)
+            learnt = [
+                edge(y=model["mean"] - reach, label=f"±{bound:g} standard deviations"),
+                edge(y=model["mean"] + reach),
+                edge(y=model["mean"], label="mean performance", colour="orange", width=1.1),
+            ]
+            for alignment, title, abscissa in COLUMNS:
+                of_model = alignment == "model"
+                performances = pictures.series(
+                    tables["table"],
+                    x="sample",
+                    y="value",
+                    units="performance",
+                    styles=THIN_DASHED if of_model else THIN,
+                    where={"component": k, "stage": "synchronized" if of_model else alignment},
                 )
+                panels.append(
+                    pictures.Panel(
+                        title=title if k == 1 else "",
+                        xlabel=abscissa if k == shown else "",
+                        ylabel=f"Dimension {k}" if alignment == "raw" else "",
+                        series=[*performances, *(learnt if of_model else [])],
+                    )
+                )
+        pictures.draw_lines(
+            stem,
+            panels,
+            columns=len(COLUMNS),
+            legend="figure",
+            share_y="row",
+            letters=False,
+            panel_size=(1.83, 1.56),
+            caption=f"{inputs.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, "
+            "and the performances of (b).",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
+        from pipeline import recordings
+
+        action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
+        median, index = action.median, {"sample": np.arange(len(action.model.mean))}
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about
+            + f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
+            f"silver. Other performances can be switched on in the streams tree, `world/performances/…`. Curves: mean "
+            f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
+            "the pattern n downwards, the performance m to the right.\n",
+            timeline="sample",
+            edition=inputs.edition,
+        ) as rec:
+            rec.skeleton(
+                "world/mean_performance",
+                skeleton(inputs, action.model.mean, median),
+                WALKER15.bones,
+                index=index,
+                colour="orange",
+                thickness_mm=12.0,
             )
-    pictures.draw_lines(
-        stem,
-        panels,
-        columns=len(_COLUMNS),
-        legend="figure",
-        share_y="row",
-        letters=False,
-        panel_size=(1.83, 1.56),
-        caption=f"{made.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, and the"
-        " performances of (b).",
-    )
+            for m, name in enumerate(names):
+                rec.skeleton(
+                    f"world/performances/{entity_name(name)}",
+                    skeleton(inputs, action.synchronized[m], m),
+                    WALKER15.bones,
+                    index=index,
+                    colour="original" if m == median else STYLES["synchronized"].colour,
+                    thickness_mm=5.0,
+                )
+            plots = []
+            for k in range(1, self._shown(inputs) + 1):
+                model = tables["table_model"].query("component == @k")
+                samples, mean = model["sample"].to_numpy(), model["mean"].to_numpy()
+                sd, where = model["standard_deviation"].to_numpy(), f"curves/dimension_{k}"
+                rec.curve(f"{where}/mean", samples, mean, sd=sd, label="mean performance", colour="orange")
+                for side, reach in (("lower", -bound), ("upper", bound)):
+                    entity = f"{where}/{side}_bound"
+                    rec.curve(entity, samples, mean + reach * sd, label=f"{reach:+g} sd", colour="grey")
+                plots.append(recordings.Plot(name=f"dimension {k}", origin=where))
+            rec.matrix("matrices/distances", action.distances)
+            bodies = recordings.Space3D(
+                name="mean performance and median sequence",
+                contents=("world/mean_performance", "world/performances"),
+                shown=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
+            )
+            below = recordings.Columns(recordings.Matrix(name="distances C(n, m)"), recordings.Notes())
+            left = recordings.Rows(bodies, below, shares=(3, 2))
+            rec.blueprint(recordings.Columns(left, recordings.Rows(*plots)), playing=True)
+
+    def _shown(self, inputs: Inputs) -> int:
+        """How many dimensions are drawn and tabulated."""
+        return min(self.dimensions, inputs.model.space.dimensions)
+
+
+def _spectrum(action: Action) -> pd.DataFrame:
+    eigenvalues = action.space.eigenvalues
+    share, component = eigenvalues / action.space.total_variance, np.arange(1, len(eigenvalues) + 1)
+    columns = {
+        "component": component,
+        "eigenvalue": eigenvalues,
+        "variance_fraction": share,
+        "cumulative_fraction": np.cumsum(share),
+        "kept": component <= action.space.dimensions,
+    }
+    return tidy(columns, by=["component"])
+
+
+def _performances(inputs: Inputs) -> pd.DataFrame:
+    action = inputs.model
+    columns = {
+        "performance": inputs.samples,
+        "person": inputs.dataset.person,
+        "frames": np.diff(action.first),
+        "duration_s": inputs.dataset.duration_s,
+        "global_distance": action.distances.sum(axis=1),
+        "is_median": np.arange(len(inputs.samples)) == action.median,
+        "disparity_max_abs": np.abs(action.disparity).max(axis=1),
+        **{f"acceptance_{s}": action.accepted[s].mean(axis=1) for s in ALIGNMENTS[1:]},
+    }
+    return tidy(columns, by=["performance"])
+
+
+def _posture(inputs: Inputs) -> pd.DataFrame:
+    """What a posture is made of, how smoothly its cosines run, and how unequal C(n, m) and C(m, n) are."""
+    data, distances = inputs.dataset, inputs.model.distances
+    cosines = data.postures[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
+    within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next
+    apart = ~np.eye(len(distances), dtype=bool)
+    row = {
+        "limbs": len(POSTURE12.limbs),
+        "joints": len(WALKER15.joints),
+        "numbers": PARAMETERS,
+        "numbers_per_limb": cosines.shape[2],
+        "asymmetry": np.abs(distances - distances.T)[apart].mean() / distances[apart].mean(),
+        "limb_norm_error_max": np.abs(np.linalg.norm(cosines, axis=-1) - 1.0).max(),
+        "cosine_change_max": np.abs(cosines[within] - cosines[within - 1]).max(),
+    }
+    return pd.DataFrame([row])

@@ -5,9 +5,9 @@ lie at their mean relative times, automatic synchronization keeps the time of th
 arbitrary and is not to count, so the comparison is made in two ways that do not see it:
 
 Sequences
-    The key-frame result is brought to the stage's time as a whole: one disparity function, that of its mean
-    performance onto the stage's, is applied to all of its performances.  The root mean square of the difference that
-    is left, over samples and dimensions, is in units of the aSpace.
+    The key-frame result is brought to the alignment's time as a whole: one disparity function, that of its mean
+    performance onto the alignment's, is applied to all of its performances.  The root mean square of the difference
+    that is left, over samples and dimensions, is in units of the aSpace.
 Correspondences
     While the median sequence shows a sample, each performance shows a frame: by the one synchronization and by the
     other.  Their distance is in frames of the performance; the median sequence, whose frame is its own, is left out.
@@ -15,39 +15,23 @@ Correspondences
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+import pandas as pd
 
 from pipeline.core import synchronization
 from pipeline.core.action_model import mean_squared_deviation
-from pipeline.studies.actions.figures.synchronizations import (
-    STAGES,
-    key_frame_frames,
-    linear_frames,
-    mean_variance_left,
-    options_of,
-    sequences,
-    synchronized_frames,
-)
-from pipeline.studies.figure_inputs import Made, sd
-
-_MATCHED = {"linear": linear_frames, "keyframe": key_frame_frames, "synchronized": synchronized_frames}
+from pipeline.studies.actions.figures.alignments import mean_variance_left
+from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
+from pipeline.studies.figure_inputs import sd
 
 
-def sequence_differences(made: Made, stage: str) -> tuple[np.ndarray, float]:
-    """Root mean square difference of each performance (M,) from its key-frame result, and of the mean performances."""
-    options = options_of(made)
-    ours = np.stack(sequences(made, stage))
-    theirs = np.stack(sequences(made, "keyframe"))
+def sequence_differences(
+    action: Action, options: ActionSpaceModel, alignment: str
+) -> tuple[np.ndarray, float]:
+    """Return the rms difference of each performance (M,) from its key-frame result, and of the mean performances."""
+    ours, theirs = np.stack(action.sequences(alignment)), action.keyframe
     common = synchronization.synchronize(
-        ours.mean(axis=0),
-        theirs.mean(axis=0),
-        max_disparity=options.max_disparity,
-        smoothness=float(made.model.notes["smoothness"]),
-        penalty=options.penalty,
-        start=options.start,
-        steps=options.steps,
+        ours.mean(axis=0), theirs.mean(axis=0), smoothness=action.smoothness, **options.path_options
     ).disparity
     theirs = synchronization.warp(theirs, np.broadcast_to(common, theirs.shape[:2]))
     each = ((ours - theirs) ** 2).mean(axis=(1, 2))
@@ -55,51 +39,41 @@ def sequence_differences(made: Made, stage: str) -> tuple[np.ndarray, float]:
     return np.sqrt(each), float(np.sqrt(means))
 
 
-def correspondence_differences(made: Made, stage: str) -> np.ndarray:
-    """Mean distance in frames (M - 1,), over samples, of the frames matched with the median sequence."""
-    off = np.abs(_MATCHED[stage](made) - key_frame_frames(made)).mean(axis=1)
-    return np.delete(off, int(made.model.notes["median"]))
+def correspondence_differences(action: Action, alignment: str) -> np.ndarray:
+    """Return the mean distance in frames (M - 1,), over samples, of the frames matched with the median sequence."""
+    off = np.abs(action.matched_frames(alignment) - action.matched_frames("keyframe")).mean(axis=1)
+    return np.delete(off, action.median)
 
 
-def stages_compared(made: Made) -> dict[str, Any]:
-    """Columns of ``table_stages``: what each way of synchronizing leaves, accepts, and how far it is from key-frames.
+def alignments_compared(action: Action, options: ActionSpaceModel) -> pd.DataFrame:
+    """Return ``table_stages``: what each alignment leaves, what it accepts, how far it is from key-frames.
 
     Empty where a number means nothing: raw performances have no samples in common, and one person alone cannot be
     left out.
     """
-    arrays = made.model.arrays
-    linear = mean_variance_left(made, "linear")
-    deviation = np.sqrt(mean_squared_deviation(arrays["linear"]) / arrays["linear"].shape[2])
+    linear = mean_variance_left(list(action.linear))
+    deviation = np.sqrt(mean_squared_deviation(action.linear) / action.linear.shape[2])
     rows = []
-    for stage in STAGES:
-        left = mean_variance_left(made, stage)
+    for alignment in ALIGNMENTS:
+        left = mean_variance_left(action.sequences(alignment))
         row = {
-            "stage": stage,
+            "stage": alignment,
             "variance_left": left,
             "variance_left_to_linear": left / linear,
-            "acceptance": _mean(arrays.get(f"accepted_{stage}")),
-            "acceptance_person": _mean(arrays.get(f"accepted_person_{stage}")),
-            **dict.fromkeys(_FROM_KEYFRAME, np.nan),
+            "acceptance": np.mean(action.accepted.get(alignment, np.nan)),
+            "acceptance_person": np.mean(action.accepted_person.get(alignment, np.nan)),
         }
-        if stage != "raw":
-            each, of_means = sequence_differences(made, stage)
-            frames = correspondence_differences(made, stage)
+        if alignment != "raw":
+            each, of_means = sequence_differences(action, options, alignment)
+            frames = correspondence_differences(action, alignment)
             rms = np.sqrt((each**2).mean())
-            values = (rms, sd(each, 0), of_means, rms / deviation, frames.mean(), sd(frames, 0))
-            row |= dict(zip(_FROM_KEYFRAME, map(float, values), strict=True))
+            row |= {
+                "rms_from_keyframe": rms,
+                "rms_from_keyframe_sd": sd(each, 0),
+                "rms_of_mean_from_keyframe": of_means,
+                "rms_from_keyframe_to_deviation": rms / deviation,
+                "warp_from_keyframe_frames": frames.mean(),
+                "warp_from_keyframe_sd_frames": sd(frames, 0),
+            }
         rows.append(row)
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-_FROM_KEYFRAME = (
-    "rms_from_keyframe",
-    "rms_from_keyframe_sd",
-    "rms_of_mean_from_keyframe",
-    "rms_from_keyframe_to_deviation",
-    "warp_from_keyframe_frames",
-    "warp_from_keyframe_sd_frames",
-)
-
-
-def _mean(accepted: np.ndarray | None) -> float:
-    return float("nan") if accepted is None else float(accepted.mean())
+    return pd.DataFrame(rows)

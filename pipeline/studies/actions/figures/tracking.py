@@ -2,233 +2,172 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from pipeline.palette import Style
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import Made, Tables, sd
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.model import Action, ActionSpaceModel
+from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import Figure
 
-if TYPE_CHECKING:
-    from pipeline import pictures
-
-NAMES = {
-    "prior": "prior",
-    "no_prior": "no prior",
-    "no_prior_own_step": "no prior, steps as in the data",
-    "mean_linear_phase": "mean, constant rate",
-    "mean_best_phase": "mean, best phase",
+METHODS = {
+    "prior": Style("prior", "blue"),
+    "no_prior": Style("no prior", "orange"),
+    "no_prior_own_step": Style("no prior, steps as in the data", "purple"),
+    "mean_linear_phase": Style("mean, constant rate", "grey", line="dashed"),
+    "mean_best_phase": Style("mean, best phase", "green", line="dashed"),
 }
-COLOURS = {
-    "prior": "blue",
-    "no_prior": "orange",
-    "no_prior_own_step": "purple",
-    "mean_linear_phase": "grey",
-    "mean_best_phase": "green",
+RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
+"""Told apart from the silver of the truth."""
+
+PANELS = {
+    "particles": ("particles", "Particles", ("prior", "no_prior")),
+    "noise": ("noise_mm", "Noise of the image (mm)", ("no_prior_own_step",)),
+    "occlusion": ("occluded", "Share of joints hidden", ("mean_linear_phase", "mean_best_phase")),
 }
-RECORDED_COLOURS = COLOURS | {"mean_linear_phase": "yellow"}  # the truth is grey there
-STYLES = {"mean_linear_phase": "dashed", "mean_best_phase": "dashed"}
+"""Column and label of what is varied, and the lines that the panel names: all names above one would not fit."""
 
-_PANELS = (
-    ("particles", "particles", "Particles"),
-    ("noise", "noise_mm", "Noise of the image (mm)"),
-    ("occlusion", "occluded", "Share of joints hidden"),
-)
-_LEGENDS = {
-    "particles": ("prior", "no_prior"),
-    "noise": ("no_prior_own_step",),
-    "occlusion": ("mean_linear_phase", "mean_best_phase"),
-}
-"""Which lines each panel of the first row names: all names above one panel would not fit."""
+CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method"]
+
+Inputs = FigureInputs[Postures, Action, TrackingErrors]
 
 
-def tables(made: Made) -> Tables:
-    """``table``: mean over performances of each condition and method; ``table_performances``: each performance."""
-    sweep = made.sweep.arrays
-    error, ways, methods = sweep["error_mm"], sweep["leave_out"], sweep["methods"]
-    conditions, count = error.shape[1:3]
-    aspace = np.broadcast_to(sweep["aspace_error_mm"][:, None, :, None], error.shape)
+@dataclass(kw_only=True)
+class TrackingError(Figure):
+    """Error against particles, noise and occlusion, with the prior, without it, and of the mean alone."""
 
-    def over(values: np.ndarray, axis: int, shape: tuple[int, ...]) -> np.ndarray:
-        """One value to a row, from values along one axis."""
-        places = [1] * len(shape)
-        places[axis] = len(values)
-        return np.broadcast_to(values.reshape(places), shape).ravel()
+    model = ActionSpaceModel
+    sweep = HeldOutTracking
 
-    def keys(shape: tuple[int, ...]) -> dict[str, np.ndarray]:
-        return {
-            "leave_out": over(ways, 0, shape),
-            "varied": over(sweep["varied"], 1, shape),
-            "method": over(methods, len(shape) - 1, shape),
-            **{name: over(sweep[name], 1, shape) for name in ("particles", "noise_mm", "occluded")},
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: each condition and method over performances; ``table_performances``: each performance."""
+        sweep = inputs.sweep
+        way, condition, m, method = (i.ravel() for i in np.indices(sweep.error_mm.shape))
+        lost = np.zeros(sweep.error_mm.shape)  # the mean alone is never lost
+        lost[..., : sweep.lost_fraction.shape[-1]] = sweep.lost_fraction
+        rows = {
+            "performance": np.array(inputs.samples)[sweep.tracked[m]],
+            "leave_out": sweep.leave_out[way],
+            "varied": sweep.varied[condition],
+            "method": sweep.methods[method],
+            "particles": sweep.particles[condition],
+            "noise_mm": sweep.noise_mm[condition],
+            "occluded": sweep.occluded[condition],
+            "error_mm": sweep.error_mm.ravel(),
+            "aspace_error_mm": sweep.aspace_error_mm[way, m],
+            "lost_fraction": lost.ravel(),
         }
-
-    whole = (len(ways), conditions, len(methods))
-    names = np.array(made.walkers)[sweep["tracked"]]
-    filters = sweep["lost_fraction"].shape[-1]
-    lost = np.zeros(error.shape)
-    lost[..., :filters] = sweep["lost_fraction"]
-    sort_by = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method"]
-    return {
-        "table": (
-            {
-                **keys(whole),
-                "error_mm": error.mean(axis=2).ravel(),
-                "error_sd_mm": sd(error, 2).ravel(),
-                "error_median_mm": np.median(error, axis=2).ravel(),
-                "aspace_error_mm": aspace.mean(axis=2).ravel(),
-                "lost_fraction": lost.mean(axis=2).ravel(),
-                "performances": np.full(np.prod(whole), count),
-            },
-            sort_by,
-        ),
-        "table_performances": (
-            {
-                "performance": over(names, 2, error.shape),
-                **keys(error.shape),
-                "error_mm": error.ravel(),
-                "aspace_error_mm": aspace.ravel(),
-                "lost_fraction": lost.ravel(),
-            },
-            ["performance", *sort_by],
-        ),
-    }
-
-
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """A row of panels to a way of leaving out: error against particles, noise and occlusion."""
-    from pipeline import pictures
-
-    columns = made_tables["table"][0]
-    ways = [str(way) for way in made.sweep.arrays["leave_out"]]
-    top = 1.05 * float(
-        (columns["error_mm"] + columns["error_sd_mm"] / np.sqrt(columns["performances"])).max()
-    )
-    panels: list[pictures.Panel] = []
-    for row, way in enumerate(ways):
-        for varied, column, label in _PANELS:
-            here = (columns["leave_out"] == way) & (columns["varied"] == varied)
-            x = np.unique(columns[column][here])
-            panels.append(
-                pictures.Panel(
-                    series=[
-                        _line(
-                            columns,
-                            here & (columns["method"] == m),
-                            column,
-                            not row and m in _LEGENDS[varied],
-                        )
-                        for m in made.methods
-                    ],
-                    xlabel=label,
-                    ylabel=f"Error (mm), without the {way}" if varied == "particles" else "",
-                    xscale="log" if varied == "particles" else "linear",
-                    ylim=(0.0, top),
-                    references=[("y", float(columns["aspace_error_mm"][here].mean()), "")],
-                )
-            )
-            if len(x) > 1 and varied == "occlusion":
-                panels[-1] = _with_ticks(panels[-1], x)
-    shown = made.sweep.arrays
-    usual = shown["particles"][shown["varied"] == "noise"][0]
-    noise = shown["noise_mm"][shown["varied"] == "particles"][0]
-    pictures.draw_lines(
-        stem,
-        panels,
-        columns=len(_PANELS),
-        caption=f"{made.caption} Mean distance of the joints, relative to the pelvis, over "
-        f"{int(columns['performances'][0])} performances, each by a model learnt without it (or without its person). "
-        f"Bands: ±1 standard error. Where not varied: {usual} particles, noise {noise:g} mm, nothing hidden. Prior: "
-        "the action model; no prior: a random walk with the same diffusion, or with steps as large as in the data; "
-        "mean: the mean performance alone. Dotted line: the true postures, projected into the aSpace.",
-    )
-
-
-def _line(columns: dict[str, np.ndarray], here: np.ndarray, column: str, named: bool) -> pictures.Series:
-    """One method's error over what is varied."""
-    from pipeline import pictures
-
-    method = str(columns["method"][here][0])
-    order = np.argsort(columns[column][here], kind="stable")
-    x, y, spread, count = (
-        columns[name][here][order] for name in (column, "error_mm", "error_sd_mm", "performances")
-    )
-    return pictures.Series(
-        x=x,
-        y=y,
-        band=spread / np.sqrt(count),
-        label=NAMES[method] if named else "",
-        line=STYLES.get(method, "solid") if len(x) > 1 else "points",
-        colour=COLOURS[method],
-    )
-
-
-def _with_ticks(panel: pictures.Panel, places: np.ndarray) -> pictures.Panel:
-    from dataclasses import replace
-
-    return replace(panel, xticks=[float(v) for v in places])
-
-
-def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
-    """One performance: true, tracked with the prior and without, the mean alone; what the camera saw; errors."""
-    from pipeline import recordings as recording
-
-    sweep, notes = made.sweep.arrays, made.sweep.notes
-    times = sweep["shown_time_s"]
-    index = {"time": times}
-    name = made.walkers[int(sweep["shown"][0])]
-    with recording.Recording(
-        folder / "recording.rrd",
-        name=made.config.figure,
-        about=made.about
-        + f"\nPerformance `{name}`, by the model learnt without "
-        + ("it" if sweep["leave_out"][0] == "performance" else "its person")
-        + f": {notes['shown_particles']} particles, noise {notes['shown_noise_mm']:g} mm, "
-        f"{100 * notes['shown_occluded']:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "
-        "one whose error with the prior is the median. Grey: recorded. "
-        + ", ".join(f"{RECORDED_COLOURS[m]}: {NAMES[m]}" for m in made.methods)
-        + ".\n",
-        edition=f"{made.config.data.name} {made.config.scale.name}",
-    ) as rec:
-        rec.skeleton("world/original", sweep["shown_true"], WALKER15.bones, index=index)
-        for m, method in enumerate(made.methods):
-            joints = sweep["shown_joints"][m]
-            # Laid on the recorded pelvis, as the error is.
-            moved = joints - joints[:, [8]] + sweep["shown_true"][:, [8]]
-            rec.skeleton(
-                f"world/tracked/{method}",
-                moved,
-                WALKER15.bones,
-                index=index,
-                colour=RECORDED_COLOURS[method],
-            )
-            rec.curve(
-                f"curves/error_mm/{method}",
-                times,
-                sweep["shown_error_mm"][m],
-                label=NAMES[method],
-                colour=RECORDED_COLOURS[method],
-            )
-        rec.image_points("image/observed", sweep["shown_image"], WALKER15.bones, index=index)
-        spaces = [
-            recording.Space3D(
-                name=NAMES[method],
-                contents=("world/original", f"world/tracked/{method}"),
-                eye_mm=(2000.0, 1450.0, 1100.0),
-            )
-            for method in ("prior", "no_prior_own_step", "mean_best_phase")
-        ]
-        rec.blueprint(
-            recording.Rows(
-                recording.Columns(*spaces),
-                recording.Columns(
-                    recording.Image2D(name="observed joints"),
-                    recording.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
-                    recording.Notes(),
-                    shares=(1, 2, 1),
-                ),
-                shares=(3, 2),
-            ),
-            playing=True,
+        each = tidy(rows, by=["performance", *CONDITION])
+        over = each.groupby(["leave_out", "varied", "method", "particles", "noise_mm", "occluded"])
+        mean = over.agg(
+            error_mm=("error_mm", "mean"),
+            error_sd_mm=("error_mm", "std"),
+            error_median_mm=("error_mm", "median"),
+            aspace_error_mm=("aspace_error_mm", "mean"),
+            lost_fraction=("lost_fraction", "mean"),
+            performances=("error_mm", "size"),
         )
+        mean["error_sd_mm"] = mean["error_sd_mm"].fillna(0.0)  # of a single performance
+        return {"table": tidy(mean.reset_index(), by=CONDITION), "table_performances": each}
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw a row of panels for each way of leaving out: error against particles, noise and occlusion."""
+        from pipeline import pictures
+
+        table, sweep = tables["table"], inputs.sweep
+        table = table.assign(error_se_mm=table["error_sd_mm"] / np.sqrt(table["performances"]))
+        top = 1.05 * float((table["error_mm"] + table["error_se_mm"]).max())
+        panels = []
+        for way in sweep.leave_out:
+            for varied, (column, label, named) in PANELS.items():
+                where = {"leave_out": way, "varied": varied}
+                rows = table[(table["leave_out"] == way) & (table["varied"] == varied)]
+                shares = rows[column].unique().tolist() if varied == "occlusion" else []
+                panels.append(
+                    pictures.Panel(
+                        x=column,
+                        y="error_mm",
+                        band="error_se_mm",
+                        where=where,
+                        legend=named if way == sweep.leave_out[0] else (),
+                        xlabel=label,
+                        ylabel=f"Error (mm), without the {way}" if varied == "particles" else "",
+                        xscale="log" if varied == "particles" else "linear",
+                        xticks=shares if len(shares) > 1 else None,
+                        ylim=(0.0, top),
+                        references=[("y", float(rows["aspace_error_mm"].mean()), "")],
+                    )
+                )
+        usual = sweep.particles[sweep.varied == "noise"][0]
+        noise = sweep.noise_mm[sweep.varied == "particles"][0]
+        pictures.draw_lines(
+            stem,
+            panels,
+            table,
+            by="method",
+            styles=METHODS,
+            columns=len(PANELS),
+            caption=f"{inputs.caption} Mean distance of the joints, relative to the pelvis, over "
+            f"{len(sweep.tracked)} performances, each by a model learnt without it (or without its person). Bands: ±1 "
+            f"standard error. Where not varied: {usual} particles, noise {noise:g} mm, nothing hidden. Prior: the "
+            "action model; no prior: a random walk with the same diffusion, or with steps as large as in the data; "
+            "mean: the mean performance alone. Dotted line: the true postures, projected into the aSpace.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
+        from pipeline import recordings
+
+        sweep = inputs.sweep
+        index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about
+            + f"\nPerformance `{inputs.samples[int(sweep.shown[0])]}`, by the model learnt without "
+            + ("it" if sweep.leave_out[0] == "performance" else "its person")
+            + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
+            f"{100 * sweep.shown_occluded:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "
+            "one whose error with the prior is the median. Silver: recorded. "
+            + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
+            + ".\n",
+            edition=inputs.edition,
+        ) as rec:
+            rec.skeleton("world/original", sweep.shown_true, WALKER15.bones, index=index)
+            for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):
+                # Laid on the recorded pelvis, as the error is.
+                moved = joints - joints[:, [8]] + sweep.shown_true[:, [8]]
+                style = RECORDED[method]
+                rec.skeleton(
+                    f"world/tracked/{method}", moved, WALKER15.bones, index=index, colour=style.colour
+                )
+                rec.curve(
+                    f"curves/error_mm/{method}",
+                    sweep.shown_time_s,
+                    error,
+                    label=style.label,
+                    colour=style.colour,
+                )
+            rec.image_points("image/observed", sweep.shown_image, WALKER15.bones, index=index)
+            spaces = [
+                recordings.Space3D(
+                    name=METHODS[method].label,
+                    contents=("world/original", f"world/tracked/{method}"),
+                    eye_mm=(2000.0, 1450.0, 1100.0),
+                )
+                for method in ("prior", "no_prior_own_step", "mean_best_phase")
+            ]
+            below = recordings.Columns(
+                recordings.Image2D(name="observed joints"),
+                recordings.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
+                recordings.Notes(),
+                shares=(1, 2, 1),
+            )
+            layout = recordings.Rows(recordings.Columns(*spaces), below, shares=(3, 2))
+            rec.blueprint(layout, playing=True)

@@ -2,199 +2,179 @@
 
 [mozerov2006 12] punishes changes of disparity, mu |k|; [mozerov2006 16] as printed its size, mu |d + k|.  Synthetic
 performances have a true course, so the time that each recovers can be judged, beside linear normalisation and
-key-frames.  The median sequence, whose time is its own, is left out of means and spreads.
+key-frames.  The median sequence, whose time is its own, is left out of means and standard deviations.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from pipeline.studies.actions.figures.synchronizations import (
-    STAGE_COLOURS,
-    key_frame_frames,
-    linear_frames,
-    options_of,
-    synchronized_frames,
-)
-from pipeline.studies.figure_inputs import Made, Tables, sd
+from pipeline.palette import Style
+from pipeline.studies.actions.dataset import Postures, require_true_course
+from pipeline.studies.actions.figures.alignments import STYLES, options_of
+from pipeline.studies.actions.model import Action, ActionSpaceModel
+from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.study import Figure
 
-PENALTY_NAMES = {"change": "µ|k|: its change", "as_printed": "µ|d + k|: its size, as printed"}
-PENALTY_COLOURS = {"change": "blue", "as_printed": "purple"}
+PENALTIES = {
+    "change": Style("µ|k|: its change", "blue"),
+    "as_printed": Style("µ|d + k|: its size, as printed", "purple", line="dashed"),
+}
 REFERENCES = {"linear": "linear", "keyframe": "key-frames"}
+ERRORS = {"error_moving": "Error while it moves (frames)", "error": "Error everywhere (frames)"}
+
+Inputs = FigureInputs[Postures, Action, TimeErrors]
 
 
-def tables(made: Made) -> Tables:
-    """``table``: error of each way and smoothness; ``table_starts``: with free and fixed start; ``table_performances``.
+@dataclass(kw_only=True)
+class WarpError(Figure):
+    """How far the recovered time is from the true one, in frames."""
 
-    The last has the errors of each performance at the model's own smoothness and penalty.
-    """
-    sweep, options = made.sweep.arrays, options_of(made)
-    own = int(np.flatnonzero(sweep["starts"] == options.start)[0])
-    rows = [
-        {"stage": stage, "penalty": "", "smoothness": np.nan, **_summary(made, *_errors(made, frames(made)))}
-        for stage, frames in (("linear", linear_frames), ("keyframe", key_frame_frames))
-    ]
-    starts = []
-    for s, p, mu in np.ndindex(sweep["error_frames"].shape[:3]):
-        row = {
-            "penalty": str(sweep["penalties"][p]),
-            "smoothness": float(sweep["smoothness"][mu]),
-            **_summary(made, sweep["error_frames"][s, p, mu], sweep["error_moving_frames"][s, p, mu]),
+    model = ActionSpaceModel
+    sweep = Smoothness
+
+    def validate(self, experiment: Experiment) -> None:
+        """Raise InvalidInput, with ``data`` as its `where`, if the data set does not know the true course."""
+        require_true_course(experiment.data.knows_true_course)
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: error of each alignment and smoothness; ``table_starts``: with free and fixed start.
+
+        ``table_performances`` has the errors of each performance at the model's own smoothness and penalty.
+        """
+        sweep, action = inputs.sweep, inputs.model
+        off = {
+            alignment: np.abs(action.matched_frames(alignment) - sweep.true_frames)
+            for alignment in ("linear", "keyframe", "synchronized")
         }
-        starts.append({"start": str(sweep["starts"][s]), **row})
-        if s == own:
-            rows.append({"stage": "synchronized", **row})
-    blocks = [
-        {
-            "performance": np.array(made.walkers),
-            "stage": np.full(len(made.walkers), stage),
-            "error_moving_frames": _errors(made, frames(made))[1],
-        }
-        for stage, frames in _WAYS.items()
-    ]
-    return {
-        "table": (_columns(rows), ["stage", "penalty", "smoothness"]),
-        "table_starts": (_columns(starts), ["start", "penalty", "smoothness"]),
-        "table_performances": (
-            {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]},
-            ["performance"],
-        ),
-    }
-
-
-_WAYS = {"linear": linear_frames, "keyframe": key_frame_frames, "synchronized": synchronized_frames}
-"""Frames that each way matches with the samples of the median sequence."""
-
-
-def _errors(made: Made, matched: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean error (M,) in frames of matched frames (M, P), over all samples and where the pattern moves."""
-    off = np.abs(matched - made.sweep.arrays["true_frames"])
-    return off.mean(axis=1), off[:, made.sweep.arrays["moving"]].mean(axis=1)
-
-
-def _summary(made: Made, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
-    """Mean and spread over performances (M,)."""
-    told = {}
-    for name, errors in (("error", everywhere), ("error_moving", moving)):
-        others = np.delete(errors, int(made.model.notes["median"]))
-        told[f"{name}_frames"] = float(others.mean())
-        told[f"{name}_sd_frames"] = float(sd(others, 0))
-    return told
-
-
-def _columns(rows: list[dict[str, Any]]) -> dict[str, np.ndarray]:
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def _lines(made_tables: Tables, penalty: str) -> dict[str, np.ndarray]:
-    """Columns of one penalty, by increasing smoothness."""
-    columns = made_tables["table"][0]
-    here = np.flatnonzero((columns["stage"] == "synchronized") & (columns["penalty"] == penalty))
-    here = here[np.argsort(columns["smoothness"][here])]
-    return {name: values[here] for name, values in columns.items()}
-
-
-def _reference(made_tables: Tables, stage: str, column: str) -> float:
-    columns = made_tables["table"][0]
-    return float(columns[column][columns["stage"] == stage][0])
-
-
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Error where the pattern moves, and everywhere, against smoothness; without a penalty at the left."""
-    from pipeline import pictures
-
-    panels = []
-    for column, label in (
-        ("error_moving", "Error while it moves (frames)"),
-        ("error", "Error everywhere (frames)"),
-    ):
-        series: list[pictures.Series] = []
-        references: list[tuple[str, float, str]] = []
-        for penalty in map(str, made.sweep.arrays["penalties"]):
-            lines = _lines(made_tables, penalty)
-            above = lines["smoothness"] > 0
-            if above.any():
-                series.append(
-                    pictures.Series(
-                        x=lines["smoothness"][above],
-                        y=lines[f"{column}_frames"][above],
-                        band=lines[f"{column}_sd_frames"][above],
-                        label=PENALTY_NAMES[penalty],
-                        colour=PENALTY_COLOURS[penalty],
-                        line="solid" if penalty == "change" else "dashed",
-                    )
-                )
-            if not above.all() and not references:
-                references.append(("y", float(lines[f"{column}_frames"][~above][0]), "µ = 0"))
-        references += [
-            ("y", _reference(made_tables, stage, f"{column}_frames"), word)
-            for stage, word in REFERENCES.items()
+        moving = {alignment: errors[:, sweep.moving].mean(axis=1) for alignment, errors in off.items()}
+        rows: list[dict[str, object]] = [
+            {
+                "stage": alignment,
+                "penalty": "",
+                "smoothness": np.nan,
+                **_summary(action, off[alignment].mean(axis=1), moving[alignment]),
+            }
+            for alignment in REFERENCES
         ]
-        panels.append(
-            pictures.Panel(
-                series=series,
-                xlabel="Smoothness µ (mean squared deviations of a frame)",
-                ylabel=label,
-                xscale="log",
-                ylim=(0.0, 1.25 * max(float(s.y.max()) for s in series)),
-                references=references,
+        starts = []
+        for s, p, mu in np.ndindex(sweep.error_frames.shape[:3]):
+            row = {
+                "penalty": sweep.penalties[p],
+                "smoothness": sweep.smoothness[mu],
+                **_summary(action, sweep.error_frames[s, p, mu], sweep.error_moving_frames[s, p, mu]),
+            }
+            starts.append({"start": sweep.starts[s], **row})
+            if sweep.starts[s] == options_of(inputs).start:
+                rows.append({"stage": "synchronized", **row})
+        performances = {
+            "performance": np.tile(inputs.samples, len(moving)),
+            "stage": np.repeat(list(moving), len(inputs.samples)),
+            "error_moving_frames": np.concatenate(list(moving.values())),
+        }
+        return {
+            "table": tidy(pd.DataFrame(rows), by=["stage", "penalty", "smoothness"]),
+            "table_starts": tidy(pd.DataFrame(starts), by=["start", "penalty", "smoothness"]),
+            "table_performances": tidy(performances, by=["performance"]),
+        }
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw the error where the pattern moves, and everywhere, against smoothness; mu = 0 as a line across."""
+        from pipeline import pictures
+
+        table = tables["table"]
+        swept = table[table["smoothness"] > 0]
+        panels = []
+        for error, label in ERRORS.items():
+            column = f"{error}_frames"
+            # Without a penalty its two readings are the same.
+            without = table.loc[table["smoothness"] == 0, column][:1]
+            levels = [("y", float(value), "µ = 0") for value in without]
+            for name, words in REFERENCES.items():
+                levels.append(("y", _level(table, name, column), words))
+            panels.append(
+                pictures.Panel(
+                    y=column,
+                    band=f"{error}_sd_frames",
+                    ylabel=label,
+                    xscale="log",
+                    ylim=(0.0, 1.25 * float(swept[column].max())),
+                    references=levels,
+                )
             )
+        pictures.draw_lines(
+            stem,
+            panels,
+            swept,
+            x="smoothness",
+            by="penalty",
+            styles=PENALTIES,
+            xlabel="Smoothness µ (mean squared deviations of a frame)",
+            caption=f"{inputs.caption} Errors of the frame that is matched with a sample of the median sequence: (a) "
+            "over the samples at which that moves, (b) over all. Bands: ±1 standard deviation over performances.",
         )
-    pictures.draw_lines(
-        stem,
-        panels,
-        caption=f"{made.caption} Errors of the frame that is matched with a sample of the median sequence: (a) over "
-        "the samples at which that moves, (b) over all. Bands: ±1 standard deviation over performances.",
-    )
 
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log both errors over the values of smoothness, which are numbered: they lie too unevenly for an axis."""
+        from pipeline import recordings
 
-def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
-    """Both errors over the values of smoothness, which are numbered: they lie too unevenly for an axis."""
-    from pipeline import recordings as recording
-
-    values = np.sort(made.sweep.arrays["smoothness"])
-    numbers = np.arange(len(values))
-    said = ["", "| number | smoothness µ |", "|---|---|", *(f"| {i} | {v:g} |" for i, v in enumerate(values))]
-    with recording.Recording(
-        folder / "recording.rrd",
-        name=made.config.figure,
-        about=made.about + "\n".join(said) + "\n",
-        timeline="smoothness_number",
-        edition=f"{made.config.data.name} {made.config.scale.name}",
-    ) as rec:
-        for column in ("error_moving", "error"):
-            for penalty in map(str, made.sweep.arrays["penalties"]):
-                lines = _lines(made_tables, penalty)
-                rec.curve(
-                    f"curves/{column}_frames/{penalty}",
-                    numbers,
-                    lines[f"{column}_frames"],
-                    sd=lines[f"{column}_sd_frames"],
-                    label=PENALTY_NAMES[penalty],
-                    colour=PENALTY_COLOURS[penalty],
+        table = tables["table"]
+        values = np.sort(inputs.sweep.smoothness)
+        numbers = np.arange(len(values))
+        table = table.assign(number=np.searchsorted(values, table["smoothness"]))
+        listed = [
+            "",
+            "| number | smoothness µ |",
+            "|---|---|",
+            *(f"| {i} | {v:g} |" for i, v in enumerate(values)),
+        ]
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about + "\n".join(listed) + "\n",
+            timeline="smoothness_number",
+            edition=inputs.edition,
+        ) as rec:
+            for error in ERRORS:
+                column = f"{error}_frames"
+                rec.curves(
+                    table,
+                    x="number",
+                    y=column,
+                    sd=f"{error}_sd_frames",
+                    by="penalty",
+                    styles=PENALTIES,
+                    where={"stage": "synchronized"},
                 )
-            for stage, word in REFERENCES.items():
-                level = np.full(len(numbers), _reference(made_tables, stage, f"{column}_frames"))
-                rec.curve(
-                    f"curves/{column}_frames/{stage}",
-                    numbers,
-                    level,
-                    label=word,
-                    colour=STAGE_COLOURS[stage],
-                )
-        rec.blueprint(
-            recording.Columns(
-                recording.Rows(
-                    recording.Plot(
-                        name="error while the pattern moves (frames)",
-                        origin="curves/error_moving_frames",
-                    ),
-                    recording.Plot(name="error over all samples (frames)", origin="curves/error_frames"),
+                for name, words in REFERENCES.items():
+                    level = np.full(len(numbers), _level(table, name, column))
+                    colour = STYLES[name].colour
+                    rec.curve(f"curves/{column}/{name}", numbers, level, label=words, colour=colour)
+            plots = [
+                recordings.Plot(
+                    name="error while the pattern moves (frames)", origin="curves/error_moving_frames"
                 ),
-                recording.Notes(),
-                shares=(3, 1),
-            )
-        )
+                recordings.Plot(name="error over all samples (frames)", origin="curves/error_frames"),
+            ]
+            rec.blueprint(recordings.Columns(recordings.Rows(*plots), recordings.Notes(), shares=(3, 1)))
+
+
+def _level(table: pd.DataFrame, alignment: str, column: str) -> float:
+    """What an alignment without a smoothness has in a column."""
+    return float(table.loc[table["stage"] == alignment, column].iloc[0])
+
+
+def _summary(action: Action, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
+    """Mean and standard deviation over performances (M,)."""
+    summary = {}
+    for name, errors in (("error", everywhere), ("error_moving", moving)):
+        others = np.delete(errors, action.median)
+        summary[f"{name}_frames"] = float(others.mean())
+        summary[f"{name}_sd_frames"] = float(sd(others, 0))
+    return summary

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from pipeline import recordings
-from pipeline.__main__ import compose
-from pipeline.cli.figures import Outcome, make_figure, not_for
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import lacking, make_figure
+from pipeline.cli.summary import Outcome
 from pipeline.core.synchronization import allowed_disparities
 from pipeline.storage import tables
 from pipeline.storage.store import Store
@@ -79,7 +80,7 @@ def test_the_recording_is_whole_and_holds_what_is_promised(made: Path, name: str
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_second_run_computes_nothing(made: Path, store: Store, name: str) -> None:
-    quick = ("report.picture=false", "report.recording=false")
+    quick = ("figure.picture=false", "figure.recording=false")
     config = compose([f"experiment={name}", "scale=smoke", f"results={store.results}", *quick])
     again = make_figure(config, store.results / "again" / name, store=Store(store.results))
     assert again.reused == ("ingest", "dataset", "model", "sweep")
@@ -179,13 +180,13 @@ def test_a_pair_can_be_chosen_but_not_the_median_with_itself(made: Path, store: 
     is_median = read(made, FIGURES[2], "table_performances")["is_median"]
     median = int(np.flatnonzero(is_median)[0])
     other = (median + 1) % len(is_median)
-    plain = ("report.picture=false", "report.recording=false", "data.name=chosen")
-    outcome = make(store, FIGURES[1], f"report.performance={other}", *plain)
+    plain = ("figure.picture=false", "figure.recording=false", "data.name=chosen")
+    outcome = make(store, FIGURES[1], f"figure.performance={other}", *plain)
     names = read(made, FIGURES[2], "table_performances")["performance"]
     assert tables.read(outcome.folder / "table_pair.csv")["performance"][0] == names[other]
-    for wrong in (median, len(is_median), -2):
-        with pytest.raises(InvalidInput, match="no such performance"):
-            make(store, FIGURES[1], f"report.performance={wrong}", *plain)
+    for wrong, words in ((median, "no such"), (len(is_median), "no such"), (-2, "must be at least -1")):
+        with pytest.raises(InvalidInput, match=words):
+            make(store, FIGURES[1], f"figure.performance={wrong}", *plain)
 
 
 # --- figure 3 ---------------------------------------------------------------------------------------------
@@ -257,7 +258,7 @@ def test_a_posture_is_what_the_paper_says_and_the_times_are_times(made: Path) ->
 
 
 def test_figure_3_without_a_timing_is_refused(store: Store) -> None:
-    with pytest.raises(InvalidInput, match="has not been timed"):
+    with pytest.raises(InvalidInput, match="ActionModelFigure cannot be made with NoSweep"):
         make(store, FIGURES[2], "sweep=none")
 
 
@@ -329,12 +330,12 @@ RECORDED = pytest.mark.skipif(
 
 @RECORDED
 def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store: Store) -> None:
-    quick = ("data=hdm05", "report.picture=false", "report.recording=false")
+    quick = ("data=hdm05", "figure.picture=false", "figure.recording=false")
     folder = store.results / "hdm05"
     for name in FIGURES:
         if name == "mozerov2006_warp_error":
             config = compose([f"experiment={name}", "data=hdm05"])
-            assert "synthetic performances alone" in not_for(config)
+            assert "synthetic performances alone" in lacking(config)
             with pytest.raises(InvalidInput, match="synthetic performances alone"):
                 make(store, name, *quick)
             continue
@@ -351,12 +352,16 @@ def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store
 @pytest.mark.parametrize(
     ("name", "override", "words"),
     [
-        ("mozerov2006_fig1", "report.dimension=99", "no such dimension"),
-        ("mozerov2006_fig1", "report.performances=0", "no performances"),
-        ("mozerov2006_fig3", "report.dimensions=0", "no dimensions"),
-        ("mozerov2006_fig3", "sweep.repeats=0", "nothing is timed"),
-        ("mozerov2006_warp_error", "sweep.smoothness=[]", "nothing to try"),
-        ("mozerov2006_warp_error", "sweep.penalties=[change,change]", "something twice"),
+        ("mozerov2006_fig1", "figure.dimension=99", "figure.dimension must be at most"),
+        ("mozerov2006_fig1", "figure.performances=0", "figure.performances must be at least 1"),
+        ("mozerov2006_fig3", "figure.dimensions=0", "figure.dimensions must be at least 1"),
+        ("mozerov2006_fig3", "sweep.repeats=0", "sweep.repeats must be at least 1"),
+        ("mozerov2006_warp_error", "sweep.smoothness=[]", "sweep.smoothness must hold some values"),
+        (
+            "mozerov2006_warp_error",
+            "sweep.penalties=[change,change]",
+            "penalties must hold some values, each once",
+        ),
     ],
 )
 def test_options_that_make_no_figure_are_refused(
@@ -371,7 +376,7 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
 
     def make_refused(name: str, override: str) -> str:
         with pytest.raises(InvalidInput) as caught:
-            make(store, name, override, "report.picture=false", "report.recording=false")
+            make(store, name, override, "figure.picture=false", "figure.recording=false")
         return str(caught.value)
 
     return make_refused
@@ -380,17 +385,18 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
 @pytest.mark.parametrize(
     ("override", "words"),
     [
-        ("model.smoothness=0", r"model.smoothness: .*not positive.*received 0"),
-        ("model.smoothness=-1", r"model.smoothness: .*not positive.*received -1"),
-        ("model.max_disparity=100", r"model.max_disparity: the band is wider than the sequence .*1 to 99"),
-        ("model.max_disparity=0", r"model.max_disparity: the band has no width"),
-        ("model.samples=30", r"wider than the sequence .*1 to 29, less than model.samples, received 49"),
-        ("model.variance=0", r"share of the variance is none"),
-        ("model.dimensions=40", r"no such number of dimensions .*1 to 37, received 40"),
-        ("model.key_frames=0", r"key-frames"),
+        ("model.smoothness=0", r"model.smoothness must be above 0 \(got 0\)"),
+        ("model.smoothness=-1", r"model.smoothness must be above 0 \(got -1\)"),
+        ("model.max_disparity=100", r"model.max_disparity must be at least 1 and below 100 \(got 100\)"),
+        ("model.max_disparity=0", r"model.max_disparity must be at least 1"),
+        ("model.samples=30", r"model.max_disparity must be at least 1 and below 30 \(got 49\)"),
+        ("model.variance=0", r"model.variance must be above 0 and at most 1"),
+        ("model.dimensions=40", r"model.dimensions must be at least 0 and at most 37 \(got 40\)"),
+        ("model.key_frames=0", r"model.key_frames must be at least 1"),
+        ("model.steps=[-1,1]", r"model.steps must hold 0 and none above 1"),
         ("data.performances.limit=1", r"too few performances .*3 or more, received 1 of 1"),
     ],
 )
 def test_options_that_cannot_be_are_refused_in_a_sentence(store: Store, override: str, words: str) -> None:
     with pytest.raises(InvalidInput, match=words):
-        make(store, "mozerov2006_fig3", "report.picture=false", "report.recording=false", override)
+        make(store, "mozerov2006_fig3", "figure.picture=false", "figure.recording=false", override)

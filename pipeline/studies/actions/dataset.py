@@ -1,0 +1,192 @@
+"""Performances of an action as postures of 37 numbers each: mozerov2006 section 2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.clips.performances import PERFORMANCES, Performances
+from pipeline.core import posture
+from pipeline.core.posture import LimbLengths
+from pipeline.core.resampling import frames_at_rate, interpolate
+from pipeline.studies.study import Dataset
+from pipeline.synthetic.bending import correspondence
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput, require_range
+
+
+class Frame(StrEnum):
+    """What direction cosines are relative to."""
+
+    parent = "parent"
+    hip = "hip"
+
+
+class Heading(StrEnum):
+    """Whose yaw is taken out of the hip's direction."""
+
+    first = "first"
+    """That of the first frame."""
+    every = "every"
+    none = "none"
+
+
+def require_true_course(known: bool) -> None:
+    """Raise InvalidInput unless the true course of the action is known."""
+    if not known:
+        raise InvalidInput(
+            "the true course of an action is known of synthetic performances alone",
+            where="data",
+            expected="data=synthetic",
+        )
+
+
+@dataclass(frozen=True)
+class Postures:
+    """Postures of M performances, end to end.
+
+    Attributes
+    ----------
+    postures : (sum of F, 37)
+        Height of the pelvis in leg lengths, and direction cosines of twelve limbs [mozerov2006 1].
+    positions : (sum of F, 15, 3)
+        Millimetres; what the postures were read from.
+    first : (M + 1,) int
+        Where each performance starts.
+    frame_rate_hz : (M,)
+    floor_mm : (M,)
+        Height from which the pelvis is measured.
+    limbs_mm, pelvis_mm, shoulders_mm : (M, 12), (M, 3), (M, 3)
+        As `LimbLengths`.
+    phase : (sum of F,), optional
+        True course of the action, where it is known.
+    moving_phase : (2,), optional
+        The course between which the actor moves.
+    person, clip, source : (M,) text
+    frame : str
+        What the direction cosines are relative to.
+    words : str
+        How many samples there are, for captions.
+    """
+
+    postures: np.ndarray
+    positions: np.ndarray
+    first: np.ndarray
+    frame_rate_hz: np.ndarray
+    floor_mm: np.ndarray
+    limbs_mm: np.ndarray
+    pelvis_mm: np.ndarray
+    shoulders_mm: np.ndarray
+    phase: np.ndarray | None
+    moving_phase: np.ndarray | None
+    person: np.ndarray
+    clip: np.ndarray
+    source: np.ndarray
+    frame: str
+    words: str
+
+    @property
+    def duration_s(self) -> np.ndarray:
+        """Seconds from the first to the last frame of each performance, (M,)."""
+        return np.asarray((np.diff(self.first) - 1) / self.frame_rate_hz)
+
+    def split(self, values: np.ndarray) -> list[np.ndarray]:
+        """Return an array for each performance, out of one that holds them end to end."""
+        return [values[a:b] for a, b in pairwise(self.first)]
+
+    def body(self, performance: int) -> LimbLengths:
+        """Return the limb lengths of one performer."""
+        return LimbLengths(
+            self.limbs_mm[performance], self.pelvis_mm[performance], self.shoulders_mm[performance]
+        )
+
+    def mean_body(self) -> LimbLengths:
+        """Return the mean limb lengths of the performers, each counted as often as it performs."""
+        return LimbLengths(*(x.mean(axis=0) for x in (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)))
+
+    def true_course(self, pattern: int, samples: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the frames that truly match samples of a pattern, and where that moves.
+
+        Parameters
+        ----------
+        pattern : int
+            One of the performances.
+        samples : int
+            P, evenly over it.
+
+        Returns
+        -------
+        frames : (M, P)
+            Fractional frame of each performance.
+        moving : (P,) bool
+
+        Raises
+        ------
+        InvalidInput
+            If the true course is not known.
+        """
+        require_true_course(self.phase is not None)
+        assert self.phase is not None
+        assert self.moving_phase is not None
+        phases = self.split(self.phase)
+        length = len(phases[pattern])
+        there = np.interp(np.linspace(0.0, length - 1.0, samples), np.arange(length), phases[pattern])
+        begins, ends = self.moving_phase
+        return np.stack([correspondence(there, p) for p in phases]), (there >= begins) & (there <= ends)
+
+
+@dataclass(kw_only=True)
+class PostureDataset(Dataset):
+    """Postures of every performance."""
+
+    corpus = PERFORMANCES
+
+    frame: Frame = Frame.parent
+    heading: Heading = Heading.first
+    frame_rate_hz: float = 30.0  # faster recordings are resampled; 0: as recorded
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("dataset.frame_rate_hz", self.frame_rate_hz, at_least=0)
+
+    def build(self, clips: Performances, *, workers: int) -> Postures:
+        """Return the postures of all performances."""
+
+        def one(m: int) -> tuple[np.ndarray, np.ndarray, float, LimbLengths, np.ndarray]:
+            motion, rate = clips.motion(m), float(clips.frame_rate_hz[m])
+            at = frames_at_rate(len(motion), rate, self.frame_rate_hz)
+            positions = interpolate(motion, at)
+            floor = posture.floor_level(positions)
+            found = posture.postures(
+                positions, frame=self.frame.value, heading=self.heading.value, floor_mm=floor
+            )
+            return found, positions, floor, posture.limb_lengths(positions), at
+
+        found, positions, floors, bodies, at = zip(*map_threads(one, range(len(clips)), workers), strict=True)
+        frames = [len(p) for p in found]
+        phase = None
+        if clips.phase is not None:
+            whole = [clips.phase[a:b] for a, b in pairwise(clips.first)]
+            phase = np.concatenate([interpolate(p, t) for p, t in zip(whole, at, strict=True)])
+        people = len(set(clips.person))
+        return Postures(
+            postures=np.concatenate(found),
+            positions=np.concatenate(positions),
+            first=np.concatenate([[0], np.cumsum(frames)]),
+            frame_rate_hz=np.minimum(clips.frame_rate_hz, self.frame_rate_hz or np.inf),
+            floor_mm=np.array(floors),
+            limbs_mm=np.stack([b.limbs_mm for b in bodies]),
+            pelvis_mm=np.stack([b.pelvis_mm for b in bodies]),
+            shoulders_mm=np.stack([b.shoulders_mm for b in bodies]),
+            phase=phase,
+            moving_phase=clips.moving_phase,
+            person=clips.person,
+            clip=clips.clip,
+            source=clips.source,
+            frame=self.frame.value,
+            words=f"{len(frames)} performances of {people} {'person' if people == 1 else 'people'}, "
+            f"{np.mean(frames):.0f} frames on average",
+        )

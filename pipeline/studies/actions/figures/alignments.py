@@ -1,0 +1,94 @@
+"""What the figures of mozerov2006 share: performances in every common time as rows, lines and skeletons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+
+from pipeline.core import posture
+from pipeline.core.action_model import variance_left
+from pipeline.palette import Style
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
+from pipeline.studies.figure_inputs import FigureInputs
+
+STYLES = {
+    "raw": Style("not synchronized", "grey"),
+    "linear": Style("linearly synchronized", "orange"),
+    "keyframe": Style("synchronized by key-frames", "green"),
+    "synchronized": Style("synchronized automatically", "blue"),
+    "true_warp": Style("synchronized by the true course", "purple", line="dashed"),
+}
+
+ANKLE_HEIGHT_MM = 80.0
+"""Of the joint above the sole, about; only for showing people on the ground."""
+
+Inputs = FigureInputs[Postures, Action, Any]
+
+
+def options_of(inputs: Inputs) -> ActionSpaceModel:
+    """Return the options that the action was learnt with."""
+    return cast(ActionSpaceModel, inputs.experiment.model)
+
+
+def entity_name(name: str) -> str:
+    """Return a performance's name as the path of a recording's entity can hold it."""
+    return "".join(ch if ch.isalnum() else "_" for ch in name)
+
+
+def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:
+    """Return a row for each sample of each performance in each alignment, in components counted from 1."""
+    return pd.concat(
+        [
+            pd.DataFrame(
+                {
+                    "performance": name,
+                    "stage": alignment,
+                    "sample": np.arange(len(x)),
+                    "component": component,
+                    "value": x[:, component - 1],
+                }
+            )
+            for alignment in ALIGNMENTS
+            for name, x in zip(inputs.samples, inputs.model.sequences(alignment), strict=True)
+            for component in components
+        ],
+        ignore_index=True,
+    )
+
+
+def variances_left(performances: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the variance between performances at each sample (P,), and how many there are to vary (P,).
+
+    Performances of unequal lengths are compared frame by frame from their first, as long as two of them last.
+    """
+    lengths = np.sort([len(x) for x in performances])
+    frames = np.arange(lengths[-2])
+    lasting = len(lengths) - np.searchsorted(lengths, frames, side="right")
+    if lengths[0] == lengths[-1]:
+        return variance_left(np.stack(performances)), lasting
+    each = [variance_left(np.stack([x[p : p + 1] for x in performances if len(x) > p])) for p in frames]
+    return np.concatenate(each), lasting
+
+
+def mean_variance_left(performances: Sequence[np.ndarray]) -> float:
+    """Return the variance left over all samples, each with the weight of the performances that reach it."""
+    variance, weight = variances_left(performances)
+    return float(np.average(variance, weights=weight))
+
+
+def skeleton(
+    inputs: Inputs, coordinates: np.ndarray, performance: int, *, aside_mm: float = 0.0
+) -> np.ndarray:
+    """Return joints (T, 15, 3) mm of points (T, b) of the aSpace, with a performer's limbs, standing on the ground.
+
+    `aside_mm` moves the person to where they face at first, +y, so that two who bend forwards are seen apart from the
+    side.
+    """
+    dataset = inputs.dataset
+    postures = inputs.model.space.postures(coordinates)
+    joints = posture.joints(postures, dataset.body(performance), frame=dataset.frame)
+    return np.asarray(joints + np.array([0.0, aside_mm, ANKLE_HEIGHT_MM]))

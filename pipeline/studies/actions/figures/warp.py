@@ -1,0 +1,210 @@
+"""One dimension of the aSpace, raw, linear, by key-frames and synchronized: mozerov2006 figure 1, with our (d)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pipeline.core import synchronization
+from pipeline.palette import Style
+from pipeline.skeleton import WALKER15
+from pipeline.studies.actions.figures.alignments import (
+    STYLES,
+    Inputs,
+    options_of,
+    sequence_rows,
+    skeleton,
+)
+from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.study import Figure
+from pipeline.validation import InvalidInput, require_range
+
+PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")
+"""Of the performances that are drawn beside the median sequence."""
+
+SIDE_BY_SIDE_MM = 650.0
+"""From the middle to either of two people who are shown together."""
+
+COMPARED = {"linear": "before: linearly synchronized", "synchronized": "after: synchronized automatically"}
+"""What the recording shows."""
+
+
+@dataclass(kw_only=True)
+class Warp(Figure):
+    """One dimension of the aSpace, unsynchronized, linear, by key-frames, automatically."""
+
+    model = ActionSpaceModel
+
+    dimension: int = 1
+    performances: int = 6  # drawn; the table has all
+
+    def validate(self, experiment: Experiment) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("figure.dimension", self.dimension, at_least=1)
+        require_range("figure.performances", self.performances, at_least=1)
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant.
+
+        Samples of ``table`` are timed by the performance itself if raw, else by the mean duration.
+        """
+        if self.dimension > (most := inputs.model.space.dimensions):
+            raise InvalidInput(
+                f"must be at most {most}, the dimensions of the aSpace",
+                where="figure.dimension",
+                received=str(self.dimension),
+            )
+        rows = sequence_rows(inputs, [self.dimension])
+        duration = dict(zip(inputs.samples, inputs.dataset.duration_s, strict=True))
+        own = rows["performance"].map(duration)
+        rows["time_s"] = own.where(rows["stage"] == "raw", inputs.dataset.duration_s.mean())
+        last = rows.groupby(["stage", "performance"])["sample"].transform("max")
+        rows["time_s"] *= rows["sample"] / last
+        columns = ["performance", "stage", "component", "sample", "time_s", "value"]
+        return {"table": tidy(rows[columns], by=["performance"]), "table_rates": _rates(inputs)}
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw a panel for each alignment, with the median sequence among some performances."""
+        from pipeline import pictures
+
+        median, *others = self._drawn(inputs)
+        styles = {
+            name: Style(colour=colour, width=0.75)
+            for name, colour in zip(others, PERFORMANCE_COLOURS * len(others), strict=False)
+        }
+        styles[median] = Style("median sequence", "original", width=1.2)
+        panels = [
+            pictures.Panel(
+                y="value",
+                where={"stage": alignment, "performance": list(styles)},
+                title=STYLES[alignment].label,
+                ylabel="" if i % 2 else f"Dimension {self.dimension} of the aSpace",
+            )
+            for i, alignment in enumerate(ALIGNMENTS)
+        ]
+        pictures.draw_lines(
+            stem,
+            panels,
+            tables["table"],
+            x="time_s",
+            by="performance",
+            styles=styles,
+            xlabel="Time (s)",
+            columns=2,
+            legend="figure",
+            share_y="row",
+            caption=f"{inputs.caption} Drawn: {len(others) + 1} performances, from the shortest to the longest, and "
+            "the median sequence; in (b) to (d) all have the mean duration.",
+        )
+
+    def _drawn(self, inputs: Inputs) -> list[str]:
+        """The median sequence, then from the shortest to the longest of the others, evenly."""
+        names, median = inputs.samples, inputs.model.median
+        others = [names[m] for m in np.argsort(inputs.dataset.duration_s, kind="stable") if m != median]
+        wanted = min(self.performances - 1, len(others))
+        return [
+            names[median],
+            *(others[i] for i in np.linspace(0, len(others) - 1, wanted).round().astype(int)),
+        ]
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log the median sequence and the performance farthest from it in time, linear above, synchronized below."""
+        from pipeline import recordings
+
+        action, names = inputs.model, inputs.samples
+        people = {"pattern": action.median, "performance": action.farthest}
+        curves = f"curves/dimension_{self.dimension}"
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about
+            + f"\nSilver: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
+            f"{names[action.farthest]}, the performance farthest from it in time, orange linearly synchronized, blue "
+            "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
+            "those of the aSpace.\n",
+            timeline="sample",
+            edition=inputs.edition,
+        ) as rec:
+            index = {"sample": np.arange(action.linear.shape[1])}
+            for alignment in COMPARED:
+                for who, m in people.items():
+                    pattern = who == "pattern"
+                    style = Style("median sequence", "original") if pattern else STYLES[alignment]
+                    aside_mm = -SIDE_BY_SIDE_MM if pattern else SIDE_BY_SIDE_MM
+                    coordinates = action.sequences(alignment)[m]
+                    rec.skeleton(
+                        f"world/{alignment}/{who}",
+                        skeleton(inputs, coordinates, m, aside_mm=aside_mm),
+                        WALKER15.bones,
+                        index=index,
+                        colour=style.colour,
+                    )
+                    rec.curves(
+                        tables["table"],
+                        x="sample",
+                        y="value",
+                        styles=style,
+                        where={"stage": alignment, "performance": names[m]},
+                        entity=f"{curves}/{alignment}/{who}",
+                    )
+            rec.curve(
+                "curves/disparity/performance",
+                index["sample"],
+                action.disparity[action.farthest],
+                label="disparity",
+                colour=STYLES["synchronized"].colour,
+            )
+            bodies = [
+                recordings.Space3D(
+                    name=words,
+                    contents=(f"world/{alignment}",),
+                    eye_mm=(2500.0, 0.0, 1100.0),
+                    target_mm=(0.0, 0.0, 800.0),
+                )
+                for alignment, words in COMPARED.items()
+            ]
+            plots = [
+                recordings.Plot(
+                    name=f"dimension {self.dimension} of the aSpace, {words}", origin=f"{curves}/{alignment}"
+                )
+                for alignment, words in COMPARED.items()
+            ]
+            disparity = recordings.Plot(name="disparity (samples)", origin="curves/disparity")
+            right = recordings.Rows(*plots, disparity, recordings.Notes())
+            rec.blueprint(recordings.Columns(recordings.Rows(*bodies), right), playing=True)
+
+
+def _rates(inputs: Inputs) -> pd.DataFrame:
+    """Rates of each rate-to-rate function, relative to the median sequence and a constant rate.
+
+    A sample is at the rate limit if time runs as fast there as the steps of the trellis allow, twice as fast as at a
+    constant rate [mozerov2006 13]; where it stands still is the limit of any monotone function.
+    """
+    action = inputs.model
+    disparity = np.asarray(action.disparity, dtype=int)
+    rates = np.diff(synchronization.rate_to_rate(disparity), axis=1)
+    limit = rates == 1 - min(options_of(inputs).steps)
+    columns = {
+        "performance": inputs.samples,
+        "duration_s": inputs.dataset.duration_s,
+        "disparity_max_abs": np.abs(disparity).max(axis=1),
+        "rate_min": rates.min(axis=1),
+        "rate_max": rates.max(axis=1),
+        "rate_sd": rates.std(axis=1, ddof=1),
+        "at_rate_limit_fraction": limit.mean(axis=1),
+        "at_rate_limit_longest": [_longest_run(row) for row in limit],
+        "distance": action.distances[action.median],
+        "distance_linear": ((action.linear - action.linear[action.median]) ** 2).sum(axis=(1, 2)),
+    }
+    return tidy(columns, by=["performance"])
+
+
+def _longest_run(true: np.ndarray) -> int:
+    """The most samples in a row at which something holds."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[0], true.astype(int), [0]])))
+    return int((changes[1::2] - changes[::2]).max()) if len(changes) else 0

@@ -1,0 +1,88 @@
+"""Seconds that synchronization takes: one pair, all performances onto one pattern, all ordered pairs.
+
+mozerov2006 section 4 gives 0.015 s for a pair and 0.6 s for forty performances onto a pattern that has been chosen;
+choosing it as the median sequence takes all ordered pairs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import synchronization
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.model import Action
+from pipeline.studies.study import Sweep, SweepInputs
+from pipeline.validation import require_range
+
+
+@dataclass(frozen=True)
+class Timings:
+    """Median seconds of repeated runs.
+
+    Attributes
+    ----------
+    what : (3,) text
+        ``pair``, ``onto_pattern``, ``all_pairs``.
+    performances : (3,) int
+    seconds : (3,)
+    samples, dimensions : int
+        P and b.
+    """
+
+    what: np.ndarray
+    performances: np.ndarray
+    seconds: np.ndarray
+    samples: int
+    dimensions: int
+
+
+@dataclass(kw_only=True)
+class Timing(Sweep):
+    """Seconds that synchronization takes."""
+
+    repeats: int = 5  # of which the median is kept
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("sweep.repeats", self.repeats, at_least=1)
+
+    def measure(self, inputs: SweepInputs[None, Postures, Action]) -> Timings:
+        """Return how long synchronization takes on this machine."""
+        linear, median = inputs.model.linear, inputs.model.median
+        others = [m for m in range(len(linear)) if m != median]
+        options = {**inputs.model_options.path_options, "smoothness": inputs.model.smoothness}
+
+        def onto_the_pattern(performances: list[int]) -> None:
+            for m in performances:
+                found = synchronization.synchronize(linear[median], linear[m], **options)
+                synchronization.warp(linear[m], found.disparity)
+
+        def all_pairs() -> None:
+            found = synchronization.synchronize_all(linear, **options)
+            synchronization.warp(linear, found.disparity[synchronization.median_sequence(found.cost)])
+
+        jobs: dict[str, tuple[int, Callable[[], None]]] = {
+            "pair": (2, lambda: onto_the_pattern(others[:1])),
+            "onto_pattern": (len(linear), lambda: onto_the_pattern(others)),
+            "all_pairs": (len(linear), all_pairs),
+        }
+        return Timings(
+            what=np.array(list(jobs)),
+            performances=np.array([count for count, _ in jobs.values()]),
+            seconds=np.array([_median_seconds(job, self.repeats) for _, job in jobs.values()]),
+            samples=linear.shape[1],
+            dimensions=linear.shape[2],
+        )
+
+
+def _median_seconds(job: Callable[[], None], repeats: int) -> float:
+    seconds = []
+    for _ in range(repeats):
+        started = time.perf_counter()
+        job()
+        seconds.append(time.perf_counter() - started)
+    return float(np.median(seconds))

@@ -1,0 +1,144 @@
+"""One held-out performance before the camera, and what tracks it: with the action model as prior, without, the mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.core.resampling import interpolate
+from pipeline.core.tracking import Track, best_phase, joint_error, linear_phase, track
+from pipeline.studies.actions.held_out import HeldOut, Performance
+from pipeline.studies.actions.observed_joints import Camera, observe
+from pipeline.studies.actions.tracking_conditions import Condition
+
+FILTERS = ("prior", "no_prior", "no_prior_own_step")
+"""Particle filters: with the prior; a random walk with the prior's diffusion; one with steps of the data's size."""
+
+METHODS = (*FILTERS, "mean_linear_phase", "mean_best_phase")
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """One performance under D conditions, by K methods, of which f are filters.
+
+    Attributes
+    ----------
+    errors : (D, K)
+        mm, mean over frames.
+    lost, pruned : (D, f)
+        Fractions of frames, and of predictions.
+    size : (D, f)
+        Mean effective sample size.
+    aspace_error : float
+        mm, of the true postures in the aSpace.
+    joints : (K, T, 15, 3)
+        mm, under the condition that is shown.
+    image : (T, 15, 2)
+        Under that condition, in image units.
+    """
+
+    errors: np.ndarray
+    lost: np.ndarray
+    pruned: np.ndarray
+    size: np.ndarray
+    aspace_error: float
+    joints: np.ndarray
+    image: np.ndarray
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One performance before the camera, and what tracks it.
+
+    Attributes
+    ----------
+    held_out : HeldOut
+        What was learnt without the performance.
+    performance : Performance
+    camera : Camera
+    seed : tuple of int
+        Of the image: the same for every way of leaving out.
+    way : tuple of int
+        Goes into the seed of the filters.
+    occlusion_frames : float
+        Mean length of a run of hidden frames.
+    moves : int
+        Metropolis moves of each particle at each frame.
+    """
+
+    held_out: HeldOut
+    performance: Performance
+    camera: Camera
+    seed: tuple[int, ...]
+    way: tuple[int, ...]
+    occlusion_frames: float
+    moves: int
+
+    def all(self, wanted: list[Condition], shown: Condition) -> Tracked:
+        """Return what every method makes of every condition."""
+        true, body, space = self.performance.joints_mm, self.performance.body, self.held_out.action.space
+        means = self._mean_alone()
+        errors, tracks = [], []
+        for condition in wanted:
+            image = self.seen(condition)
+            found = [self.filtered(method, condition, image) for method in FILTERS]
+            joints = [*(self.held_out.joints(f.posture, body) for f in found), *means]
+            errors.append([joint_error(j, true).mean() for j in joints])
+            tracks.append(found)
+            if condition == shown:
+                kept = np.stack(joints), image
+        projected = self.held_out.joints(space.project(self.performance.postures), body)
+        return Tracked(
+            errors=np.array(errors),
+            lost=np.array([[t.lost.mean() for t in row] for row in tracks]),
+            pruned=np.array([[t.pruned_fraction.mean() for t in row] for row in tracks]),
+            size=np.array([[t.effective_sample_size.mean() for t in row] for row in tracks]),
+            aspace_error=float(joint_error(projected, true).mean()),
+            joints=kept[0],
+            image=kept[1],
+        )
+
+    def seen(self, condition: Condition) -> np.ndarray:
+        """Return the image (T, 15, 2): of this performance and condition the same for every method and model."""
+        return observe(
+            self.performance.joints_mm,
+            self.camera,
+            noise_mm=condition.noise_mm,
+            occluded=condition.occluded,
+            occlusion_frames=self.occlusion_frames,
+            seed=self.seed,
+        )
+
+    def filtered(self, method: str, condition: Condition, image: np.ndarray) -> Track:
+        """Return what a particle filter makes of an image."""
+        held_out, model = self.held_out, self.held_out.action.model
+        dynamics = held_out.dynamics
+        if method == "no_prior_own_step":
+            dynamics = replace(dynamics, diffusion=held_out.own_step)
+        noise_mm = np.hypot(condition.noise_mm, held_out.misfit_mm)
+        return track(
+            model.mean,
+            model.standard_deviation,
+            self.camera.likelihood(image, noise_mm),
+            to_joints=lambda x: held_out.joints(x, self.performance.body),
+            n_particles=condition.particles,
+            generator=np.random.default_rng(
+                [*self.seed, 2, *self.way, FILTERS.index(method), *condition.words]
+            ),
+            dynamics=dynamics,
+            prior=method == "prior",
+            moves=self.moves,
+        )
+
+    def _mean_alone(self) -> list[np.ndarray]:
+        """The mean performance on this body: at a constant rate, and at the phase nearest to the truth."""
+        mean, true = self.held_out.action.model.mean, self.performance.joints_mm
+        at_constant_rate = interpolate(mean, linear_phase(len(true), len(mean)))
+        drawn = self.held_out.joints(mean, self.performance.body)
+        nearest = best_phase(_about_pelvis(true), _about_pelvis(drawn)).astype(int)
+        return [self.held_out.joints(at_constant_rate, self.performance.body), drawn[nearest]]
+
+
+def _about_pelvis(joints: np.ndarray) -> np.ndarray:
+    return np.asarray(joints - joints[:, [8]])

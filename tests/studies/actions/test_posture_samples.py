@@ -1,0 +1,129 @@
+"""Postures drawn from the action model: mozerov2006 figure 4."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline import recordings
+from pipeline.cli.compose import compose
+from pipeline.cli.summary import Outcome
+from pipeline.core import action_model, posture
+from pipeline.storage import tables
+from pipeline.studies.actions import posture_samples
+from pipeline.studies.actions.posture_samples import PostureSampling, SampledPostures
+from pipeline.studies.study import SweepInputs
+from pipeline.validation import InvalidInput
+from tests.strategies import seeds
+
+Measure = Callable[..., SampledPostures]
+
+
+@pytest.fixture(scope="module")
+def measure() -> Measure:
+    """``measure(options, workers=…, seed=…)`` on a few synthetic performances."""
+    experiment = compose(["experiment=mozerov2006_fig4", "scale=smoke"])
+    dataset, model = experiment.dataset, experiment.model
+    clips = experiment.data.request(dataset.corpus, experiment.skeleton, experiment.seed, 1).make()
+    postures = dataset.build(clips, workers=1)
+    action = model.learn(postures, workers=1)
+
+    def measure(options: PostureSampling, *, workers: int = 1, seed: int = 1) -> SampledPostures:
+        return options.measure(SweepInputs(clips, postures, action, dataset, model, workers, seed))
+
+    return measure
+
+
+def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Measure) -> None:
+    found = measure(PostureSampling(measured=300))
+    accepted, outside, training = (list(found.kinds).index(k) for k in ("accepted", "outside", "training"))
+    for shares in (found.acceptance, found.bounds_held_fraction):
+        assert (shares[:, accepted] == 1.0).all()
+        assert (shares[:, outside] == 0.0).all()
+    assert (found.draws[:, training] == 6).all()
+    for distance in (found.spread_mm, found.nearest_training_mm, found.nearest_training_max_mm):
+        assert (distance[:, accepted] < distance[:, outside]).all()
+    assert (found.limb_direction_norm_min < 1.0).all()
+    assert (found.limb_direction_norm_max > 1.0).all()
+
+
+def test_the_postures_shown_are_accepted_and_frames_count_from_one(measure: Measure) -> None:
+    """Back from the joints: every limb has the same length in all samples, the first frame is the first sample."""
+    found = measure(PostureSampling(frames=[1, 100], samples=5, measured=20))
+    np.testing.assert_array_equal(found.mean_joints, found.mean_performance[[0, 99]])
+    lengths = posture.limb_lengths(found.mean_performance).limbs_mm
+    for body in found.sample_joints:
+        np.testing.assert_allclose(posture.limb_lengths(body).limbs_mm, lengths, rtol=1e-9)
+
+
+def test_sampled_postures_reproduce_over_seeds_and_workers(measure: Measure) -> None:
+    options = PostureSampling(measured=150)
+    first, second, other = (measure(options, workers=w, seed=s) for w, s in ((1, 1), (2, 1), (1, 2)))
+    for field in fields(first):
+        np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))
+    assert not np.array_equal(first.sample_joints, other.sample_joints)
+    np.testing.assert_array_equal(first.mean_joints, other.mean_joints)
+
+
+@given(seed=seeds)
+@settings(max_examples=15)
+def test_the_nearest_posture_is_the_nearest_of_all(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    joints, recorded = (
+        generator.uniform(-1e3, 1e3, (70, 4, 3)),
+        generator.uniform(-1e3, 1e3, (3, 6, 4, 3)),
+    )
+    recorded[1, 2] = joints[5]
+    expected = np.linalg.norm(joints[:, None, None] - recorded, axis=-1).mean(axis=-1).min(axis=-1)
+    found = posture_samples.nearest(joints, recorded, 1)
+    np.testing.assert_allclose(found, expected, atol=0.01)
+    assert found[5, 1] < 0.01
+
+
+@given(seed=seeds, bound=st.floats(0.5, 5.0))
+@settings(max_examples=20)
+def test_what_lies_beyond_the_bounds_does_so_in_every_coordinate(seed: int, bound: float) -> None:
+    generator = np.random.default_rng(seed)
+    performances = generator.standard_normal((6, 4, 3))
+    learnt_model = action_model.learn(performances)
+    drawn = posture_samples.beyond(learnt_model, 50, generator, at=2, bound=bound)
+    away = np.abs(drawn - learnt_model.mean[2]) / learnt_model.standard_deviation[2]
+    assert (away >= bound + posture_samples.BEYOND[0] - 1e-9).all()
+    assert (away <= bound + posture_samples.BEYOND[1] + 1e-9).all()
+    assert not action_model.accepted(learnt_model, drawn, at=2, bound=bound).any()
+
+
+def test_the_figure_is_whole(figure: Callable[..., Outcome], tmp_path: Path) -> None:
+    outcome = figure(tmp_path, "mozerov2006_fig4", "scale=smoke", "sweep.measured=50", quick=False)
+    recording = outcome.folder / "recording.rrd"
+    recordings.verify(recording)
+    names = {"world/mean_performance", "about", "world/frame_10/mean", "world/frame_40/accepted_8"}
+    assert names <= set(recordings.entities(recording))
+    drawn = tables.read(outcome.folder / "table.csv")
+    assert len(drawn["x_mm"]) == 2 * 9 * 15
+    index, joints = recordings.read_column(recording, "world/mean_performance", "Points3D:positions", "frame")
+    assert list(index) == list(range(1, 101))
+    mean = (drawn["frame"] == 40) & (drawn["draw"] == -1)
+    np.testing.assert_allclose(1e3 * joints[39, :, 2], drawn["z_mm"][mean], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("sweep.frames=[0]", r"sweep.frames must be at least 1"),
+        ("sweep.frames=[101]", r"sweep.frames must be at least 1 and at most 100 \(got 101\)"),
+        ("sweep.frames=[]", r"sweep.frames must hold some values, each once \(got none\)"),
+        ("sweep.frames=[10,10]", r"sweep.frames must hold some values, each once \(got 10, 10\)"),
+        ("sweep.samples=0", "sweep.samples must be at least 1"),
+        ("sweep.samples=30 sweep.measured=20", r"sweep.samples must be at least 1 and at most 20 \(got 30\)"),
+    ],
+)
+def test_frames_that_are_none_are_refused(override: str, sentence: str) -> None:
+    with pytest.raises(InvalidInput, match=sentence):
+        compose(["experiment=mozerov2006_fig4", *override.split()]).validate()

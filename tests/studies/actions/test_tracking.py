@@ -1,0 +1,372 @@
+"""Figure 4 and the tracker: what may be seen of a held-out performance, and what the prior is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline import recordings
+from pipeline.cli.compose import compose
+from pipeline.cli.summary import Outcome
+from pipeline.core import posture
+from pipeline.core.posture.frames import REST
+from pipeline.core.tracking import joint_error
+from pipeline.storage import tables
+from pipeline.studies.actions.dataset import Postures
+from pipeline.studies.actions.held_out import (
+    HeldOut,
+    LeaveOut,
+    learn_without,
+    left_out,
+    performances_of,
+    standing,
+)
+from pipeline.studies.actions.model import ActionSpaceModel
+from pipeline.studies.actions.observed_joints import Camera, CameraKind, camera_of, observe, occlusion
+from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
+from pipeline.studies.actions.tracking_conditions import Condition, tracked
+from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Trial
+from pipeline.studies.study import SweepInputs
+from pipeline.validation import InvalidInput
+from tests.strategies import seeds
+
+QUICK = HeldOutTracking(particles=[60], tracked=2, noise_mm=[10.0], occluded=[0.0, 0.5])
+
+
+def built(*overrides: str) -> Postures:
+    """Postures of a few synthetic performances."""
+    experiment = compose(["experiment=mozerov2006_tracking", "scale=smoke", *overrides])
+    dataset = experiment.dataset
+    clips = experiment.data.request(dataset.corpus, experiment.skeleton, experiment.seed, 1).make()
+    return dataset.build(clips, workers=1)
+
+
+@pytest.fixture(scope="module")
+def postures() -> Postures:
+    return built()
+
+
+def measure(
+    options: HeldOutTracking, postures: Postures, *, workers: int = 1, seed: int = 1
+) -> TrackingErrors:
+    """What the sweep measures; it learns its own models, so that none is given."""
+    inputs = SweepInputs(None, postures, None, None, ActionSpaceModel(), workers, seed)
+    return options.measure(inputs)
+
+
+@pytest.fixture(scope="module")
+def measured(postures: Postures) -> TrackingErrors:
+    return measure(QUICK, postures, seed=5)
+
+
+def camera(kind: str = "orthographic", view_angle_deg: float = 45.0, distance_mm: float = 4000.0) -> Camera:
+    return camera_of(CameraKind(kind), view_angle_deg=view_angle_deg, distance_mm=distance_mm)
+
+
+@pytest.fixture(scope="module")
+def trial(postures: Postures) -> Trial:
+    """The fourth performance by a model of the others."""
+    everyone = performances_of(postures)
+    out = np.arange(len(everyone)) == 3
+    held_out = learn_without(ActionSpaceModel(), everyone, out)
+    return Trial(held_out, everyone[3], camera(), (3, 1), (0,), occlusion_frames=10.0, moves=0)
+
+
+def changed(postures: Postures, which: np.ndarray, seed: int = 0) -> Postures:
+    """The same but for some performances, of which nothing is as it was."""
+    generator = np.random.default_rng(seed)
+    frames = np.repeat(which, np.diff(postures.first))
+    other = {}
+    for name, rows in (
+        ("postures", frames), ("positions", frames), ("limbs_mm", which), ("pelvis_mm", which),
+        ("shoulders_mm", which), ("floor_mm", which),
+    ):  # fmt: skip
+        values = np.array(getattr(postures, name))
+        values[rows] += 0.3 * values.std() * generator.standard_normal(values[rows].shape)
+        other[name] = values
+    return replace(postures, **other)
+
+
+def numbers(held_out: HeldOut) -> list[np.ndarray]:
+    """Everything that a model consists of."""
+    action = held_out.action
+    return [
+        action.space.mean, action.space.components, action.space.eigenvalues, action.model.mean,
+        action.model.standard_deviation, action.synchronized, action.distances, action.disparity,
+        np.array([action.smoothness, action.median, held_out.own_step]),
+        np.array([v for v in asdict(held_out.dynamics).values() if isinstance(v, float)]), held_out.misfit_mm,
+    ]  # fmt: skip
+
+
+# --- nothing is seen that may not be ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("leave_out", list(LeaveOut))
+def test_no_fold_sees_its_performance(postures: Postures, leave_out: LeaveOut) -> None:
+    people = postures.person
+    out = left_out(people, 2, leave_out)
+    assert out[2]
+    assert out.sum() == (1 if leave_out is LeaveOut.performance else (people == people[2]).sum())
+    before = numbers(learn_without(ActionSpaceModel(), performances_of(postures), out))
+    perturbed = performances_of(changed(postures, out))
+    for a, b in zip(before, numbers(learn_without(ActionSpaceModel(), perturbed, out)), strict=True):
+        np.testing.assert_array_equal(a, b)
+    another = np.arange(len(people)) == int(np.flatnonzero(~out)[1])
+    heard = numbers(
+        learn_without(ActionSpaceModel(), performances_of(changed(postures, another, seed=1)), out)
+    )
+    assert any(a.shape != b.shape or not np.array_equal(a, b) for a, b in zip(before, heard, strict=True))
+
+
+def test_a_person_who_performs_twice_leaves_whole() -> None:
+    people = np.array(["a", "a", "b", "c"])
+    np.testing.assert_array_equal(left_out(people, 1, LeaveOut.person), [True, True, False, False])
+    np.testing.assert_array_equal(left_out(people, 1, LeaveOut.performance), [False, True, False, False])
+    with pytest.raises(InvalidInput, match=r"leave one person out, performance 0: too few .* received 1\)"):
+        left_out(np.array(["a", "a", "b"]), 0, LeaveOut.person)
+
+
+def test_hidden_joints_are_never_read(trial: Trial) -> None:
+    """Wherever they are in truth, image and track are the same."""
+    for share in (0.25, 0.5, 0.8):
+        condition = Condition(40, 10.0, share)
+        image = trial.seen(condition)
+        hidden = np.isnan(image).any(axis=-1)
+        assert hidden.any()
+        joints = trial.performance.joints_mm.copy()
+        joints[hidden] += 1e4
+        elsewhere = replace(trial, performance=replace(trial.performance, joints_mm=joints))
+        np.testing.assert_array_equal(elsewhere.seen(condition), image)
+        found = trial.filtered("prior", condition, image)
+        np.testing.assert_array_equal(found.seen, (~hidden).sum(axis=1))
+        again = elsewhere.filtered("prior", condition, elsewhere.seen(condition))
+        np.testing.assert_array_equal(again.posture, found.posture)
+        np.testing.assert_array_equal(again.log_evidence, found.log_evidence)
+
+
+def test_joints_that_are_seen_are_read(trial: Trial) -> None:
+    condition = Condition(40, 10.0, 0.25)
+    image = trial.seen(condition)
+    moved = trial.filtered("prior", condition, np.add(image, [0.0, 100.0]))
+    assert not np.array_equal(moved.posture, trial.filtered("prior", condition, image).posture)
+
+
+# --- what the prior is worth ------------------------------------------------------------------------------
+
+
+def test_the_prior_beats_no_prior_at_few_particles(measured: TrackingErrors) -> None:
+    methods = list(measured.methods)
+    mean = measured.error_mm.mean(axis=2)
+    prior = mean[..., methods.index("prior")]
+    for other in ("no_prior", "no_prior_own_step", "mean_linear_phase"):
+        assert (prior < mean[..., methods.index(other)]).all(), other
+    for other in ("no_prior", "no_prior_own_step"):  # by far, where the model knows the person
+        assert (prior[0] < 0.8 * mean[0, :, methods.index(other)]).all(), other
+
+
+def test_the_best_phase_is_no_worse_than_a_constant_rate(measured: TrackingErrors) -> None:
+    methods = list(measured.methods)
+    best, constant = (measured.error_mm[..., methods.index(f"mean_{m}_phase")] for m in ("best", "linear"))
+    assert (best <= constant).all()
+    # Neither looks at the image.
+    np.testing.assert_array_equal(best, np.broadcast_to(best[:, :1], best.shape))
+
+
+def test_the_arrays_are_what_they_are_said_to_be(measured: TrackingErrors) -> None:
+    wanted = QUICK.conditions
+    assert list(measured.varied) == ["particles", "noise", "occlusion", "occlusion"]
+    assert measured.error_mm.shape == (2, len(wanted), 2, len(METHODS))
+    assert measured.lost_fraction.shape == (2, len(wanted), 2, len(FILTERS))
+    # The same condition is the same track, whatever is varied.
+    np.testing.assert_array_equal(measured.error_mm[:, 0], measured.error_mm[:, 2])
+    assert np.isnan(measured.shown_image).any()
+    shown = list(measured.tracked).index(measured.shown[0])
+    of_shown = [c for _, c in wanted].index(QUICK.demonstrated)
+    np.testing.assert_allclose(
+        measured.shown_error_mm.mean(axis=1), measured.error_mm[0, of_shown, shown], rtol=1e-12
+    )
+    assert not measured.pruned_fraction[..., 1:].any()
+    assert (measured.aspace_error_mm[0] < measured.aspace_error_mm[1]).all()
+
+
+def test_seeds_reproduce(postures: Postures) -> None:
+    small = replace(QUICK, particles=[20], tracked=1, leave_out=[LeaveOut.performance], occluded=[0.25])
+    first, second, other = (measure(small, postures, seed=seed) for seed in (1, 1, 2))
+    for field in fields(first):
+        np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))
+    filters = len(FILTERS)
+    assert (first.error_mm[..., :filters] != other.error_mm[..., :filters]).all()
+    np.testing.assert_array_equal(first.error_mm[..., filters:], other.error_mm[..., filters:])
+
+
+def test_one_person_alone_is_not_left_out(postures: Postures) -> None:
+    alone = replace(postures, person=np.full(len(postures.person), "a"))
+    found = measure(replace(QUICK, particles=[5], tracked=1, occluded=[0.0]), alone)
+    assert list(found.leave_out) == ["performance"]
+    assert found.remarks == ["tracking: one person alone, so no person is left out"]
+    with pytest.raises(InvalidInput, match="one person cannot be left out"):
+        measure(replace(QUICK, leave_out=[LeaveOut.person]), alone)
+
+
+# --- the camera and what it sees --------------------------------------------------------------------------
+
+
+@given(seed=seeds, share=st.floats(0.0, 0.9), mean_frames=st.floats(10.0, 30.0))
+@settings(max_examples=25)
+def test_joints_are_hidden_in_runs(seed: int, share: float, mean_frames: float) -> None:
+    frames, joints = 4000, 15
+    hidden = occlusion(frames, joints, share, mean_frames, np.random.default_rng(seed))
+    assert hidden.mean() == pytest.approx(share, abs=0.15)
+    if share > 0.1:
+        begins = (~hidden[:-1] & hidden[1:]).sum() + hidden[0].sum()
+        assert hidden.sum() / begins == pytest.approx(mean_frames, rel=0.4)
+    more = occlusion(frames, joints, min(0.9, share + 0.2), mean_frames, np.random.default_rng(seed))
+    assert not (hidden & ~more).any()  # the same runs, and longer ones
+
+
+def test_noise_has_the_size_it_is_said_to_have_in_either_camera(trial: Trial) -> None:
+    joints = np.repeat(trial.performance.joints_mm, 20, axis=0)
+    for kind in CameraKind:
+        known = camera(kind)
+
+        def seen(noise: float, known: Camera = known) -> np.ndarray:
+            return known.upright_mm(
+                observe(joints, known, noise_mm=noise, occluded=0.0, occlusion_frames=10.0, seed=(1,))
+            )
+
+        assert (seen(12.0) - seen(0.0)).std() == pytest.approx(12.0, rel=0.02)
+        np.testing.assert_allclose(seen(12.0) - seen(0.0), 3.0 * (seen(4.0) - seen(0.0)), atol=1e-9)
+
+
+@pytest.mark.parametrize("view_deg", [-90.0, 0.0, 45.0])
+def test_a_distant_pinhole_sees_what_the_orthographic_camera_sees(trial: Trial, view_deg: float) -> None:
+    far = camera("perspective", view_deg, 1e8)
+    near = camera("orthographic", view_deg)
+    joints = trial.performance.joints_mm
+    np.testing.assert_allclose(
+        far.upright_mm(far.project(joints)), near.upright_mm(near.project(joints)), atol=0.1
+    )
+
+
+def test_a_performance_is_tracked_in_perspective(trial: Trial) -> None:
+    """To little more than what the aSpace leaves out."""
+    seen = replace(trial, camera=camera("perspective", -60.0))
+    condition = Condition(200, 5.0, 0.2)
+    found = seen.filtered("prior", condition, seen.seen(condition))
+    held_out, actor = seen.held_out, seen.performance
+    projected = held_out.joints(held_out.action.space.project(actor.postures), actor.body)
+    least = joint_error(projected, actor.joints_mm).mean()
+    assert joint_error(held_out.joints(found.posture, actor.body), actor.joints_mm).mean() < 1.3 * least
+    assert not found.lost.any()
+
+
+def test_particles_that_are_no_posture_have_no_weight(trial: Trial) -> None:
+    """A thigh against its rest direction has no frame: that particle goes, the others stay as they are."""
+    space, body = trial.held_out.action.space, trial.performance.body
+    postures = space.postures(trial.held_out.action.model.mean[:7])
+    thigh = slice(1 + 3 * 4, 1 + 3 * 5)
+    postures[3, thigh] = -REST[4]
+    # An aSpace that is all of the 37 numbers lets them be given as they are.
+    whole = replace(space, mean=np.zeros(37), components=np.eye(37))
+    held_out = replace(trial.held_out, action=replace(trial.held_out.action, space=whole))
+    joints = held_out.joints(postures, body)
+    others = np.arange(7) != 3
+    assert np.isnan(joints[3]).all()
+    np.testing.assert_array_equal(joints[others], posture.joints(postures[others], body))
+    image = trial.camera.project(joints[[0]])
+    density = trial.camera.likelihood(image, np.full(15, 10.0)).log_density(joints, 0)
+    assert np.isneginf(density[3])
+    assert np.isfinite(density[others]).all()
+
+
+# --- performances as they stand ---------------------------------------------------------------------------
+
+
+@given(seed=seeds)
+@settings(max_examples=10)
+def test_a_performance_stands_alike_wherever_it_was_recorded(trial: Trial, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    performance = trial.performance
+    angle = generator.uniform(-np.pi, np.pi)
+    cos, sin = np.cos(angle), np.sin(angle)
+    place = generator.uniform(-5e3, 5e3, 3)
+    recorded = performance.joints_mm @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1.0]]) + place
+    np.testing.assert_allclose(
+        standing(recorded, performance.postures, place[2]), performance.joints_mm, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("frame", posture.FRAMES)
+def test_joints_and_postures_of_a_performance_belong_together(frame: str) -> None:
+    """Up to the lengths of limbs, which vary by a few millimetres in what is recorded."""
+    performance = performances_of(built(f"dataset.frame={frame}"))[3]
+    again = posture.joints(performance.postures, performance.body, frame=performance.frame)
+    assert np.linalg.norm(again - performance.joints_mm, axis=-1).mean() < 10.0
+    assert np.abs(performance.joints_mm[:, 8, :2]).max() < 1e-9
+
+
+# --- the figure -------------------------------------------------------------------------------------------
+
+
+def test_the_figure_is_whole(figure: Callable[..., Outcome], tmp_path: Path) -> None:
+    small = ["sweep.particles=[30]", "sweep.tracked=2", "sweep.noise_mm=[10]", "sweep.occluded=[0.25]"]
+    outcome = figure(tmp_path, "mozerov2006_tracking", "scale=smoke", *small, quick=False)
+    recording = outcome.folder / "recording.rrd"
+    recordings.verify(recording)
+    wanted = {f"{top}/{m}" for m in METHODS for top in ("world/tracked", "curves/error_mm")}
+    assert wanted | {"world/original", "image/observed", "about"} <= set(recordings.entities(recording))
+    table = tables.read(outcome.folder / "table.csv")
+    each = tables.read(outcome.folder / "table_performances.csv")
+    assert len(table["error_mm"]) == 2 * 3 * len(METHODS)
+    assert len(each["error_mm"]) == 2 * len(table["error_mm"])
+    key = ("leave_out", "varied", "method")
+    for row, error in enumerate(table["error_mm"]):
+        here = np.all([each[k] == table[k][row] for k in key], axis=0)
+        assert error == pytest.approx(each["error_mm"][here].mean(), rel=1e-8)
+        assert table["error_sd_mm"][row] == pytest.approx(each["error_mm"][here].std(ddof=1), rel=1e-6)
+
+
+# --- options ----------------------------------------------------------------------------------------------
+
+
+def test_one_quantity_is_varied_at_a_time() -> None:
+    options = HeldOutTracking(particles=[100, 2000, 500, 50], tracked=0)
+    wanted = options.conditions
+    assert [c.particles for v, c in wanted if v == "particles"] == [50, 100, 500, 2000]
+    assert {c.particles for v, c in wanted if v != "particles"} == {500}
+    assert {(c.noise_mm, c.occluded) for v, c in wanted if v == "particles"} == {(10.0, 0.0)}
+    assert [c.noise_mm for v, c in wanted if v == "noise"] == [0.0, 10.0, 30.0]
+    assert [c.occluded for v, c in wanted if v == "occlusion"] == [0.0, 0.25, 0.5]
+    assert options.demonstrated == Condition(500, 10.0, 0.25)
+    assert HeldOutTracking(particles=[10, 30, 20], tracked=0).conditions[-1][1].particles == 20
+    assert list(tracked(3, 7)) == [0, 3, 6]
+    assert list(tracked(0, 3)) == list(tracked(9, 3)) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("sweep.particles=[0]", r"sweep.particles must be at least 1 \(got 0\)"),
+        ("sweep.particles=[]", r"sweep.particles must hold some values, each once \(got none\)"),
+        ("sweep.noise_mm=[1,1]", r"sweep.noise_mm must hold some values, each once \(got 1.0, 1.0\)"),
+        ("sweep.occluded=[0.95]", r"sweep.occluded must be at least 0 and at most 0.9 \(got 0.95\)"),
+        ("sweep.occlusion_frames=0.5", r"sweep.occlusion_frames must be at least 1 frames \(got 0.5\)"),
+        ("sweep.baseline_noise_mm=-1", "sweep.baseline_noise_mm must be at least 0"),
+        ("sweep.leave_out=[]", "sweep.leave_out must hold some values"),
+        ("sweep.leave_out=[walker]", "sweep.leave_out"),
+        ("sweep.camera=fisheye", "sweep.camera"),
+        ("sweep.distance_mm=0", "sweep.distance_mm must be above 0"),
+        ("sweep.view_angle_deg=nan", "sweep.view_angle_deg must be a finite number"),
+        ("sweep.tracked=-1", "sweep.tracked must be at least 0"),
+        ("sweep.moves=-1", "sweep.moves must be at least 0"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(override: str, sentence: str) -> None:
+    with pytest.raises(Exception, match=sentence):  # composition refuses names, the sweep refuses numbers
+        compose(["experiment=mozerov2006_tracking", override]).validate()
