@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import os
 import subprocess
 import sys
@@ -114,7 +112,7 @@ def claims(arguments: Sequence[str]) -> int:
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print every numbered equation with its words, file and line, and test."""
+    """Print every numbered equation: in words, the function as printed, the one that results use, and the test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
     out = open_console()
     for paper in chosen:
@@ -122,25 +120,20 @@ def equations(arguments: Sequence[str]) -> int:
             Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
         )
         for equation in paper.equations:
-            home = _where(equation.home) if equation.home else "not built yet"
+            printed = _where(equation.printed)
+            used = _where(equation.used) if equation.used else "by no result"
             out.print(Text(f"  ({equation.number}) {equation.words}"), soft_wrap=True)
-            out.print(Text(f"      {home}  {equation.test}", style="dim"), soft_wrap=True)
+            out.print(Text(f"      printed: {printed}  {equation.test}", style="dim"), soft_wrap=True)
+            out.print(Text(f"      used:    {used}", style="dim"), soft_wrap=True)
             if equation.note:
                 out.print(Text(f"      note: {equation.note}", style="dim"), soft_wrap=True)
     return 0
 
 
-def _where(home: str) -> str:
-    """File and line of a dotted name."""
-    module_name, _, attribute = home.rpartition(".")
-    try:
-        module = importlib.import_module(home)
-        return f"{home.replace('.', '/')}.py"
-    except ModuleNotFoundError:
-        module = importlib.import_module(module_name)
-    thing = getattr(module, attribute)
-    line = inspect.getsourcelines(thing)[1]
-    return f"{module_name.replace('.', '/')}.py:{line} {attribute}"
+def _where(dotted: str) -> str:
+    """File, line and name of a function."""
+    path, line = papers.locate(dotted)
+    return f"{path.relative_to(provenance.PROJECT).as_posix()}:{line} {dotted.rpartition('.')[2]}"
 
 
 def view(arguments: Sequence[str]) -> int:
