@@ -16,6 +16,10 @@ from pipeline.studies.actions import measures as of_actions
 from pipeline.studies.limbs import measures as of_limbs
 from pipeline.studies.walks import measures as of_walks
 
+Tables = Mapping[str, Any]
+"""Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
+``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it."""
+
 MEASURES = measures.registry(measures, of_walks, of_actions, of_limbs)
 """The measures of all studies, by name."""
 
@@ -23,15 +27,14 @@ TIMING = "table_timing"
 """Seconds of the machine that made a figure: published, judged by nothing."""
 
 
-def judge(claims: Iterable[papers.Claim], made: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
+def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[papers.Verdict]:
     """One verdict per claim, in the order of the claims, from the tables at hand.
 
     Parameters
     ----------
     claims : iterable of Claim
-    made : mapping
-        Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
-        ``zhang2007_fig5/table_walkers`` the table beside it; tables that are not made yet are absent.
+    made : Tables
+        Tables that are not made yet are absent.
     data_name : str
         Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
 
@@ -41,20 +44,27 @@ def judge(claims: Iterable[papers.Claim], made: Mapping[str, Any], data_name: st
         If a table lacks a column that a claim reads.
     """
     frames = {name: _frame(name, table) for name, table in made.items()}
-
-    def number(name: str) -> float:
-        measure = papers.quantity(name).measure
-        return measures.evaluate(measure, MEASURES, frames) if measure else np.nan
-
     verdicts = []
     for claim in claims:
         if missing := [name for name in claim.tables if name not in frames]:
             why = f"figure {missing[0]} is not made yet"
             verdicts.append(papers.Verdict(claim, None, papers.UNTESTED, why))
         else:
-            ours = measures.evaluate(claim.measure, MEASURES, frames) if claim.measure else np.nan
-            verdicts.append(papers.judge(claim, ours, data_name, number))
+            ours = _number(claim, frames)
+            verdicts.append(
+                papers.judge(claim, ours, data_name, lambda name: _number(papers.quantity(name), frames))
+            )
     return verdicts
+
+
+def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
+    """Our values of claims and quantities by name, NaN where the tables hold none."""
+    frames = {name: _frame(name, table) for name, table in made.items()}
+    return {name: _number(papers.quantity(name), frames) for name in names}
+
+
+def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
+    return measures.evaluate(item.measure, MEASURES, frames) if item.measure else np.nan
 
 
 def judge_figure(figure: str, made: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:

@@ -91,7 +91,7 @@ def holds(table: Table, expression: str) -> np.ndarray:
     try:
         with np.errstate(all="ignore"):
             return np.asarray(table.eval(expression, engine="python"), dtype=bool)
-    except TypeError:
+    except (TypeError, ValueError, NotImplementedError):  # as pandas and arrow say that types do not compare
         return np.zeros(len(table), dtype=bool)
 
 
