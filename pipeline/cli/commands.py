@@ -1,4 +1,4 @@
-"""The commands beside making figures: fetch, claims, equations, view, archive, verify."""
+"""The commands beside making figures: fetch, claims, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from pipeline.cli.figures import lacking
 from pipeline.cli.presets import presets
 from pipeline.cli.summary import claims_table, open_console
 from pipeline.clips.options import RecordedData
-from pipeline.storage import archive, provenance
+from pipeline.storage import archive, provenance, tables
+from pipeline.studies import published
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.validation import InvalidInput
 
@@ -136,6 +137,21 @@ def _where(dotted: str) -> str:
     return f"{path.relative_to(provenance.PROJECT).as_posix()}:{line} {dotted.rpartition('.')[2]}"
 
 
+def readme(arguments: Sequence[str]) -> int:
+    """Fill the README's result tables from results/published.csv, whose rows of a data set ``data=...`` renews."""
+    layout = published.load_layout(provenance.PROJECT / "conf" / "readme.yaml")
+    path = provenance.PROJECT / "results" / "published.csv"
+    if arguments:
+        _, folder = _results_folder(arguments)
+        published.renew(path, published.measured(folder, figures_for(arguments), layout))
+    document = provenance.PROJECT / "README.md"
+    text = document.read_text(encoding="utf-8")
+    document.write_text(
+        published.insert(text, published.rendered(layout, tables.read(path))), encoding="utf-8"
+    )
+    return 0
+
+
 def view(arguments: Sequence[str]) -> int:
     """Open a figure's recording in the rerun viewer."""
     if not arguments or "=" in arguments[0]:
@@ -205,6 +221,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "claims": claims,
     "equations": equations,
+    "readme": readme,
     "view": view,
     "archive": keep,
     "verify": verify,
