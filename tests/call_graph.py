@@ -46,7 +46,7 @@ class CallGraph:
                 names.update({a.asname or a.name.split(".")[0]: (a.asname and a.name) or a.name.split(".")[0]
                               for a in node.names})  # fmt: skip
         self.modules[module] = names
-        self.bodies[module] = (module, top)
+        self.bodies[f"{module}.<module>"] = (module, top)
 
     def _define(self, module: str, name: str, node: Node) -> None:
         if not isinstance(node, ast.ClassDef):
@@ -66,11 +66,12 @@ class CallGraph:
     def resolve(self, name: str) -> str:
         """The dotted name where something is defined, through re-exports; the name itself if it is not ours."""
         for _ in range(20):
-            if name in self.bodies:
-                return name
             head, _, last = name.rpartition(".")
-            if head in self.modules and last in self.modules[head] and self.modules[head][last] != name:
-                name = self.modules[head][last]
+            known = self.modules.get(head, {}).get(last)
+            if known == name or (known is None and name in self.bodies):
+                return name
+            if known is not None:  # what a package exports comes before a module of the same name
+                name = known
             elif head and (found := self.resolve(head)) != head:
                 name = f"{found}.{last}"
             else:

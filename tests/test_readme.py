@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from functools import cache
+from dataclasses import fields
 from pathlib import Path
 
 import pandas as pd
@@ -15,7 +15,7 @@ from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.storage import tables
 from pipeline.studies import published
-from pipeline.studies.experiment import Experiment
+from pipeline.studies.registry import options
 from pipeline.validation import InvalidInput
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -54,13 +54,7 @@ def test_every_override_named_composes() -> None:
 @pytest.mark.parametrize("option", sorted(set(re.findall(r"`((?:sweep|model|dataset)\.\w+)`", README))))
 def test_every_option_of_the_table_exists(option: str) -> None:
     group, name = option.split(".")
-    assert any(hasattr(getattr(chosen, group), name) for chosen in composed())
-
-
-@cache
-def composed() -> list[Experiment]:
-    """Every preset as it stands."""
-    return [compose([f"experiment={figure}"]) for figure in presets()]
+    assert any(name in {field.name for field in fields(choice)} for choice in options(group).values())
 
 
 def test_every_preset_is_listed() -> None:
@@ -81,7 +75,9 @@ def test_the_result_tables_are_those_of_the_published_numbers() -> None:
 
 def test_every_published_number_is_quoted_and_has_a_figure_and_a_commit() -> None:
     quoted = set(published.names_quoted(LAYOUT))
-    for figure, name, commit in zip(*(PUBLISHED[c].tolist() for c in ("figure", "name", "commit")), strict=True):
+    for figure, name, commit in zip(
+        *(PUBLISHED[c].tolist() for c in ("figure", "name", "commit")), strict=True
+    ):
         assert re.fullmatch(r"[0-9a-f]{12}", commit)
         if figure:
             assert papers.quantity(name).figure == figure
@@ -135,7 +131,9 @@ def test_published_figures_are_measured_and_replace_those_of_the_same_data(folde
     rows = published.measured(folder, ["zhang2007_fig3"], LAYOUT)
     values = dict(zip(rows["name"], rows["value"], strict=True))
     assert values["zhang2007_optimal_variance"] == 625.0
-    assert values["zhang2004 and zhang2007, differs"] + values["zhang2004 and zhang2007, direction only"] == 1.0
+    assert (
+        values["zhang2004 and zhang2007, differs"] + values["zhang2004 and zhang2007, direction only"] == 1.0
+    )
     assert set(rows["commit"]) == {"a" * 12}
     path = folder / "published.csv"
     published.renew(path, rows.assign(data="cmu"))
