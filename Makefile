@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run view equations claims check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run view equations claims readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -48,11 +48,14 @@ run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig
 view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]
 	@$(RUN) view $(FIGURE) data=$(DATA) scale=$(SCALE)
 
-equations: $(READY) ## every numbered equation of the papers, its file and line, its test
+equations: $(READY) ## every numbered equation of the papers: as printed, as used, its test
 	@$(RUN) equations $(ARGS)
 
 claims: $(READY) ## the papers' claims beside our numbers
 	@$(RUN) claims data=$(DATA) scale=$(SCALE)
+
+readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical measures its figures anew
+	@$(RUN) readme $(ARGS)
 
 check: $(READY) ## ruff, format, types
 	@$(VENV)/bin/ruff check .

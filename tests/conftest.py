@@ -102,7 +102,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     results = tmp_path_factory.mktemp("synthetic")
     coarse = ["scale.view_step_deg=15", "scale.sigma2_step_mm2=23"]
     plain = ["figure.picture=false", "figure.recording=false"]
-    judged = {claim.figure for paper in papers.PAPERS.values() for claim in paper.claims if claim.value}
+    judged = {claim.figure for paper in papers.PAPERS.values() for claim in paper.claims if claim.measure}
     names = [name for name in presets() if name in judged]
     _make(results, results, names, ["data=synthetic", "scale=full", *coarse, *plain], FEW_TRIALS)
     found = {}

@@ -1,40 +1,34 @@
-"""The register of equations and the ledger of claims are true of the house, and the judge is honest."""
+"""The papers' data are as the papers have them and as the code is, and the verdict rule is honest."""
 
 from __future__ import annotations
 
-import importlib
 import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline import papers
-from pipeline.papers import measures as papers_measures
-from pipeline.papers import measures_actions as papers_measures_actions
-from pipeline.papers import measures_limbs as papers_measures_limbs
-from pipeline.papers.claims import (
-    Claim,
-    Interval,
-    Verdict,
-    above,
-    at_least,
-    at_most,
-    below,
-    between,
-    exactly,
-    judge,
-    within,
-)
+from pipeline.papers import Claim, Interval, Kind, Measure, Verdict, placeholders
+from pipeline.studies import measures
+from pipeline.studies.actions import measures as of_actions
+from pipeline.studies.ledger import MEASURES, judge, numbers_of
+from pipeline.studies.limbs import measures as of_limbs
 from pipeline.validation import InvalidInput
+from tests.call_graph import CallGraph
 
 ROOT = Path(__file__).resolve().parent.parent
+PAPER_FILES = {path.stem: path for path in sorted((ROOT / "conf" / "paper").glob("*.yaml"))}
 EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
-HOUSED = [equation for equation in EQUATIONS if equation.home]
 CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]
-JUDGED = [claim for claim in CLAIMS if claim.value is not None]
+JUDGED = [claim for claim in CLAIMS if claim.measure is not None]
+MEASURED = [item for paper in papers.PAPERS.values() for item in paper.measured if item.measure]
+NOT_USED = ["[park2011 14]", "[park2011 15]", "[park2011 16]", "[park2011 17]", "[park2011 18]"]
+"""Equations that no result passes through."""
 
 NUMBERS = {
     "zhang2004": [str(n) for n in range(1, 15)],
@@ -47,63 +41,74 @@ NUMBERS = {
     "mozerov2006": [str(n) for n in range(1, 20)],
     "park2011": [str(n) for n in range(1, 19)],
 }
-PRESETS = {
-    *(f"zhang2004_fig{n}" for n in range(2, 6)),
-    *(f"zhang2007_fig{n}" for n in range(2, 7)),
-    *(f"mozerov2006_fig{n}" for n in range(1, 5)),
-    *(f"park2011_fig3{panel}" for panel in "abcd"),
-    "park2011_fig4",
-}
 
 
-def by_name(items: list[Claim]) -> list[object]:
+def by_name(items: list) -> list[object]:
     return [pytest.param(item, id=item.name) for item in items]
 
 
-# --- the register -----------------------------------------------------------------------------------------
+# --- equations --------------------------------------------------------------------------------------------
 
 
 def test_the_register_holds_all_81_numbered_equations() -> None:
-    assert {key: len(paper.equations) for key, paper in papers.PAPERS.items()} == {
-        "zhang2004": 14,
-        "zhang2007": 30,
-        "mozerov2006": 19,
-        "park2011": 18,
-    }
+    assert {key: [e.number for e in paper.equations] for key, paper in papers.PAPERS.items()} == NUMBERS
     assert len(EQUATIONS) == 81
-
-
-@pytest.mark.parametrize("key", NUMBERS)
-def test_no_equation_is_missing_doubled_or_out_of_order(key: str) -> None:
-    assert [equation.number for equation in papers.PAPERS[key].equations] == NUMBERS[key]
-    assert {equation.paper for equation in papers.PAPERS[key].equations} == {key}
+    assert [e.tag for key, paper in papers.PAPERS.items() for e in paper.equations if e.paper != key] == []
 
 
 @pytest.mark.parametrize("equation", EQUATIONS, ids=lambda e: f"{e.paper}-{e.number}")
-def test_every_equation_is_told_in_one_line(equation: papers.Equation) -> None:
+def test_every_equation_is_told_in_one_line_and_located(equation: papers.Equation) -> None:
     assert len(equation.words) >= 15
-    assert "\n" not in equation.words + equation.note
+    assert (ROOT / equation.test).is_file(), equation.test
+    printed, _ = papers.locate(equation.printed)
+    files = {printed}
+    if equation.used:
+        files.add(papers.locate(equation.used)[0])
+    tags = {f"[{t.paper} {t.number}]" for file in files for t in papers.find_tags(file.read_text("utf-8"))}
+    assert equation.tag in tags, f"neither {equation.printed} nor {equation.used} carries {equation.tag}"
 
 
-@pytest.mark.parametrize("equation", HOUSED, ids=lambda e: f"{e.paper}-{e.number}")
-def test_every_built_equation_is_at_home(equation: papers.Equation) -> None:
-    module_name, _, function = equation.home.rpartition(".")
-    module = importlib.import_module(module_name)
-    assert callable(getattr(module, function))
-    tags = {
-        f"[{tag.paper} {tag.number}]" for tag in papers.find_tags(Path(module.__file__ or "").read_text())
-    }
-    assert equation.tag in tags, f"{module_name} does not carry {equation.tag}"
+@pytest.fixture(scope="module")
+def reached() -> tuple[CallGraph, set[str]]:
+    """The graph of the package, and what the stages and the studies reach."""
+    graph = CallGraph(ROOT / "pipeline")
+    starts = [name for name in graph.bodies if name.startswith(("pipeline.stages.", "pipeline.studies."))]
+    return graph, graph.reached(starts)
 
 
-@pytest.mark.parametrize("test_file", sorted({equation.test for equation in HOUSED}))
-def test_every_built_equation_is_held_by_a_test_file(test_file: str) -> None:
-    assert (ROOT / test_file).is_file()
+@pytest.mark.parametrize("equation", EQUATIONS, ids=lambda e: f"{e.paper}-{e.number}")
+def test_results_pass_through_the_function_that_is_said_to_be_used(
+    equation: papers.Equation, reached: tuple[CallGraph, set[str]]
+) -> None:
+    graph, names = reached
+    if equation.tag in NOT_USED:
+        assert not equation.used
+        assert graph.resolve(equation.printed) not in names, f"{equation.tag}: {equation.printed} is used"
+    else:
+        assert graph.resolve(equation.used) in names, (
+            f"{equation.tag}: no stage and no study reaches {equation.used!r}, which conf/paper says is used"
+        )
 
 
-def test_every_equation_has_both_a_home_and_a_test_or_neither() -> None:
-    assert [e.tag for e in EQUATIONS if bool(e.home) != bool(e.test)] == []
-    assert [e.tag for e in EQUATIONS if not e.home] == []
+def test_the_graph_of_calls_follows_imports_re_exports_and_methods(tmp_path: Path) -> None:
+    package = tmp_path / "house"
+    (package / "core").mkdir(parents=True)
+    (package / "__init__.py").write_text("")
+    (package / "core" / "__init__.py").write_text("from house.core.leaf import exported\n")
+    (package / "core" / "leaf.py").write_text(
+        "def exported():\n    return _inner()\n\ndef _inner():\n    return Tool().work()\n\n"
+        "class Tool:\n    def work(self):\n        return TABLE\n    def rest(self):\n        return never()\n\n"
+        "def listed(): ...\nTABLE = {1: listed}\ndef never(): ...\n"
+    )
+    (package / "start.py").write_text(
+        "from house import core\nfrom house.core import leaf as sheet\n\ndef begin():\n    core.exported()\n"
+    )
+    graph = CallGraph(package)
+    found = graph.reached(["house.start.begin"])
+    leaf = {name.removeprefix("house.core.leaf.") for name in found if name.startswith("house.core.leaf.")}
+    assert leaf == {"exported", "_inner", "Tool", "Tool.work", "TABLE", "listed"}
+    assert graph.resolve("house.core.exported") == "house.core.leaf.exported"
+    assert graph.resolve("house.core.nothing") == "house.core.nothing"
 
 
 def test_every_tag_in_the_source_is_a_numbered_equation() -> None:
@@ -131,16 +136,20 @@ def test_tags_are_read_singly_in_lists_and_in_ranges() -> None:
 
 
 def test_looking_up_what_is_not_there_is_refused_by_name() -> None:
-    with pytest.raises(InvalidInput, match=r"zhang2007: no equation '3\.99' \(expected one of 3\.1, "):
+    with pytest.raises(InvalidInput, match=r"the equation of zhang2007 must be one of 3\.1, .*got 3\.99"):
         papers.equation("zhang2007", "3.99")
-    with pytest.raises(InvalidInput, match="no paper 'zhang1999'"):
+    with pytest.raises(InvalidInput, match="zhang1999"):
         papers.equation("zhang1999", "1")
     with pytest.raises(InvalidInput, match="no claim 'zhang2007_nothing'"):
         papers.claim("zhang2007_nothing")
+    with pytest.raises(InvalidInput, match="no claim and no quantity 'zhang2007_nothing'"):
+        papers.quantity("zhang2007_nothing")
+    with pytest.raises(InvalidInput, match=r"there is no pipeline\.papers\.nothing"):
+        papers.locate("pipeline.papers.nothing")
     assert papers.equation("park2011", "12").tag == "[park2011 12]"
 
 
-# --- the ledger -------------------------------------------------------------------------------------------
+# --- claims -----------------------------------------------------------------------------------------------
 
 WORDS = {"two": 2, "five": 5, "nine": 9, "twelve": 12, "fifteen": 15, "eighty": 80, "one": 1}
 SUPERSCRIPTS = {"⁻¹": 0.1, "⁻²": 0.01, "⁰": 1.0, "¹": 10.0}
@@ -156,29 +165,9 @@ def numbers_in(quote: str) -> set[float]:
 
 
 def test_every_claim_has_a_name_of_its_own() -> None:
-    names = [claim.name for claim in CLAIMS]
+    names = [item.name for paper in papers.PAPERS.values() for item in paper.measured]
     assert sorted(set(names)) == sorted(names)
-    assert [
-        claim.name for claim in CLAIMS if not re.fullmatch(rf"{claim.paper}(_[a-z0-9]+)+", claim.name)
-    ] == []
-    assert [c.name for key, paper in papers.PAPERS.items() for c in paper.claims if c.paper != key] == []
-
-
-def test_the_papers_figures_are_the_presets() -> None:
-    figures = [figure for paper in papers.PAPERS.values() for figure in paper.figures]
-    assert len(figures) == len(set(figures))
-    assert set(figures) == PRESETS
-
-
-@pytest.mark.parametrize("claim", by_name(CLAIMS))
-def test_every_claim_names_a_preset_or_says_why_none_can_decide(claim: Claim) -> None:
-    if claim.untestable:
-        assert claim.figure == ""
-        assert claim.value is None
-    else:
-        assert claim.figure in papers.PAPERS[claim.paper].figures
-    assert claim.quote
-    assert claim.section
+    assert [name for name in names if not re.fullmatch(r"[a-z]+\d{4}(_[a-z0-9]+)+", name)] == []
 
 
 @pytest.mark.parametrize("claim", by_name([c for c in CLAIMS if c.published is not None]))
@@ -186,28 +175,185 @@ def test_the_published_number_stands_in_the_quotation(claim: Claim) -> None:
     assert claim.published in numbers_in(claim.quote)
 
 
+@pytest.mark.parametrize("claim", by_name(CLAIMS))
+def test_a_claim_is_of_the_kind_that_its_number_makes_it(claim: Claim) -> None:
+    if claim.published is None:
+        assert claim.kind is not Kind.RESULT
+    else:
+        assert claim.kind is not Kind.SENTENCE
+    counted = (
+        claim.reproduced is not None and claim.reproduced.low == claim.reproduced.high == claim.published
+    )
+    assert not counted or claim.kind is Kind.CONDITION
+
+
 @pytest.mark.parametrize("claim", by_name(JUDGED))
 def test_every_judged_claim_was_decided_beforehand(claim: Claim) -> None:
-    assert claim.reduction
+    assert claim.reproduced is not None
     assert claim.reason
-    assert claim.tolerance is not None
-    if claim.published is not None:
-        assert claim.published in claim.tolerance, "the paper's own number must reproduce the paper"
-    if claim.direction is not None:
-        assert claim.direction.low <= claim.tolerance.low
-        assert claim.direction.high >= claim.tolerance.high
-        assert claim.direction != claim.tolerance
-    assert {name.split("/")[0] for name in claim.tables} <= set(papers.PAPERS[claim.paper].figures)
+    assert claim.how
     assert claim.figure in {name.split("/")[0] for name in claim.tables}
+    assert {name.split("/")[0] for name in claim.tables} <= set(papers.PAPERS[claim.paper].figures)
+
+
+@pytest.mark.parametrize("item", by_name(MEASURED))
+def test_every_measure_is_a_function_with_these_arguments(item: Claim | papers.Quantity) -> None:
+    assert item.measure is not None
+    measures.check(item.measure, MEASURES, item.name)
 
 
 @pytest.mark.parametrize(
-    ("paper", "least"), [("zhang2007", 30), ("zhang2004", 20), ("mozerov2006", 25), ("park2011", 25)]
+    ("measure", "complaint"),
+    [
+        (Measure("meen", {"table": "t", "column": "x"}), "no measure 'meen'"),
+        (Measure("mean", {"table": "t"}), "missing a required argument: 'column'"),
+        (Measure("mean", {"table": "t", "column": "x", "by": "y"}), "unexpected keyword argument 'by'"),
+        (Measure("mean", {"table": "t", "column": 3}), "wrong argument 'column' of mean"),
+        (Measure("ratio", {"of": "x", "to": 1}), "wrong argument 'of' of ratio"),
+        (Measure("mean", {"table": "t", "column": "x", "where": "a = 1"}), "is no expression"),
+        (Measure("mean", {"table": "t", "column": "x", "where": "open('f') > 1"}), "is not allowed"),
+        (Measure("mean", {"table": "t", "column": "x", "where": "a.b > 1"}), "is not allowed"),
+        (Measure("total", {"of": (1.0, Measure("meen", {}))}), "no measure 'meen'"),
+    ],
 )
-def test_the_papers_whose_figures_are_built_are_judged(paper: str, least: int) -> None:
-    assert sum(claim.paper == paper for claim in JUDGED) >= least
-    undecided = [c.name for c in CLAIMS if c.paper == paper and c.value is None and not c.untestable]
-    assert undecided == []
+def test_a_measure_that_no_function_computes_is_refused(measure: Measure, complaint: str) -> None:
+    with pytest.raises(InvalidInput, match=re.escape(complaint)):
+        measures.check(measure, MEASURES, "a claim")
+
+
+QUOTED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d, text in c.why.items() if "{" in text]
+
+
+@pytest.mark.parametrize(("claim", "data_name"), QUOTED)
+def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
+    """So that a figure judged alone can say them; `value` is the claim's own."""
+    for name in placeholders(claim.why[data_name]):
+        if name != "value":
+            quoted = papers.quantity(name).measure
+            assert quoted is not None
+            assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
+
+
+def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
+    raw = yaml.safe_load(PAPER_FILES["zhang2004"].read_text(encoding="utf-8"))["claims"]
+    alike = {name: body for name, body in raw.items() if "like" in body}
+    assert len(alike) >= 20
+    for name, body in alike.items():
+        ours, other = papers.claim(name), papers.claim(body["like"])
+        assert other.paper == "zhang2007"
+        for field in ("section", "quote", "published", "unit", "kind", "figure", "how", "untestable"):
+            assert field in body or getattr(ours, field) == getattr(other, field), f"{name}: {field}"
+        if "bounds" not in body:
+            assert (ours.reproduced, ours.direction, ours.reason) == (
+                other.reproduced,
+                other.direction,
+                other.reason,
+            )
+    ours, other = papers.claim("zhang2004_fundamental_share"), papers.claim("zhang2007_fundamental_share")
+    assert ours.tables == ("zhang2004_fig2/table_harmonics",), "tables are the claim's own figure's"
+    assert other.tables == ("zhang2007_fig2/table_harmonics",)
+
+
+# --- the data files ---------------------------------------------------------------------------------------
+
+LITTLE = """
+title: A title
+authors: An author
+year: 2000
+venue: A venue
+figures: [little2000_fig1]
+equations:
+  - {number: "1", words: an equation in words, printed: papers.load, used: papers.load, test: test_papers.py}
+claims:
+  little2000_claim:
+    section: "1"
+    quote: about 10 mm
+    published: 10
+    unit: mm
+    kind: result
+    figure: little2000_fig1
+    how: mean of x_mm
+    measure: {mean: {table: table, column: x_mm}}
+    bounds: {reproduced: {within: 1}, direction: {above: 0}, reason: an example}
+    why: {any: "it is {value:.1f}, of {little2000_quantity:.0f}"}
+quantities:
+  little2000_quantity:
+    figure: little2000_fig1
+    how: different entries of x_mm in table_all
+    measure: {distinct: {table: table_all, columns: [x_mm]}}
+"""
+
+
+def loaded(folder: Path, text: str) -> papers.Paper:
+    (folder / "little2000.yaml").write_text(text, encoding="utf-8")
+    return papers.load(folder)["little2000"]
+
+
+def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
+    paper = loaded(tmp_path, LITTLE)
+    (claim,) = paper.claims
+    assert (claim.name, claim.kind, claim.published) == ("little2000_claim", Kind.RESULT, 10.0)
+    assert claim.measure == Measure("mean", {"table": "little2000_fig1", "column": "x_mm"})
+    assert (claim.reproduced, claim.direction) == (Interval(9, 11), Interval(low=0, low_open=True))
+    assert claim.null is None
+    assert paper.equations[0].printed == "pipeline.papers.load"
+    assert paper.quantities[0].measure.tables == ("little2000_fig1/table_all",)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("title: A title", "titel: A title", "little2000.yaml: no 'title'"),
+        ("venue: A venue", "venue: A venue\npages: 3", "little2000.yaml: unknown key 'pages'"),
+        ("year: 2000", "year: soon", "'year' is of the wrong type"),
+        ('section: "1"', "section: 3.10", "little2000_claim: 'section' is of the wrong type"),
+        ("    unit: mm", "    unit: mm\n    unit: cm", "the key 'unit' is there twice"),
+        ("    kind: result", "    kind: rumour", "little2000_claim, kind must be one of result"),
+        ("    quote: about 10 mm", "", "little2000_claim: no 'quote'"),
+        ("    how: mean of x_mm", "    hwo: mean", "little2000_claim: no 'how'"),
+        (", reason: an example", "", "little2000_claim, bounds: no 'reason'"),
+        ("{within: 1}", "{at_least: 11}", "the published number would not reproduce the paper"),
+        ("{above: 0}", "{above: 9.5}", "the direction is not wider"),
+        ("{above: 0}", "{above: zero}", "bounds, above: is not a number"),
+        ("{above: 0}", "{above: 3, at_most: 3}", "the ends contradict each other"),
+        ("{above: 0}", "{beyond: 3}", "must be exactly, within"),
+        (
+            "little2000_quantity:.0f",
+            "little2000_nothing:.0f",
+            "no claim and no quantity 'little2000_nothing'",
+        ),
+        (
+            "figure: little2000_fig1\n    how: mean",
+            "figure: x_fig9\n    how: mean",
+            "figure must be little2000_fig1",
+        ),
+        ("{table: table, ", "{table: x, ", "measure, table: is not a table"),
+        ("measure: {mean: {", "measure: {mean: 3, other: {", "must be one name with its arguments"),
+        ("  little2000_claim:", "  other2000_claim:", "does not begin with little2000_"),
+        ("  little2000_quantity:\n", "  little2000_claim:\n", "the name is there twice"),
+        ("used: papers.load", "used: null", "equation 1: nothing uses it, and no note says why"),
+        ("used: papers.load, ", "", "equation 1: no 'used'"),
+        ('    section: "1"', '    like: little2000_claim\n    section: "1"', "like must be another claim"),
+        ("claims:", "claims: [", "little2000.yaml: cannot be read"),
+    ],
+)
+def test_what_a_file_says_wrongly_is_refused_by_name(
+    tmp_path: Path, old: str, new: str, complaint: str
+) -> None:
+    assert LITTLE.count(old) >= 1
+    with pytest.raises(InvalidInput) as refused:
+        loaded(tmp_path, LITTLE.replace(old, new, 1))
+    assert complaint in str(refused.value)
+    assert "little2000" in str(refused.value)
+
+
+def test_a_null_may_be_a_measure_or_a_number(tmp_path: Path) -> None:
+    number = loaded(tmp_path, LITTLE.replace("    unit: mm", "    unit: mm\n    null: 1/4")).claims[0]
+    assert number.null == 0.25
+    measure = loaded(
+        tmp_path, LITTLE.replace("    unit: mm", "    unit: mm\n    null: {mean: {table: table, column: y}}")
+    ).claims[0]
+    assert measure.null == Measure("mean", {"table": "little2000_fig1", "column": "y"})
 
 
 # --- the measures, on tables that can be worked out in the head --------------------------------------------
@@ -322,6 +468,8 @@ def worked_performances() -> dict[str, dict[str, np.ndarray]]:
         "mozerov2006_fig3/table_stages": columns(
             stage=["raw", "linear", "keyframe", "synchronized"],
             variance_left=[12.0, 8.0, 3.0, 4.0],
+            variance_left_to_linear=[1.5, 1.0, 0.375, 0.5],
+            warp_from_keyframe_frames=[np.nan, 4.0, 0.0, 2.0],
             rms_from_keyframe_to_deviation=[np.nan, 0.6, 0.0, 0.3],
         ),
         "mozerov2006_fig3/table_timings": columns(
@@ -350,12 +498,17 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
             proved=[True, True, True, False],
         ),
         "park2011_fig3a/table_correlation": columns(
-            camera=["still", "all"], spearman_vector=[-0.1, -0.75], spearman_angle=[0.0, -0.25]
+            camera=["still", "all"],
+            spearman_vector=[-0.1, -0.75],
+            spearman_angle=[0.0, -0.25],
+            success=[0.5, 0.75],
+            success_up_to_mirror=[0.875, 1.0],
         ),
         "park2011_fig3a/table_refinement": columns(
             start=["programme", "random_signs", "mean_direction"],
             limb_error_median=[0.1, 0.5, 0.4],
             converged_share=[0.75, 0.5, 1.0],
+            success=[0.5, 0.125, 0.25],
         ),
         "park2011_fig3a/table_matrices": columns(numerically_singular_share=[1.0, 0.5]),
         "park2011_fig3b": columns(
@@ -375,6 +528,7 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
             adjust=["global"] * 6 + ["per_frame"] * 6,
             radius_scale=[0.01, 1.0, 30.0] * 4,
             limb_error_median=[0.85, 0.8, 30.0, 0.3, 0.1, 0.15, *[9.0] * 6],
+            error_up_to_mirror_median=[0.25, 0.125, 30.0, 0.3, 0.1, 0.15, *[9.0] * 6],
         ),
         "park2011_fig3d": columns(
             missing_fraction=[0.0, 0.05, 0.05, 0.0, 0.05, 0.05],
@@ -391,6 +545,8 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
             action=["Walking", "dance", "Walking", "dance"],
             camera=["still", "still", "moving", "moving"],
             error_mm=[100.0, 300.0, 50.0, 150.0],
+            error_sd_mm=[10.0, 20.0, 30.0, 40.0],
+            error_up_to_mirror_mm=[50.0, 60.0, 30.0, 40.0],
             length_change_max=[0.0, 1e-9, 0.0, 0.0],
             acceleration_ratio=[0.5, 1.5, 1.0, 2.0],
         ),
@@ -535,6 +691,41 @@ def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "worked"),
+    [
+        ("zhang2004_model_walkers", 2),
+        ("zhang2004_residual", 4),
+        ("zhang2007_model_components", 30),
+        ("zhang2007_demonstrations_apart", 0),
+        ("zhang2007_error_of_least_squares", 200),
+        ("zhang2007_error_of_map", 100),
+        ("zhang2007_view_angle_off", 1),
+        ("zhang2007_view_angle_deviation", 2),
+        ("mozerov2006_training_apart", 5),
+        ("mozerov2006_duration", 3),
+        ("mozerov2006_warp_from_key_frames", 2),
+        ("mozerov2006_variance_left_by_key_frames", 0.375),
+        ("mozerov2006_milliseconds_for_a_pair", 30),
+        ("park2011_found_from_the_mean", 25),
+        ("park2011_found_up_to_mirror", 87.5),
+        ("park2011_near_one", 0),
+        ("park2011_impostors_well_below_one", 100),
+        ("park2011_found_well_above_one", 200 / 3),
+        ("park2011_error_at_a_small_radius", 0.85),
+        ("park2011_error_at_the_true_radius_up_to_mirror", 0.125),
+        ("park2011_error_with_nothing_missing", 10),
+        ("park2011_up_to_mirror_moving", 35),
+        ("park2011_roughest", 2),
+        ("park2011_acceleration_of_people", 1.25),
+        ("park2011_walking_deviation", 10),
+        ("park2011_error_moving", 100),
+    ],
+)
+def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) -> None:
+    assert numbers_of([name], worked_tables())[name] == pytest.approx(worked, rel=1e-12)
+
+
+@pytest.mark.parametrize(
     ("name", "expected"),
     [
         ("zhang2007_fundamental_share", "reproduced"),  # 91 within 91.9 ± 3
@@ -566,47 +757,52 @@ def test_the_verdict_is_the_one_worked_out_in_the_head(name: str, expected: str)
     assert verdict.verdict == expected
 
 
+def table(**values: list) -> pd.DataFrame:
+    return pd.DataFrame(values)
+
+
 def test_rows_are_never_dropped_to_make_a_mean() -> None:
-    with_gap = columns(method=[LS, LS], view_angle_deg=[0.0, 1.0], rms_error_mm=[1.0, np.nan])
-    assert np.isnan(papers_measures.mean_of_method(with_gap, "rms_error_mm", LS))
-    assert papers_measures.mean_of_method(with_gap, "view_angle_deg", LS) == 0.5
-    twice = columns(method=[LS, LS], view_angle_deg=[0.0, 0.0], rms_error_mm=[1.0, 1.0])
-    assert np.isnan(papers_measures.curve(twice, "rms_error_mm", LS)[0.0])
+    gap = table(method=[LS, LS], view_angle_deg=[0.0, 1.0], rms_error_mm=[1.0, np.nan])
+    for measure in (measures.mean, measures.median, measures.largest, measures.smallest):
+        assert np.isnan(measure(gap, "rms_error_mm"))
+        assert measure(gap, "rms_error_mm", "view_angle_deg < 1") == 1.0
+        assert np.isnan(measure(gap, "rms_error_mm", "view_angle_deg > 1")), "no rows"
+    assert np.isnan(measures.percent(gap, "rms_error_mm > 0"))
+    assert measures.percent(gap, "rms_error_mm > 0", "view_angle_deg == 0") == 100.0
+    assert np.isnan(measures.variation_percent(gap, "rms_error_mm"))
+    assert np.isnan(measures.at_smallest(gap, "view_angle_deg", "rms_error_mm"))
 
 
-def test_performances_are_read_in_any_order_and_never_in_part() -> None:
-    table = columns(
+def test_an_entry_that_is_missing_or_there_twice_is_no_number() -> None:
+    stages = table(stage=["raw", "linear", "linear"], variance_left=[1.0, 2.0, 3.0])
+    assert measures.only(stages, "variance_left", "stage == 'raw'") == 1.0
+    assert np.isnan(measures.only(stages, "variance_left", "stage == 'linear'"))
+    assert np.isnan(measures.only(stages, "variance_left", "stage == 'keyframe'"))
+    pairs = table(method=[LS, MAP, LS, MAP], walker=["a", "a", "b", "b"], x=[2.0, 1.0, 2.0, 3.0])
+    assert measures.percent_below(pairs, "x", "walker", MAP, LS) == 50.0
+    assert np.isnan(measures.percent_below(pairs[:3], "x", "walker", MAP, LS)), "b lacks MAP"
+    assert np.isnan(measures.percent_below(pairs[[True] * 4].replace("b", "a"), "x", "walker", MAP, LS))
+    numbers = table(numbers_per_limb=[3], limb_norm_error_max=[1e-3])
+    assert of_actions.free_numbers(numbers, "numbers_per_limb", "limb_norm_error_max") == 3.0
+
+
+def test_variance_between_performances_asks_for_whole_ones_in_any_order() -> None:
+    whole = table(
         performance=["a"] * 4 + ["b"] * 4,
         stage=["raw"] * 8,
         sample=[0, 0, 1, 1] * 2,
         component=[1, 2] * 4,
-        value=[0.0, 0.0, 3.0, 4.0, 10.0, 0.0, 10.0, 4.0],
+        value=[0.0, 0.0, 3.0, 4.0, 2.0, 0.0, 3.0, 8.0],  # variances 2, 0, 0 and 8
     )
-    shuffled = {name: values[[5, 0, 7, 2, 4, 3, 6, 1]] for name, values in table.items()}
-    for found in (papers_measures_actions.performances(columns_, "raw") for columns_ in (table, shuffled)):
-        assert [x.tolist() for x in found] == [[[0.0, 0.0], [3.0, 4.0]], [[10.0, 0.0], [10.0, 4.0]]]
-    for rows in ([0, 1, 2], [0, 1, 2, 3, 3], [0, 1, 2, 2]):
-        part = {name: values[rows] for name, values in table.items()}
-        assert papers_measures_actions.performances(part, "raw") == []
-    one = {name: values[:4] for name, values in table.items()}
-    assert np.isnan(papers_measures_actions.variance_between(one, "raw"))
-    gap = {**table, "value": np.where(np.arange(8) == 3, np.nan, table["value"])}
-    assert papers_measures_actions.performances(gap, "raw") == []
+    assert of_actions.variance_between(whole, "raw") == 2.5
+    assert of_actions.variance_between(whole.iloc[::-1], "raw") == 2.5
+    for rows in ([0, 1, 2, 4, 5, 6, 7], [0, 1, 2, 3, 3, 4, 5, 6, 7], [0, 1, 2, 3], []):
+        assert np.isnan(of_actions.variance_between(whole.iloc[rows], "raw"))
+    assert np.isnan(of_actions.variance_between(whole.assign(value=[np.nan, *[0.0] * 7]), "raw"))
 
 
-def test_an_entry_that_is_missing_or_there_twice_is_no_number() -> None:
-    stages = columns(stage=["raw", "linear", "linear"], variance_left=[1.0, 2.0, 3.0])
-    assert papers_measures_actions.of_stage(stages, "variance_left", "raw") == 1.0
-    assert np.isnan(papers_measures_actions.of_stage(stages, "variance_left", "linear"))
-    assert np.isnan(papers_measures_actions.of_stage(stages, "variance_left", "keyframe"))
-    numbers_ = columns(numbers_per_limb=[3], limb_norm_error_max=[1e-3])
-    assert papers_measures_actions.free_numbers(numbers_, "numbers_per_limb", "limb_norm_error_max") == 3.0
-    two = columns(is_median=[True, True, False], global_distance=[1.0, 2.0, 3.0])
-    assert np.isnan(papers_measures_actions.median_to_others(two, "global_distance"))
-
-
-def reconstructibilities(eta: list[float], error: list[float]) -> dict[str, np.ndarray]:
-    return columns(reconstructibility=eta, limb_error=error)
+def reconstructibilities(eta: list[float], error: list[float]) -> pd.DataFrame:
+    return table(reconstructibility=eta, limb_error=error)
 
 
 @pytest.mark.parametrize(
@@ -623,7 +819,7 @@ def reconstructibilities(eta: list[float], error: list[float]) -> dict[str, np.n
     ],
 )
 def test_found_limbs_are_divided_from_others(eta: list[float], error: list[float], divided: float) -> None:
-    found = papers_measures_limbs.dividing_reconstructibility(reconstructibilities(eta, error))
+    found = of_limbs.dividing_reconstructibility(reconstructibilities(eta, error), 0.1)
     assert found == pytest.approx(divided, nan_ok=True)
 
 
@@ -639,15 +835,15 @@ def test_found_limbs_are_divided_from_others(eta: list[float], error: list[float
 def test_scales_are_reliable_against_the_true_radius(
     errors: list[float], least: float, largest: float
 ) -> None:
-    table = columns(
+    scales = table(
         camera=["still"] * 4,
         adjust=["global"] * 4,
         radius_scale=[0.01, 0.1, 1.0, 100.0],
         limb_error_median=errors,
     )
-    assert papers_measures_limbs.least_reliable_scale(table, "still") == pytest.approx(least, nan_ok=True)
-    assert papers_measures_limbs.largest_reliable_scale(table, "still") == pytest.approx(largest, nan_ok=True)
-    assert np.isnan(papers_measures_limbs.least_reliable_scale(table, "shaky")), "no such rows"
+    assert of_limbs.least_reliable_scale(scales, "still", 0.1) == pytest.approx(least, nan_ok=True)
+    assert of_limbs.largest_reliable_scale(scales, "still", 0.1) == pytest.approx(largest, nan_ok=True)
+    assert np.isnan(of_limbs.least_reliable_scale(scales, "shaky", 0.1)), "no such rows"
 
 
 @pytest.mark.parametrize(
@@ -655,14 +851,12 @@ def test_scales_are_reliable_against_the_true_radius(
     [([0, 1, 2, 3], 0), ([0, 0, 2, 3], 0), ([1, 1, 2, 3], 1), ([0, 1, 2, 2], 1), ([0, 3, 1, 4], 2)],
 )
 def test_each_broken_constraint_of_time_counts(times: list[int], broken: int) -> None:
-    order = [2, 0, 3, 1]
-    table = columns(sample=[0, 1, 2, 3], rate_to_rate=times)
-    assert papers_measures_actions.broken_time_constraints(table) == broken
-    shuffled = {name: values[order] for name, values in table.items()}
-    assert papers_measures_actions.broken_time_constraints(shuffled) == broken
+    path = table(sample=[0, 1, 2, 3], rate_to_rate=times)
+    assert of_actions.broken_time_constraints(path) == broken
+    assert of_actions.broken_time_constraints(path.iloc[[2, 0, 3, 1]]) == broken
 
 
-# --- the judge --------------------------------------------------------------------------------------------
+# --- verdicts ---------------------------------------------------------------------------------------------
 
 
 def little_claim(**changes: object) -> Claim:
@@ -671,16 +865,17 @@ def little_claim(**changes: object) -> Claim:
         "name": "zhang2007_little",
         "paper": "zhang2007",
         "section": "4",
+        "kind": Kind.RESULT,
         "quote": "about 10 mm",
         "published": 10,
         "unit": "mm",
         "figure": "zhang2007_fig5",
-        "reduction": "mean of x_mm",
-        "value": lambda t: float(np.mean(t["zhang2007_fig5"]["x_mm"])),
-        "tolerance": within(10, 1),
-        "direction": above(0),
+        "how": "mean of x_mm",
+        "measure": Measure("mean", {"table": "zhang2007_fig5", "column": "x_mm"}),
+        "reproduced": Interval(9, 11),
+        "direction": Interval(low=0, low_open=True),
         "reason": "an example",
-        "explanation": {"optical": "these walkers are small"},
+        "why": {"optical": "these walkers are small: {value:.1f} mm"},
     }
     return Claim(**(settings | changes))
 
@@ -690,27 +885,34 @@ def little_verdict(claim: Claim, x_mm: list, data_name: str = "synthetic") -> Ve
     return verdict
 
 
-def test_inside_the_tolerance_is_reproduced() -> None:
+def test_inside_the_bounds_is_reproduced() -> None:
     verdict = little_verdict(little_claim(), [9.0, 9.5])
     assert (verdict.ours, verdict.verdict) == (9.25, "reproduced")
     assert verdict.why == "9.25 mm, bounds 9 to 11: an example"
     assert little_verdict(little_claim(), [9.0]).verdict == "reproduced", "the ends belong to it"
 
 
-def test_outside_the_tolerance_but_inside_the_direction_is_direction_only() -> None:
+def test_outside_the_bounds_but_inside_the_direction_is_direction_only() -> None:
     verdict = little_verdict(little_claim(), [20.0], "optical")
     assert (verdict.ours, verdict.verdict) == (20.0, "direction only")
-    assert verdict.why == "20 mm, bounds 9 to 11, direction over 0: these walkers are small"
+    assert verdict.why == "20 mm, bounds 9 to 11, direction over 0: these walkers are small: 20.0 mm"
 
 
 def test_outside_both_differs_and_says_when_nobody_has_explained_it() -> None:
     verdict = little_verdict(little_claim(), [-20.0], "cmu")
     assert (verdict.ours, verdict.verdict) == (-20.0, "differs")
     assert verdict.why == "-20 mm, bounds 9 to 11: not explained yet"
+    assert little_verdict(little_claim(), [-20.0], papers.OVERRIDDEN).why.endswith("differ from the preset's")
     assert little_verdict(little_claim(direction=None), [20.0]).verdict == "differs"
-    assert little_verdict(little_claim(explanation={"any": "so it is"}), [-1.0], "cmu").why.endswith(
-        "so it is"
-    )
+    assert little_verdict(little_claim(why={"any": "so it is"}), [-1.0], "cmu").why.endswith("so it is")
+
+
+def test_explanations_quote_our_numbers_and_say_when_there_is_none() -> None:
+    claim = little_claim(why={"any": "{zhang2007_walkers:.0f} walkers"})
+    tables = {"zhang2007_fig5": {"x_mm": [20.0]}, "zhang2007_fig5/table_walkers": {"walker": ["a", "b"]}}
+    assert judge([claim], tables, "cmu")[0].why.endswith(": 2 walkers")
+    del tables["zhang2007_fig5/table_walkers"]
+    assert judge([claim], tables, "cmu")[0].why.endswith(": (no number) walkers")
 
 
 def test_a_figure_that_is_not_made_cannot_be_tested() -> None:
@@ -719,29 +921,17 @@ def test_a_figure_that_is_not_made_cannot_be_tested() -> None:
     assert verdict.why == "figure zhang2007_fig5 is not made yet"
 
 
-def test_a_figure_that_is_not_built_cannot_be_tested() -> None:
-    (verdict,) = judge([little_claim(value=None, figure="park2011_fig4")], {}, "synthetic")
-    assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
-    assert verdict.why == "its figure park2011_fig4 is not built yet"
-
-
 def test_a_fact_about_the_recorded_people_cannot_be_tested() -> None:
     (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_tables(), "optical")
     assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
     assert "the eighty recordings are not public" in verdict.why
 
 
-@pytest.mark.parametrize("x_mm", [[np.nan, 1.0], [np.inf, -np.inf]])
+@pytest.mark.parametrize("x_mm", [[np.nan, 1.0], [np.inf, -np.inf], ["a", "b"], []])
 def test_a_value_that_is_not_finite_cannot_be_tested(x_mm: list) -> None:
     verdict = little_verdict(little_claim(), x_mm)
     assert (verdict.ours, verdict.verdict) == (None, "cannot be tested on this data")
     assert "mean of x_mm" in verdict.why
-
-
-def test_columns_of_unequal_length_cannot_be_tested() -> None:
-    tables = {"zhang2007_fig5": {"x_mm": np.zeros(2), "y_mm": np.zeros(3)}}
-    (verdict,) = judge([little_claim()], tables, "synthetic")
-    assert verdict.why == "the columns of table zhang2007_fig5 differ in length"
 
 
 def test_a_missing_column_is_refused_by_name() -> None:
@@ -749,23 +939,25 @@ def test_a_missing_column_is_refused_by_name() -> None:
         judge([little_claim()], {"zhang2007_fig5": {"y_mm": np.zeros(3)}}, "synthetic")
 
 
+def columns_read(claim: Claim) -> set[tuple[str, str]]:
+    """Tables and columns that a claim's measure names."""
+    assert claim.measure is not None
+    found = set()
+    for part in claim.measure.parts:
+        if "table" in part.arguments:
+            texts = {name: value for name, value in part.arguments.items() if isinstance(value, str)}
+            named = [texts[name] for name in ("column", "by", "count", "unit_error") if name in texts]
+            named += part.arguments.get("columns", ())
+            if part.name in ("percent", "at_smallest"):
+                named += measures.columns_of(texts["of"])
+            named += measures.columns_of(texts["where"]) if "where" in texts else []
+            found |= {(part.arguments["table"], column) for column in named}
+    return found
+
+
 @pytest.mark.parametrize("claim", by_name(JUDGED))
 def test_each_column_that_a_claim_reads_is_refused_when_missing(claim: Claim) -> None:
-    class Spy(dict):
-        def __init__(self, columns: dict) -> None:
-            super().__init__(columns)
-            self.read: set[str] = set()
-
-        def __getitem__(self, name: str) -> np.ndarray:
-            self.read.add(name)
-            return super().__getitem__(name)
-
-    spies = {name: Spy(table) for name, table in worked_tables().items()}
-    assert claim.value is not None
-    claim.value(spies)
-    read = {(name, column) for name, spy in spies.items() for column in spy.read}
-    assert {name for name, _ in read} <= set(claim.tables)
-    for name, column in sorted(read):
+    for name, column in sorted(columns_read(claim)):
         tables = worked_tables()
         del tables[name][column]
         with pytest.raises(InvalidInput, match=re.escape(f"table {name}: no column {column!r}")):
@@ -776,44 +968,29 @@ def test_verdicts_come_in_the_order_of_the_claims() -> None:
     assert [verdict.claim for verdict in judge(CLAIMS, worked_tables(), "synthetic")] == CLAIMS
 
 
-ODD = st.one_of(
-    st.floats(),
-    st.integers(-(10**400), 10**400),
-    st.sampled_from(["a", "linear", "keyframe", "raw", "synchronized", "pair", "onto_pattern", "accepted"]),
-    st.sampled_from([LS, MAP, "", "nan", "1e999", 1, 2, 30, 28, 0.0, 45.0, -45.0, 90.0, 1e308, True]),
-    st.none(),
-    st.complex_numbers(),
+NUMBERS_ODD = st.one_of(st.floats(), st.sampled_from([0.0, 1.0, 2.0, 28.0, 30.0, 45.0, -45.0, 90.0, 1e308]))
+TEXTS_ODD = st.sampled_from(
+    ["a", "", "nan", "1e999", LS, MAP, "linear", "raw", "still", "all", "pair", "accepted"]
 )
 
 
-@given(st.data())
-def test_odd_tables_never_raise(data: st.DataObject) -> None:
-    tables: dict[str, dict[str, np.ndarray]] = {}
-    for name, table in worked_tables().items():
-        if data.draw(st.booleans()):
-            rows = data.draw(st.integers(0, 4))
-            tables[name] = {}
-            for column in table:
-                values = np.empty(rows, dtype=object)
-                values[:] = data.draw(st.lists(ODD, min_size=rows, max_size=rows))
-                tables[name][column] = values
-    for verdict in judge(CLAIMS, tables, "synthetic"):
-        assert verdict.verdict in {
-            "reproduced",
-            "direction only",
-            "differs",
-            "cannot be tested on this data",
-        }
+@given(st.data(), st.sampled_from(sorted(worked_tables())), st.integers(0, 4))
+def test_odd_tables_never_raise(data: st.DataObject, name: str, rows: int) -> None:
+    tables: dict[str, dict[str, list]] = worked_tables()
+    kinds = st.sampled_from([NUMBERS_ODD, TEXTS_ODD, st.booleans(), st.integers(-3, 3)])
+    for column in tables[name]:
+        tables[name][column] = data.draw(st.lists(data.draw(kinds), min_size=rows, max_size=rows))
+    for verdict in judge([claim for claim in JUDGED if name in claim.tables], tables, "synthetic"):
+        assert verdict.verdict in papers.OUTCOMES
         assert (verdict.ours is None) == (verdict.verdict == "cannot be tested on this data")
         assert verdict.why
 
 
 @given(st.floats(allow_nan=False), st.floats(allow_nan=False))
 def test_open_and_closed_bounds_differ_at_their_end_alone(value: float, end: float) -> None:
-    assert (value in at_least(end)) == (value >= end)
-    assert (value in at_most(end)) == (value <= end)
-    assert (value in exactly(end)) == (value == end)
-    assert (value in above(end)) == (value > end)
-    assert (value in below(end)) == (value < end)
-    assert (value in between(-abs(end), abs(end))) == (-abs(end) < value < abs(end))
-    assert float("nan") not in Interval(-np.inf, np.inf)
+    assert (value in Interval(low=end)) == (value >= end)
+    assert (value in Interval(high=end)) == (value <= end)
+    assert (value in Interval(end, end)) == (value == end)
+    assert (value in Interval(low=end, low_open=True)) == (value > end)
+    assert (value in Interval(high=end, high_open=True)) == (value < end)
+    assert float("nan") not in Interval()

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import re
-from functools import cache
+from dataclasses import fields
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
-from pipeline.__main__ import compose, presets
-from pipeline.studies.options import Config
+from pipeline import papers
+from pipeline.cli.compose import compose
+from pipeline.cli.presets import presets
+from pipeline.storage import tables
+from pipeline.studies import published
+from pipeline.studies.registry import options
+from pipeline.validation import InvalidInput
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -41,21 +48,120 @@ def test_every_override_named_composes() -> None:
     for line in re.findall(r"^make run ARGS=\"([^\"]+)\"", README, re.MULTILINE):
         words = [w for w in line.split() if "=" in w and not w.startswith("hydra/")]
         plain = [re.sub(r"=(\w+),.*", r"=\1", w.replace("'", "")) for w in words]
-        assert compose(plain).figure in presets(), line
+        assert compose(plain).name in presets(), line
 
 
 @pytest.mark.parametrize("option", sorted(set(re.findall(r"`((?:sweep|model|dataset)\.\w+)`", README))))
 def test_every_option_of_the_table_exists(option: str) -> None:
     group, name = option.split(".")
-    assert any(hasattr(getattr(chosen, group), name) for chosen in composed())
-
-
-@cache
-def composed() -> list[Config]:
-    """Every preset as it stands."""
-    return [compose([f"experiment={figure}"]) for figure in presets()]
+    assert any(name in {field.name for field in fields(choice)} for choice in options(group).values())
 
 
 def test_every_preset_is_listed() -> None:
     for figure in presets():
         assert figure in README
+
+
+# --- the result tables ------------------------------------------------------------------------------------
+
+LAYOUT = published.load_layout(ROOT / "conf" / "readme.yaml")
+PUBLISHED = tables.read(ROOT / "results" / "published.csv")
+
+
+def test_the_result_tables_are_those_of_the_published_numbers() -> None:
+    """`make readme` renews them."""
+    assert published.insert(README, published.rendered(LAYOUT, PUBLISHED)) == README
+
+
+def test_every_published_number_is_quoted_and_has_a_figure_and_a_commit() -> None:
+    quoted = set(published.names_quoted(LAYOUT))
+    for figure, name, commit in zip(
+        *(PUBLISHED[c].tolist() for c in ("figure", "name", "commit")), strict=True
+    ):
+        assert re.fullmatch(r"[0-9a-f]{12}", commit)
+        if figure:
+            assert papers.quantity(name).figure == figure
+            assert name in quoted, "a number that no table shows"
+    assert quoted <= set(PUBLISHED["name"].tolist())
+
+
+LITTLE = {
+    "walks": {
+        "corner": "",
+        "paper": "paper",
+        "columns": {"synthetic": "{zhang2007_walkers:.0f} walkers", "cmu": "`cmu`"},
+        "rows": [
+            {"label": "error", "paper": "30", "cell": ["{zhang2007_error_of_map:,.0f} mm²", "unknown"]},
+            {"label": "counts", "verdicts": ["zhang2007"]},
+        ],
+    }
+}
+
+
+def test_a_table_is_rendered_row_by_row() -> None:
+    counts = {f"zhang2007, {outcome}": 3 - n for n, outcome in enumerate(papers.OUTCOMES)}
+    numbers = {"zhang2007_walkers": 2, "zhang2007_error_of_map": -1234.4, **counts}
+    rows = [("synthetic", name, value) for name, value in numbers.items()] + [("cmu", "zhang2007_walkers", 1)]
+    made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
+    assert made.splitlines() == [
+        "| | paper | 2 walkers | `cmu` |",
+        "|---|---|---|---|",
+        "| error | 30 | −1 234 mm² | unknown |",
+        "| counts | | 3, 2, 1, 0 | |",
+    ]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two published figures of two walkers."""
+    walkers = {"walker": ["a", "b"], "method": ["map", "map"], "absolute_error_mm2": [1.0, 3.0]}
+    for figure, name, table in (
+        ("zhang2007_fig5", "table_walkers", walkers),
+        ("zhang2007_fig5", "table", {"method": ["map"] * 2, "absolute_error_mm2": [10.0, 30.0]}),
+        ("zhang2007_fig3", "table", {"sigma2_mm2": [1.0, 625.0], "absolute_error_mm2": [2.0, 1.0]}),
+    ):
+        (tmp_path / figure).mkdir(exist_ok=True)
+        tables.write(tmp_path / figure / f"{name}.csv", table, sort_by=[])
+        manifest = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40, "dirty": False}}
+        (tmp_path / figure / "manifest.json").write_text(json.dumps(manifest))
+    return tmp_path
+
+
+def test_published_figures_are_measured_and_replace_those_of_the_same_data(folder: Path) -> None:
+    rows = published.measured(folder, ["zhang2007_fig3"], LAYOUT)
+    values = dict(zip(rows["name"], rows["value"], strict=True))
+    assert values["zhang2007_optimal_variance"] == 625.0
+    assert (
+        values["zhang2004 and zhang2007, differs"] + values["zhang2004 and zhang2007, direction only"] == 1.0
+    )
+    assert set(rows["commit"]) == {"a" * 12}
+    path = folder / "published.csv"
+    published.renew(path, rows.assign(data="cmu"))
+    published.renew(path, rows.assign(value=0.0))
+    published.renew(path, rows)
+    found = pd.DataFrame(dict(tables.read(path)))
+    assert set(found["data"]) == {"cmu", "synthetic"}
+    assert len(found) == 2 * len(rows)
+    assert found[found["data"] == "synthetic"]["value"].max() == 625.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"scale": "smoke"}, "not of one commit, data set and scale"),
+        ({"provenance": {"commit": "b" * 40, "dirty": False}}, "not of one commit"),
+        ({"provenance": {"commit": "a" * 40, "dirty": True}}, "by a checkout with changes"),
+    ],
+)
+def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: dict, complaint: str) -> None:
+    path = folder / "zhang2007_fig3" / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+    with pytest.raises(InvalidInput, match=complaint):
+        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT)
+    with pytest.raises(InvalidInput, match="nothing is published"):
+        published.measured(folder, ["zhang2007_fig6"], LAYOUT)
+
+
+def test_a_place_without_a_table_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="the places for tables"):
+        published.insert("no place", {"walks": "| |"})

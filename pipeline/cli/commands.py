@@ -1,9 +1,7 @@
-"""The commands beside making figures: fetch, claims, equations, view, archive, verify."""
+"""The commands beside making figures: fetch, claims, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import os
 import subprocess
 import sys
@@ -21,7 +19,8 @@ from pipeline.cli.figures import lacking
 from pipeline.cli.presets import presets
 from pipeline.cli.summary import claims_table, open_console
 from pipeline.clips.options import RecordedData
-from pipeline.storage import archive, provenance
+from pipeline.storage import archive, provenance, tables
+from pipeline.studies import published
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.validation import InvalidInput
 
@@ -114,7 +113,7 @@ def claims(arguments: Sequence[str]) -> int:
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print every numbered equation with its words, file and line, and test."""
+    """Print every numbered equation: in words, the function as printed, the one that results use, and the test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
     out = open_console()
     for paper in chosen:
@@ -122,25 +121,35 @@ def equations(arguments: Sequence[str]) -> int:
             Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
         )
         for equation in paper.equations:
-            home = _where(equation.home) if equation.home else "not built yet"
+            printed = _where(equation.printed)
+            used = _where(equation.used) if equation.used else "by no result"
             out.print(Text(f"  ({equation.number}) {equation.words}"), soft_wrap=True)
-            out.print(Text(f"      {home}  {equation.test}", style="dim"), soft_wrap=True)
+            out.print(Text(f"      printed: {printed}  {equation.test}", style="dim"), soft_wrap=True)
+            out.print(Text(f"      used:    {used}", style="dim"), soft_wrap=True)
             if equation.note:
                 out.print(Text(f"      note: {equation.note}", style="dim"), soft_wrap=True)
     return 0
 
 
-def _where(home: str) -> str:
-    """File and line of a dotted name."""
-    module_name, _, attribute = home.rpartition(".")
-    try:
-        module = importlib.import_module(home)
-        return f"{home.replace('.', '/')}.py"
-    except ModuleNotFoundError:
-        module = importlib.import_module(module_name)
-    thing = getattr(module, attribute)
-    line = inspect.getsourcelines(thing)[1]
-    return f"{module_name.replace('.', '/')}.py:{line} {attribute}"
+def _where(dotted: str) -> str:
+    """File, line and name of a function."""
+    path, line = papers.locate(dotted)
+    return f"{path.relative_to(provenance.PROJECT).as_posix()}:{line} {dotted.rpartition('.')[2]}"
+
+
+def readme(arguments: Sequence[str]) -> int:
+    """Fill the README's result tables from results/published.csv, whose rows of a data set ``data=...`` renews."""
+    layout = published.load_layout(provenance.PROJECT / "conf" / "readme.yaml")
+    path = provenance.PROJECT / "results" / "published.csv"
+    if arguments:
+        _, folder = _results_folder(arguments)
+        published.renew(path, published.measured(folder, figures_for(arguments), layout))
+    document = provenance.PROJECT / "README.md"
+    text = document.read_text(encoding="utf-8")
+    document.write_text(
+        published.insert(text, published.rendered(layout, tables.read(path))), encoding="utf-8"
+    )
+    return 0
 
 
 def view(arguments: Sequence[str]) -> int:
@@ -212,6 +221,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "claims": claims,
     "equations": equations,
+    "readme": readme,
     "view": view,
     "archive": keep,
     "verify": verify,

@@ -6,7 +6,8 @@
 
   python -m pipeline fetch [data=optical]                 the public recordings, listed in data/sources.csv
   python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
-  python -m pipeline equations [PAPER]                    every numbered equation: its home and its test
+  python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
+  python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
   python -m pipeline archive [data=...]                   keep full-scale results under results/archive
   python -m pipeline verify ARCHIVE                       re-hash an archive, name any file that changed

@@ -1,67 +1,44 @@
-"""The four papers as data: where each numbered equation lives, and what became of each claim.
-
-`PAPERS` holds them by key; `equation` and `claim` look one up; `find_tags` reads the marks that source files
-carry, such as ``[zhang2007 3.15]``; `judge` compares claims with the figures' tables.  The data of each paper
-is a module of its own, ``pipeline.papers_<key>``.
+"""The papers by key, their equations and claims by name, and the equation tags in source files.
 
 Examples
 --------
 >>> print(equation("zhang2007", "3.9").words)
 least-squares coefficients by the pseudo-inverse
 >>> claim("zhang2007_optimal_variance").published
-70
+70.0
 """
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from pipeline.papers import mozerov2006 as papers_mozerov2006
-from pipeline.papers import park2011 as papers_park2011
-from pipeline.papers import zhang2004 as papers_zhang2004
-from pipeline.papers import zhang2007 as papers_zhang2007
-from pipeline.papers.claims import (
-    OVERRIDDEN,
-    Claim,
-    Equation,
-    Interval,
-    Outcome,
-    Paper,
-    Tables,
-    Verdict,
-    judge,
-)
-from pipeline.validation import InvalidInput
+from pipeline.papers.claims import Claim, Quantity
+from pipeline.papers.loading import Equation, Paper, load
+from pipeline.validation import InvalidInput, require_choice
 
 __all__ = [
-    "OVERRIDDEN",
     "PAPERS",
-    "Claim",
     "Equation",
-    "Interval",
-    "Outcome",
     "Paper",
-    "Tables",
     "Tag",
-    "Verdict",
     "claim",
     "equation",
     "find_tags",
-    "judge",
+    "locate",
+    "paper",
+    "quantity",
 ]
 
-PAPERS: dict[str, Paper] = {
-    paper.key: paper
-    for paper in (
-        papers_zhang2004.PAPER,
-        papers_zhang2007.PAPER,
-        papers_mozerov2006.PAPER,
-        papers_park2011.PAPER,
-    )
-}
-"""The four papers by key."""
+FOLDER = Path(__file__).resolve().parents[2] / "conf" / "paper"
+
+PAPERS: dict[str, Paper] = load(FOLDER)
+"""The papers by key, oldest first."""
 
 _TAG = re.compile(rf"\[({'|'.join(PAPERS)}) (?!(?:figure|section|table|appendix)\b)([^\]]+)\]")
 
@@ -76,16 +53,14 @@ class Tag:
 
 
 def paper(key: str) -> Paper:
-    """One of the four papers.
+    """One of the papers.
 
     Raises
     ------
     InvalidInput
         If there is no paper of that key.
     """
-    if key not in PAPERS:
-        raise InvalidInput(f"no paper {key!r}", expected="one of " + ", ".join(PAPERS))
-    return PAPERS[key]
+    return PAPERS[require_choice("the paper", key, PAPERS)]
 
 
 def equation(key: str, number: str) -> Equation:
@@ -96,11 +71,8 @@ def equation(key: str, number: str) -> Equation:
     InvalidInput
         If the paper is unknown or has no equation of that number.
     """
-    for candidate in paper(key).equations:
-        if candidate.number == number:
-            return candidate
-    numbers = ", ".join(e.number for e in paper(key).equations)
-    raise InvalidInput(f"no equation {number!r}", where=key, expected=f"one of {numbers}")
+    by_number = {equation.number: equation for equation in paper(key).equations}
+    return by_number[require_choice(f"the equation of {key}", number, by_number)]
 
 
 def claim(name: str) -> Claim:
@@ -111,11 +83,54 @@ def claim(name: str) -> Claim:
     InvalidInput
         If no paper has it.
     """
-    for candidate_paper in PAPERS.values():
-        for candidate in candidate_paper.claims:
-            if candidate.name == name:
-                return candidate
-    raise InvalidInput(f"no claim {name!r}", expected="a name of the ledger, as `make claims` lists them")
+    found = _named(name)
+    if not isinstance(found, Claim):
+        raise InvalidInput(f"no claim {name!r}", expected="a name of the ledger, as `make claims` lists them")
+    return found
+
+
+def quantity(name: str) -> Claim | Quantity:
+    """The claim or quantity of that name: whatever has a measure.
+
+    Raises
+    ------
+    InvalidInput
+        If no paper has it.
+    """
+    found = _named(name)
+    if found is None:
+        raise InvalidInput(f"no claim and no quantity {name!r}", expected="a name of conf/paper")
+    return found
+
+
+def _named(name: str) -> Claim | Quantity | None:
+    return next((item for p in PAPERS.values() for item in p.measured if item.name == name), None)
+
+
+def locate(dotted: str) -> tuple[Path, int]:
+    """File and first line (from 1) of a function, class or method.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none of that name.
+
+    Examples
+    --------
+    >>> locate("pipeline.papers.find_tags")[0].name
+    'register.py'
+    """
+    thing: Any = None
+    name = ""
+    for part in dotted.split("."):
+        name = f"{name}.{part}".lstrip(".")
+        try:
+            # What a package exports comes before a module of the same name.
+            thing = getattr(thing, part) if hasattr(thing, part) else importlib.import_module(name)
+        except ModuleNotFoundError as error:
+            raise InvalidInput(f"there is no {dotted}", received=f"nothing called {part!r}") from error
+    thing = inspect.unwrap(getattr(thing, "py_func", getattr(thing, "fget", None) or thing))
+    return Path(inspect.getfile(thing)), inspect.getsourcelines(thing)[1]
 
 
 def find_tags(source: str) -> Iterator[Tag]:

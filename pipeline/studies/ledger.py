@@ -2,30 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline import papers
 from pipeline.storage import tables
+from pipeline.studies import measures
+from pipeline.studies.actions import measures as of_actions
+from pipeline.studies.limbs import measures as of_limbs
+from pipeline.studies.walks import measures as of_walks
+
+Tables = Mapping[str, Any]
+"""Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
+``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it."""
+
+MEASURES = measures.registry(measures, of_walks, of_actions, of_limbs)
+"""The measures of all studies, by name."""
 
 TIMING = "table_timing"
 """Seconds of the machine that made a figure: published, judged by nothing."""
 
 
-def judge_figure(figure: str, made_tables: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
-    """Verdicts on the claims that one figure backs alone."""
-    by_name = {
-        _name(figure, name): {column: np.asarray(values) for column, values in table.items()}
-        for name, table in made_tables.items()
-        if name != TIMING
-    }
-    alone = [
-        claim for claim in _claims([figure]) if all(name.split("/")[0] == figure for name in claim.tables)
-    ]
-    return papers.judge(alone, by_name, data_name)
+def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[papers.Verdict]:
+    """One verdict per claim, in the order of the claims, from the tables at hand.
+
+    Parameters
+    ----------
+    claims : iterable of Claim
+    made : Tables
+        Tables that are not made yet are absent.
+    data_name : str
+        Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
+
+    Raises
+    ------
+    InvalidInput
+        If a table lacks a column that a claim reads.
+    """
+    frames = {name: _frame(name, table) for name, table in made.items()}
+    verdicts = []
+    for claim in claims:
+        if missing := [name for name in claim.tables if name not in frames]:
+            why = f"figure {missing[0]} is not made yet"
+            verdicts.append(papers.Verdict(claim, None, papers.UNTESTED, why))
+        else:
+            ours = _number(claim, frames)
+            verdicts.append(
+                papers.judge(claim, ours, data_name, lambda name: _number(papers.quantity(name), frames))
+            )
+    return verdicts
+
+
+def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
+    """Our values of claims and quantities by name, NaN where the tables hold none."""
+    frames = {name: _frame(name, table) for name, table in made.items()}
+    return {name: _number(papers.quantity(name), frames) for name in names}
+
+
+def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
+    return measures.evaluate(item.measure, MEASURES, frames) if item.measure else np.nan
+
+
+def judge_figure(figure: str, made: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
+    """Verdicts on the claims that one figure backs alone, from its tables by file name without suffix."""
+    by_name = {_name(figure, name): table for name, table in made.items()}
+    alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
+    return judge(alone, by_name, data_name)
 
 
 def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[papers.Verdict]:
@@ -36,14 +82,29 @@ def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[p
     InvalidInput
         If a table of a figure that is there is not what was published.
     """
-    by_name = {
-        _name(figure, table): columns
+    return judge(_claims(figures), read_folder(folder, figures), data_name)
+
+
+def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """The tables published for these figures, by figure and name.
+
+    Raises
+    ------
+    InvalidInput
+        If a table of a figure that is there is not what was published.
+    """
+    return {
+        _name(figure, name): _frame(_name(figure, name), columns)
         for figure in figures
         if (folder / figure).is_dir()
-        for table, columns in tables.read_published(folder / figure).items()
-        if table != TIMING
+        for name, columns in tables.read_published(folder / figure).items()
     }
-    return papers.judge(_claims(figures), by_name, data_name)
+
+
+def _frame(name: str, table: Any) -> pd.DataFrame:
+    frame = pd.DataFrame(table if isinstance(table, pd.DataFrame) else dict(table))
+    frame.attrs["name"] = name
+    return frame
 
 
 def _name(figure: str, table: str) -> str:
@@ -56,13 +117,14 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 
 
 def write_claims(path: Path, verdicts: Sequence[papers.Verdict]) -> None:
-    """The ledger as a table, one claim to a row: the paper's figure, ours, the verdict and why."""
+    """The ledger as a table, one claim to a row: the paper's number, ours, the verdict and why."""
     tables.write(
         path,
         {
             "claim": [v.claim.name for v in verdicts],
             "paper": [v.claim.paper for v in verdicts],
             "section": [v.claim.section for v in verdicts],
+            "kind": [str(v.claim.kind) for v in verdicts],
             "figure": [v.claim.figure for v in verdicts],
             "quote": [v.claim.quote for v in verdicts],
             "published": [np.nan if v.claim.published is None else v.claim.published for v in verdicts],

@@ -10,20 +10,20 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline import papers
-from pipeline.papers import Tables
+from pipeline.studies.ledger import Tables, judge
 
 
 def assert_holds(tables: Tables, *names: str) -> None:
     """The named claims are reproduced, or at least their direction is."""
-    for verdict in papers.judge([papers.claim(f"zhang2004_{name}") for name in names], tables, "synthetic"):
+    for verdict in judge([papers.claim(f"zhang2004_{name}") for name in names], tables, "synthetic"):
         assert verdict.verdict in ("reproduced", "direction only"), f"{verdict.claim.name}: {verdict.why}"
 
 
 def test_no_claim_about_the_papers_figures_lacks_its_table(synthetic_tables: Tables) -> None:
-    claims = [claim for claim in papers.PAPERS["zhang2004"].claims if claim.value is not None]
+    claims = [claim for claim in papers.PAPERS["zhang2004"].claims if claim.measure is not None]
     waiting = [
         f"{verdict.claim.name}: {verdict.why}"
-        for verdict in papers.judge(claims, synthetic_tables, "synthetic")
+        for verdict in judge(claims, synthetic_tables, "synthetic")
         if verdict.ours is None and verdict.claim.name != "zhang2004_twenty_eight_components"
     ]
     assert waiting == [], "a small run may lack a twenty-eighth component, nothing else"

@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline import papers
-from pipeline.papers import Tables
+from pipeline.studies.ledger import Tables, judge
 
 LEAST_SQUARES, MAP = "least_squares", "map"
 
 
 def assert_holds(tables: Tables, *names: str) -> None:
     """The named claims are reproduced, or at least their direction is."""
-    for verdict in papers.judge([papers.claim(f"zhang2007_{name}") for name in names], tables, "synthetic"):
+    for verdict in judge([papers.claim(f"zhang2007_{name}") for name in names], tables, "synthetic"):
         assert verdict.verdict in ("reproduced", "direction only"), f"{verdict.claim.name}: {verdict.why}"
 
 
@@ -30,10 +30,10 @@ def rows(tables: Tables, table: str, method: str, column: str) -> np.ndarray:
 
 
 def test_no_claim_about_the_papers_figures_lacks_its_table(synthetic_tables: Tables) -> None:
-    claims = [claim for claim in papers.PAPERS["zhang2007"].claims if claim.value is not None]
+    claims = [claim for claim in papers.PAPERS["zhang2007"].claims if claim.measure is not None]
     waiting = [
         f"{verdict.claim.name}: {verdict.why}"
-        for verdict in papers.judge(claims, synthetic_tables, "synthetic")
+        for verdict in judge(claims, synthetic_tables, "synthetic")
         if verdict.ours is None and verdict.claim.name != "zhang2007_thirty_components"
     ]
     assert waiting == [], "a small run may lack a thirtieth component, nothing else"

@@ -1,0 +1,186 @@
+"""Published numbers: ``results/published.csv``, which git keeps, and the README's tables that are made of it.
+
+The file holds our values of claims and quantities and the counts of verdicts, a row each, by data set, with the commit
+that made them.  `measured` makes the rows of a folder of published figures, `rendered` the tables.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from pipeline import papers
+from pipeline.papers import OUTCOMES, UNTESTED, placeholders
+from pipeline.storage import tables
+from pipeline.studies.ledger import judge, numbers_of, read_folder
+from pipeline.validation import InvalidInput
+
+COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
+
+
+def load_layout(path: Path) -> dict[str, Any]:
+    """The README's tables as data: columns and rows of templates, by the name of the table."""
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def names_quoted(layout: Mapping[str, Any]) -> list[str]:
+    """Names of the claims and quantities that the tables quote, sorted."""
+    templates = [
+        template
+        for table in layout.values()
+        for template in (*table["columns"].values(), *(t for row in table["rows"] for t in _templates(row)))
+    ]
+    return sorted({name for template in templates for name in placeholders(template)})
+
+
+def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) -> pd.DataFrame:
+    """Rows of the file for the figures published below ``results/<data>/<scale>``.
+
+    Raises
+    ------
+    InvalidInput
+        If nothing is published there, figures were made by different commits, or by a changed checkout.
+    """
+    manifests = [
+        json.loads((folder / figure / "manifest.json").read_text(encoding="utf-8"))
+        for figure in figures
+        if (folder / figure / "manifest.json").is_file()
+    ]
+    made = {(m["data"], m["scale"], m["provenance"]["commit"]) for m in manifests}
+    if len(made) != 1:
+        raise InvalidInput(
+            "the figures are not of one commit, data set and scale" if made else "nothing is published",
+            where=str(folder),
+            received="; ".join(" ".join(map(str, item)) for item in sorted(made)),
+        )
+    data_name, scale, commit = made.pop()
+    if any(manifest["provenance"]["dirty"] for manifest in manifests):
+        raise InvalidInput(
+            "figures were made by a checkout with changes", where=str(folder), expected="a clean one"
+        )
+    by_name = read_folder(folder, figures)
+    values = numbers_of(names_quoted(layout), by_name)
+    items = [papers.quantity(name) for name in values]
+    rows = [
+        (item.figure, item.name, values[item.name], item.unit)
+        for item in items
+        if math.isfinite(values[item.name])
+    ]
+    rows += verdict_counts(by_name, data_name, layout)
+    return pd.DataFrame([(data_name, scale, str(commit)[:12], *row) for row in rows], columns=list(COLUMNS))
+
+
+def verdict_counts(
+    by_name: Mapping[str, Any], data_name: str, layout: Mapping[str, Any]
+) -> list[tuple[str, str, float, str]]:
+    """Figure, name, value and unit of the rows that count verdicts, for the papers that have any figure here."""
+    counted = []
+    for keys in _judged_together(layout):
+        claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
+        found = [verdict.verdict for verdict in judge(claims, by_name, data_name)]
+        if set(found) != {UNTESTED}:
+            counted += [
+                ("", _count_name(keys, outcome), float(found.count(outcome)), "claims")
+                for outcome in OUTCOMES
+            ]
+    return counted
+
+
+def renew(path: Path, rows: pd.DataFrame) -> None:
+    """Replace the rows of the same data sets in the file."""
+    old = pd.DataFrame(dict(tables.read(path))) if path.is_file() else rows[:0]
+    kept = old[~old["data"].isin(rows["data"])]
+    together = pd.concat([kept.assign(unit=kept["unit"].fillna("")), rows]) if len(kept) else rows
+    tables.write(path, together, sort_by=["data", "name"])
+
+
+def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
+    """Each table as Markdown, from the columns of the file."""
+    values: dict[str, dict[str, float]] = {}
+    for data_name, name, value in zip(
+        published["data"], published["name"], map(float, published["value"]), strict=True
+    ):
+        values.setdefault(str(data_name), {})[str(name)] = value
+    return {name: _rendered(table, values) for name, table in layout.items()}
+
+
+def _rendered(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) -> str:
+    of = {data_name: values.get(data_name, {}) for data_name in table["columns"]}
+    paper = "paper" in table
+    head = [_filled([title], of[data_name]) for data_name, title in table["columns"].items()]
+    lines = [[table["corner"], *([table["paper"]] if paper else []), *head]]
+    lines.append(["---"] * len(lines[0]))
+    for row in table["rows"]:
+        if "verdicts" in row:
+            counts = [_count_name(row["verdicts"], outcome) for outcome in OUTCOMES]
+            templates = [", ".join(f"{{{name}:.0f}}" for name in counts)]
+        else:
+            templates = _templates(row)
+        cells = [_filled(templates, of[data_name]) for data_name in table["columns"]]
+        lines.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
+    ruled = (f"|{'|'.join(cells)}|" if cells[0] == "---" else f"| {' | '.join(cells)} |" for cells in lines)
+    return "\n".join(re.sub(" +", " ", line) for line in ruled)
+
+
+def _templates(row: Mapping[str, Any]) -> list[str]:
+    cell = row.get("cell", [])
+    return [cell] if isinstance(cell, str) else list(cell)
+
+
+def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
+    """The first template whose numbers are all there; nothing if none is, or there is no number at all."""
+    for template in templates if values else ():
+        if set(placeholders(template)) <= set(values):
+            return template.format_map({name: _Printed(value) for name, value in values.items()})
+    return ""
+
+
+class _Printed(float):
+    """A number as people print it: a minus sign, and spaces between thousands."""
+
+    def __format__(self, specification: str) -> str:
+        return super().__format__(specification).replace("-", "−").replace(",", " ")
+
+
+def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
+    rows = (row for table in layout.values() for row in table["rows"])
+    return dict.fromkeys(tuple(row["verdicts"]) for row in rows if "verdicts" in row)
+
+
+def _count_name(keys: Iterable[str], outcome: str) -> str:
+    return f"{' and '.join(keys)}, {outcome}"
+
+
+def insert(text: str, made: Mapping[str, str]) -> str:
+    """A text with each table put between its markers, ``<!-- results:begin walks -->`` and ``<!-- results:end -->``.
+
+    Raises
+    ------
+    InvalidInput
+        If a table has no place in the text, or a place no table.
+
+    Examples
+    --------
+    >>> insert("<!-- results:begin a -->\\nold\\n<!-- results:end -->", {"a": "new"})
+    '<!-- results:begin a -->\\nnew\\n<!-- results:end -->'
+    """
+    places = re.findall(r"<!-- results:begin (\w+) -->", text)
+    if sorted(places) != sorted(made):
+        raise InvalidInput(
+            "the places for tables are not those of the tables",
+            expected=", ".join(sorted(made)),
+            received=", ".join(sorted(places)),
+        )
+    return re.sub(
+        r"(<!-- results:begin (\w+) -->\n).*?(<!-- results:end -->)",
+        lambda match: f"{match[1]}{made[match[2]]}\n{match[3]}",
+        text,
+        flags=re.DOTALL,
+    )
