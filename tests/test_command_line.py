@@ -768,7 +768,9 @@ def interrupted(module: str, function: str, number: int, *arguments: str) -> tup
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(tmp_path: Path) -> None:
     arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
-    status, err = interrupted("pipeline.studies.walks.known_view", "KnownView.measure", signal.SIGINT, *arguments)
+    status, err = interrupted(
+        "pipeline.studies.walks.known_view", "KnownView.measure", signal.SIGINT, *arguments
+    )
     assert status == 130
     assert_one_sentence(err, "interrupted", "goes on from there")
     assert leftovers(tmp_path) == []

@@ -399,9 +399,7 @@ def test_the_figures_are_whole(figure: Callable[..., Outcome], tmp_path: Path) -
     assert names <= set(recordings.entities(recording))
     drawn = tables.read(outcome.folder / "table.csv")
     assert len(drawn["x_mm"]) == 2 * 9 * 15
-    index, joints = recordings.read_column(
-        recording, "world/mean_performance", "Points3D:positions", "frame"
-    )
+    index, joints = recordings.read_column(recording, "world/mean_performance", "Points3D:positions", "frame")
     assert list(index) == list(range(1, 101))
     mean = (drawn["frame"] == 40) & (drawn["draw"] == -1)
     np.testing.assert_allclose(1e3 * joints[39, :, 2], drawn["z_mm"][mean], atol=0.01)
