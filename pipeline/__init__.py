@@ -29,6 +29,7 @@ The map, from the ground up; a module imports only from what stands above it her
       articulated_trajectory a whole skeleton from the root to the leaves
       reconstructibility     how well a limb can be known                      park2011 13-18
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
+      newton, choice         minima inside brackets; choices that rounding does not change
 
     formats/               one reader to a file format, all return the same value
     fetch/                 the public recordings, checked

@@ -5,8 +5,10 @@ Symbols
 ``f'``, ``f''``  slope and curvature of a function at a point
 ``[l, u]``       its bracket: f falls at l and rises at u
 
-Why not Newton's method alone: far from a minimum its step may go uphill or out of the bracket.  Such a step is
-replaced by halving the bracket, which every slope makes smaller.
+Why not Newton's method alone: far from a minimum its step may go uphill, out of the bracket, or be one of many that
+hardly shrink.  Such a step is replaced by halving the bracket, which every slope makes smaller.  And a curvature taken
+from two slopes far apart may be that of another part of the function, so a step that it calls short is made long enough
+for the next curvature to be local.
 """
 
 from __future__ import annotations
@@ -75,28 +77,35 @@ def minimise(
     at, slopes = following.copy(), np.zeros(len(following))
     bends = np.zeros(len(at)) if curvature is None else np.array(curvature, dtype=float)
     converged, iterations = np.zeros(len(at), dtype=bool), np.zeros(len(at), dtype=int)
-    active = np.arange(len(at))
+    active, probe = np.arange(len(at)), np.sqrt(tolerance)
+    lengths = np.full((2, len(at)), np.inf)  # of the last step and the one before
     for step in range(most_iterations):
         if not len(active):
             break
         here = following[active]
         slope, bend = derivatives(active, here)
+        local = np.ones(len(active), dtype=bool)
         if bend is None:
             bend = bends[active]
             if step > 0:
                 travelled = here - at[active]
                 far = np.abs(travelled) > 10.0 * tolerance  # nearer, the difference of slopes is rounding
                 bend = np.where(far, (slope - slopes[active]) / np.where(far, travelled, 1.0), bend)
+                local = np.abs(travelled) <= probe
         at[active], slopes[active], bends[active] = here, slope, bend
         rising = slope > 0
         upper[active[rising]] = here[rising]
         lower[active[~rising]] = here[~rising]
         bowl = bend > 0
-        proposal = here - slope / np.where(bowl, bend, 1.0)
+        newton = here - slope / np.where(bowl, bend, 1.0)
+        near = bowl & (np.abs(newton - here) < tolerance)
+        newton = np.where(near & ~local, here - np.where(rising, probe, -probe), newton)
         # A step within the tolerance needs no bracket: its own end may be here.
-        near = np.abs(proposal - here) < tolerance
-        inside = (proposal >= lower[active]) & (proposal <= upper[active])
-        proposal = np.where(bowl & (near | inside), proposal, 0.5 * (lower[active] + upper[active]))
+        near &= local
+        inside = (newton >= lower[active]) & (newton <= upper[active])
+        shrinks = np.abs(newton - here) <= 0.5 * lengths[1, active]
+        proposal = np.where(near | (bowl & inside & shrinks), newton, 0.5 * (lower[active] + upper[active]))
+        lengths[:, active] = np.abs(proposal - here), lengths[0, active]
         iterations[active] += 1
         done = np.abs(proposal - here) < tolerance
         converged[active] = done
