@@ -46,6 +46,8 @@ The map, from the ground up; a module imports only from what stands above it her
       limbs/                 park2011
       face_off/              the one study that looks into others
       registry               the list of studies
+      measures, ledger       named functions of published tables; the papers' claims against them
+      published              published numbers and the README's tables made of them
     stages/                ingest, dataset, model, sweep, figure: generic, thin
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline

@@ -407,7 +407,7 @@ def test_a_preset_holds_only_what_differs(preset: Path) -> None:
 
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-DISTRIBUTIONS = {"hydra": "hydra-core", "rerun": "rerun-sdk"}
+DISTRIBUTIONS = {"hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml"}
 """Where the name of the package is not that of what is installed."""
 
 

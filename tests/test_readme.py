@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import fields
 from pathlib import Path
@@ -14,6 +13,7 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.storage import tables
+from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import published
 from pipeline.studies.registry import options
 from pipeline.validation import InvalidInput
@@ -64,7 +64,7 @@ def test_every_preset_is_listed() -> None:
 
 # --- the result tables ------------------------------------------------------------------------------------
 
-LAYOUT = published.load_layout(ROOT / "conf" / "readme.yaml")
+LAYOUT = papers.read_mapping(ROOT / "conf" / "readme.yaml")
 PUBLISHED = tables.read(ROOT / "results" / "published.csv")
 
 
@@ -111,6 +111,9 @@ def test_a_table_is_rendered_row_by_row() -> None:
     ]
 
 
+FACTS = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40, "dirty": False}}
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Two published figures of two walkers."""
@@ -122,8 +125,8 @@ def folder(tmp_path: Path) -> Path:
     ):
         (tmp_path / figure).mkdir(exist_ok=True)
         tables.write(tmp_path / figure / f"{name}.csv", table, sort_by=[])
-        manifest = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40, "dirty": False}}
-        (tmp_path / figure / "manifest.json").write_text(json.dumps(manifest))
+    for figure in ("zhang2007_fig3", "zhang2007_fig5"):
+        write_manifest(tmp_path / figure, FACTS)
     return tmp_path
 
 
@@ -154,8 +157,7 @@ def test_published_figures_are_measured_and_replace_those_of_the_same_data(folde
     ],
 )
 def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: dict, complaint: str) -> None:
-    path = folder / "zhang2007_fig3" / "manifest.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
+    write_manifest(folder / "zhang2007_fig3", FACTS | changes)
     with pytest.raises(InvalidInput, match=complaint):
         published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT)
     with pytest.raises(InvalidInput, match="nothing is published"):

@@ -139,7 +139,7 @@ def _where(dotted: str) -> str:
 
 def readme(arguments: Sequence[str]) -> int:
     """Fill the README's result tables from results/published.csv, whose rows of a data set ``data=...`` renews."""
-    layout = published.load_layout(provenance.PROJECT / "conf" / "readme.yaml")
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
         _, folder = _results_folder(arguments)

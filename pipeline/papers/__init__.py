@@ -18,7 +18,7 @@ from pipeline.papers.claims import (
     judge,
     placeholders,
 )
-from pipeline.papers.loading import load
+from pipeline.papers.loading import load, read_mapping
 from pipeline.papers.register import (
     PAPERS,
     Equation,
@@ -60,4 +60,5 @@ __all__ = [
     "paper",
     "placeholders",
     "quantity",
+    "read_mapping",
 ]

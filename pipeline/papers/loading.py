@@ -87,7 +87,7 @@ def load(folder: Path) -> dict[str, Paper]:
     InvalidInput
         If a file cannot be read or says something wrongly; the sentence names file and entry.
     """
-    raw = {path.stem: _Entry(path.name, _read(path)) for path in sorted(folder.glob("*.yaml"))}
+    raw = {path.stem: _Entry(path.name, read_mapping(path)) for path in sorted(folder.glob("*.yaml"))}
     claims = {name: body for paper in raw.values() for name, body in paper.mapping("claims").items()}
     papers = [_paper(key, entry, claims) for key, entry in raw.items()]
     names = Counter(item.name for paper in papers for item in paper.measured)
@@ -123,7 +123,8 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
         return super().construct_mapping(node, deep=deep)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_mapping(path: Path) -> dict[str, Any]:
+    """What a YAML file says.  Raises InvalidInput if it cannot be read, has a key twice or is no mapping."""
     try:
         content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except InvalidInput as error:

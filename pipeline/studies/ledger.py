@@ -12,16 +12,11 @@ import pandas as pd
 from pipeline import papers
 from pipeline.storage import tables
 from pipeline.studies import measures
-from pipeline.studies.actions import measures as of_actions
-from pipeline.studies.limbs import measures as of_limbs
-from pipeline.studies.walks import measures as of_walks
+from pipeline.studies.registry import MEASURES
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
 ``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it."""
-
-MEASURES = measures.registry(measures, of_walks, of_actions, of_limbs)
-"""The measures of all studies, by name."""
 
 TIMING = "table_timing"
 """Seconds of the machine that made a figure: published, judged by nothing."""

@@ -6,7 +6,6 @@ that made them.  `measured` makes the rows of a folder of published figures, `re
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,20 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import yaml
 
 from pipeline import papers
 from pipeline.papers import OUTCOMES, UNTESTED, placeholders
 from pipeline.storage import tables
+from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies.ledger import judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
-
-
-def load_layout(path: Path) -> dict[str, Any]:
-    """The README's tables as data: columns and rows of templates, by the name of the table."""
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
 
 
 def names_quoted(layout: Mapping[str, Any]) -> list[str]:
@@ -48,11 +42,7 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
     InvalidInput
         If nothing is published there, figures were made by different commits, or by a changed checkout.
     """
-    manifests = [
-        json.loads((folder / figure / "manifest.json").read_text(encoding="utf-8"))
-        for figure in figures
-        if (folder / figure / "manifest.json").is_file()
-    ]
+    manifests = [read_manifest(folder / figure) for figure in figures if (folder / figure).is_dir()]
     made = {(m["data"], m["scale"], m["provenance"]["commit"]) for m in manifests}
     if len(made) != 1:
         raise InvalidInput(
