@@ -57,8 +57,24 @@ def turned(coefficients: np.ndarray) -> np.ndarray:
     return rows.reshape(len(coefficients), blocks, -1)
 
 
-def lowest_phase(forms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The phase (n,) in (-pi, pi] at which f^T M f is lowest, and that cost (n,), for n forms M (n, 1+2H, 1+2H)."""
+@dataclass(frozen=True)
+class PhaseMinimum:
+    """The phases of lowest cost for n observations.
+
+    Attributes
+    ----------
+    phase_rad : (n,)
+        In (-pi, pi].
+    cost : (n,)
+        f^T M f there, mm².
+    """
+
+    phase_rad: np.ndarray
+    cost: np.ndarray
+
+
+def lowest_phase(forms: np.ndarray) -> PhaseMinimum:
+    """The phase at which f^T M f is lowest, for n forms M (n, 1 + 2H, 1 + 2H)."""
     size = forms.shape[-1]
     order = np.arange(1, size)  # f f^T holds harmonics up to twice those of the walk
     samples = turning(np.arange(2 * size - 1) * (2 * np.pi / (2 * size - 1)), (size - 1) // 2)
@@ -94,7 +110,7 @@ def lowest_phase(forms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     as_low = varying <= (lowest + _ROUNDING * np.abs(waves[:, 1:]).sum(axis=1))[row]
     _, which = np.unique(row[as_low], return_index=True)
     first = np.flatnonzero(as_low)[which]
-    return np.pi - np.mod(np.pi - phase[first], 2 * np.pi), constant + varying[first]
+    return PhaseMinimum(np.pi - np.mod(np.pi - phase[first], 2 * np.pi), constant + varying[first])
 
 
 class TurnedObservations:
@@ -212,12 +228,13 @@ def from_known_views_unknown_phase(
     spectrum = gram.spectrum(c, s)
     inverse = spectrum.inverse(noise_variance)[:, None]
     K = H @ spectrum.vectors
-    phase, cost = lowest_phase(G - (K * inverse) @ np.swapaxes(K, 1, 2))
+    lowest = lowest_phase(G - (K * inverse) @ np.swapaxes(K, 1, 2))
+    phase = lowest.phase_rad
     f = turning(phase, image.shape[1] // 2)[:, None]
     z = ((f @ K * inverse) @ np.swapaxes(spectrum.vectors, 1, 2))[:, 0]
     x, y = white.mean_x + z @ white.bx.T, white.mean_y + z @ white.by.T
     missing = (-s[:, None] * x + c[:, None] * y).reshape(image.shape[:3])
-    return PhasedViews(phase, cost, z * white.scale, shift(missing[..., None], -phase)[..., 0])
+    return PhasedViews(phase, lowest.cost, z * white.scale, shift(missing[..., None], -phase)[..., 0])
 
 
 def error_path_unknown_phase(model: LinearModel, clip: ViewedClip, noise_variances: np.ndarray) -> np.ndarray:
@@ -247,7 +264,7 @@ def error_path_unknown_phase(model: LinearModel, clip: ViewedClip, noise_varianc
     for a in range(len(c)):
         inverse = inverses[a]
         outer = (K[a][:, None] * K[a]).reshape(-1, K.shape[-1])
-        phase, _ = lowest_phase((G[a].ravel() - inverse @ outer.T).reshape(-1, blocks, blocks))
+        phase = lowest_phase((G[a].ravel() - inverse @ outer.T).reshape(-1, blocks, blocks)).phase_rad
         f = turning(phase, blocks // 2)
         y = (f @ K[a]) * inverse
         path[a] = ((f @ constant[a]) * f).sum(axis=1)

@@ -46,7 +46,7 @@ class Track:
     ----------
     posture : (T, b)
         Posterior mean in the aSpace.
-    spread : (T, b)
+    standard_deviation : (T, b)
         Posterior standard deviation.
     phase : (T,)
         Posterior mean position along the mean performance, in samples; NaN without the prior.
@@ -65,7 +65,7 @@ class Track:
     """
 
     posture: np.ndarray
-    spread: np.ndarray
+    standard_deviation: np.ndarray
     phase: np.ndarray
     effective_sample_size: np.ndarray
     pruned_fraction: np.ndarray
@@ -115,7 +115,7 @@ def track(
     walk = Walk(mean, standard_deviation, dynamics or Dynamics(), prior=prior)
     _require_sizes(walk, likelihood, to_joints, n_particles, moves)
     frames, equal = likelihood.frames, np.full(n_particles, -np.log(n_particles))
-    posture, spread = np.empty((2, frames, walk.mean.shape[1]))
+    posture, deviation = np.empty((2, frames, walk.mean.shape[1]))
     phase, size, pruned, evidence = np.zeros((4, frames))
     lost = np.zeros(frames, dtype=bool)
     state, log_weights = None, equal
@@ -132,13 +132,13 @@ def track(
         state, log_weights = cloud.after, cloud.log_weights
         weights, x = np.exp(log_weights), walk.posture(state)
         posture[frame] = weights @ x
-        spread[frame] = np.sqrt(weights @ (x - posture[frame]) ** 2)
+        deviation[frame] = np.sqrt(weights @ (x - posture[frame]) ** 2)
         phase[frame] = weights @ state[:, 0]
         size[frame] = particles.effective_sample_size(log_weights)
         if size[frame] < n_particles / 2:
             state = state[particles.resample_systematically(log_weights, generator.random())]
             log_weights = equal
-    return Track(posture, spread, phase, size, pruned, evidence, likelihood.seen.sum(axis=1), lost)
+    return Track(posture, deviation, phase, size, pruned, evidence, likelihood.seen.sum(axis=1), lost)
 
 
 @dataclass(frozen=True)

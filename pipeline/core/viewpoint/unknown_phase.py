@@ -96,7 +96,7 @@ def estimate_unknown_phase(
     for g in range(len(grid)):
         G, H = rows.against(c[g : g + 1], s[g : g + 1])
         K = H @ roots[g]
-        cost[:, g] = lowest_phase(G - K @ np.swapaxes(K, 1, 2))[1]
+        cost[:, g] = lowest_phase(G - K @ np.swapaxes(K, 1, 2)).cost
     height, start = local_minima(cost, grid, closed=closed)
     first, every = first_lowest(height), np.arange(len(cost))
     second, other = lowest_but(height, first, closed=closed)
@@ -137,7 +137,7 @@ def _profile(
     """
     c, s = np.cos(angle), np.sin(angle)
     G, H = rows.against(c, s, which)
-    phase, _ = lowest_phase(gram.eliminate(c, s, G, H, noise_variance))
+    phase = lowest_phase(gram.eliminate(c, s, G, H, noise_variance)).phase_rad
     across, up = rows.at(phase, which)
     return reduced_cost(gram, across, up, angle, noise_variance, bend=bend), phase
 

@@ -60,7 +60,8 @@ def test_no_phase_of_a_fine_grid_is_lower_than_the_lowest(seed: int, harmonics: 
         forms[:, :, :-2] *= 1e-3
     elif style == "tiny":
         forms *= 1e-12
-    phase, cost = lowest_phase(forms)
+    found = lowest_phase(forms)
+    phase, cost = found.phase_rad, found.cost
     assert phase.shape == cost.shape == (6,)
     assert ((phase > -np.pi) & (phase <= np.pi)).all()
     f = turning(np.linspace(-np.pi, np.pi, 5001), harmonics)

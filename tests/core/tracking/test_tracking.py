@@ -265,7 +265,7 @@ def test_the_filter_is_the_kalman_filter_where_that_is_exact(
     # Errors of n independent samples would be sqrt(variance / n); effective samples are a tenth of n or more.
     tolerance = 4.0 / np.sqrt(n_particles / 10)
     assert (np.abs(found.posture - expected) < tolerance * np.sqrt(variance)).all()
-    np.testing.assert_allclose(found.spread, np.sqrt(variance), rtol=tolerance)
+    np.testing.assert_allclose(found.standard_deviation, np.sqrt(variance), rtol=tolerance)
     np.testing.assert_allclose(found.log_evidence, evidence, atol=3 * tolerance)
     assert found.log_evidence[4] == 0.0
     assert not found.lost.any()
@@ -328,7 +328,7 @@ def test_a_frame_with_nothing_seen_coasts_on_the_prediction() -> None:
     assert not found.lost.any()
     assert (found.log_evidence[20:30] == 0).all()
     assert (np.diff(found.phase[19:30]) > 0.3).all()  # the action goes on unseen
-    growth = found.spread[29].mean() / found.spread[19].mean()
+    growth = found.standard_deviation[29].mean() / found.standard_deviation[19].mean()
     assert growth > 1.5
     mean, _ = model(performances(0, 25)[1:])
     stayed = np.abs(found.posture[19] - x[29]).mean()
@@ -474,7 +474,7 @@ def test_one_particle_follows_its_own_prediction() -> None:
     _, image = seen(performances(0, 25)[0], np.random.default_rng(8), noise=5.0)
     found = run(Likelihood(image, VIEW, 500.0), n_particles=1)
     np.testing.assert_allclose(found.effective_sample_size, 1.0)
-    np.testing.assert_allclose(found.spread, 0.0, atol=1e-12)
+    np.testing.assert_allclose(found.standard_deviation, 0.0, atol=1e-12)
     assert (np.diff(found.phase) >= 0).all()
 
 
