@@ -1,4 +1,4 @@
-"""Published sizes of bodies: who the synthetic walkers are, before they move.
+"""Published sizes of bodies, from which the synthetic walkers are drawn.
 
 The grades of support (*published*, *read*, *assumed*), the tick ✓ and the legend are those of
 `walkers.normative_gait`, which holds what these bodies do.
@@ -49,7 +49,7 @@ HIP_CENTRES_MM = {True: (172.0, 9.0), False: (172.0, 9.0)}
 1990; Seidel et al. 1995."""
 
 BREADTH_STATURE_CORRELATION = 0.4
-"""Of breadths with stature.  Read: Gordon et al. 1989 (0.3–0.5)."""
+"""Correlation of breadths with stature.  Read: Gordon et al. 1989 (0.3–0.5)."""
 
 LEG_INEQUALITY_SD_MM = 5.0
 """Right less left.  Published order: Knutson 2005 (mean magnitude 5.2 mm)."""

@@ -1,4 +1,4 @@
-"""How 3D becomes 2D under a horizontal view: zhang2007 sections 3.2 and 4, appendix B.
+"""Orthographic projection under a horizontal view: zhang2007 sections 3.2 and 4, appendix B.
 
 Symbols
 -------

@@ -1,4 +1,4 @@
-"""What one view shows of a clip: its series at the frequency that the view alone gives.
+"""Fourier series of a clip in one view, at the frequency that the view alone gives.
 
 The papers take frequency and phase from the 3D motion before it is projected [zhang2007 3.1, 3.4].  Here nothing
 but the view is used (`sweep.phase_source: observed2d`): time zero is the first frame, and the phase is left to
@@ -19,10 +19,10 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 _NEAR = 0.15
-"""How far, as a fraction, the series of all joints may move the guess of the frequency."""
+"""Largest change, as a fraction, of the guess of the frequency by the series of all joints."""
 
 _NODES = 13
-"""Of the Chebyshev series of explained power over two cells of the grid: exact to rounding."""
+"""Nodes of the Chebyshev series of explained power over two cells of the grid: exact to rounding."""
 
 _BLOCK = 200_000
 """Numbers of a design that are worked on at a time: they stay in cache."""

@@ -30,7 +30,7 @@ from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.validation import InvalidInput, require_range
 
 HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
-"""Of the pelvis over the floor, as a part of the stature."""
+"""Height of the pelvis over the floor, as a part of the stature."""
 
 LARGEST_SWING_RAD = 1.5
 """Beyond, the inclination would come to the pole of its chart."""

@@ -31,7 +31,7 @@ _FARTHEST = 38.0
 
 @dataclass(frozen=True)
 class ActionModel:
-    """What performances of an action have in common, and how far they differ.
+    """Mean performance of an action and the standard deviation at each of its postures.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class LearntAction:
-    """What performances of an action teach.
+    """An aSpace, synchronized performances and the action model of one action.
 
     Attributes
     ----------

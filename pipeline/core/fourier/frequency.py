@@ -14,7 +14,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 SEARCH_HZ = (0.4, 1.6)
-"""Where the stride frequency of a walking human is looked for."""
+"""Range of stride frequencies of human walking in which the fundamental is searched, Hz."""
 
 _LEFT_ANKLE = WALKER15.index("left_ankle")
 _RIGHT_ANKLE = WALKER15.index("right_ankle")

@@ -25,7 +25,7 @@ FRAMES = ("parent", "hip")
 HEADINGS = ("first", "every", "none")
 
 FLOOR_PERCENTILE = 5.0
-"""Of the lower ankle's height over a clip: the level at which it stands, whatever a few frames do."""
+"""Percentile of the lower ankle's height over a clip that is taken for the floor: robust to a few frames."""
 
 _STARTS, _ENDS = np.transpose(POSTURE12.ends)
 _PELVIS, _STERNUM = WALKER15.index("pelvis"), WALKER15.index("sternum")
@@ -36,7 +36,7 @@ _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, stri
 
 @dataclass(frozen=True)
 class LimbLengths:
-    """What a posture leaves out: the size of the body.
+    """Sizes of a body, which a posture leaves out.
 
     Attributes
     ----------

@@ -32,10 +32,10 @@ from pipeline.core.synchronization.trellis import (
 from pipeline.validation import InvalidInput
 
 _TILE_BYTES = 2**20
-"""Of the arrays of one sample that a tile of pairs goes through: what a core's own cache holds."""
+"""Size of the arrays that a tile of pairs needs for one sample: what the cache of a processor core holds."""
 
 _KEPT_BYTES = 2**27
-"""Of the costs that a tile keeps for the way back."""
+"""Size of the costs that a tile keeps for backtracking."""
 
 _LARGEST = 1e140
 """Magnitude from which sums of squares may be no numbers any more."""
@@ -251,7 +251,7 @@ def _misfit(
 
 
 def _tile_size(count: int, nodes: Trellis, *, keep: bool) -> tuple[int, int]:
-    """How many n and how many m go through the trellis together."""
+    """Numbers of bases n and of others m in one tile."""
     pairs = _TILE_BYTES // (3 * 8 * int(nodes.widths.max()))
     if keep:
         pairs = min(pairs, _KEPT_BYTES // (8 * int(nodes.widths.sum())))

@@ -36,7 +36,7 @@ _CHUNK = 2**16
 
 @dataclass(frozen=True)
 class Synchronization:
-    """How one sequence is brought to the rate of another.
+    """Disparity function that brings one sequence to the rate of another.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How well 3D joints explain a 2D image of them, under a known camera: the likelihood of a tracker.
+"""Likelihood of 3D joints given a 2D image of them under a known camera.
 
 Symbols
 -------
@@ -148,7 +148,7 @@ class Likelihood:
 
 
 def _camera_known(camera: object, frames: int, unknown_place: str) -> np.ndarray:
-    """Where the camera is known, (T, 1) or (1, 1) bool."""
+    """Frames in which the camera is known, (T, 1) or (1, 1) bool; raises InvalidInput if it is no camera."""
     if isinstance(camera, Pinhole):
         if unknown_place != "none":
             raise InvalidInput(

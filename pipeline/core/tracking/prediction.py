@@ -1,4 +1,4 @@
-"""How postures are predicted: along the action model, within its bounds, at a rate that is the performer's own.
+"""Prediction of postures along the action model, within its bounds, at the performer's own rate.
 
 Symbols
 -------
@@ -33,7 +33,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Dynamics:
-    """How particles move from one frame to the next.
+    """Parameters of the motion of particles from one frame to the next.
 
     Attributes
     ----------

@@ -290,7 +290,7 @@ def reduced_cost(
 def _polynomial_minimum(
     cost: np.ndarray, cells: np.ndarray, start: np.ndarray, grid: np.ndarray, *, closed: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where the polynomial through seven cells about `cells` is lowest (A,) rad, and its curvature there (A,).
+    """Minimum (A,) rad of the polynomial through seven cells about `cells`, and its curvature there (A,).
 
     Good to some 1e-6 rad on a grid of 2 degrees, so that one step on the cost itself is nearly the last.
     """

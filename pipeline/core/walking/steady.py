@@ -200,7 +200,7 @@ def _running_mean(path: np.ndarray, window: int) -> np.ndarray:
 def treadmill_equivalent(
     positions: np.ndarray, frame_rate_hz: float, *, locomotion: str, path: str = "cubic"
 ) -> np.ndarray:
-    """What a treadmill would have shown of a steady stretch: no path, heading along +y; (T, 15, 3) mm.
+    """Treadmill equivalent (T, 15, 3) of a steady stretch, mm: path subtracted, heading along +y.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a clip must be before steady walking is looked for in it: in millimetres, and without short gaps."""
+"""Checks and repairs of a clip before steady walking is searched for: units of length, short gaps."""
 
 from __future__ import annotations
 

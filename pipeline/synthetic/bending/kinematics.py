@@ -1,4 +1,4 @@
-"""How one person bends to the floor and comes up again: joint centres at phases of the action.
+"""Joint centres of one person who bends to the floor and comes up again, at phases of the action.
 
 How a posture is made
 ---------------------

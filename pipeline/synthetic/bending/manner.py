@@ -1,4 +1,4 @@
-"""How people bend to the floor: what differs between persons, and between one person's performances.
+"""Differences in bending to the floor between persons, and between one person's performances.
 
 The grades of support (*published*, *assumed*) are those of `walkers.normative_gait`.  The sizes were not fitted to any
 recording.  Differences between the sides and the variation of the bent body were widened once, when people
@@ -71,7 +71,7 @@ angles vary by 2-6 degrees, as repeated lifts do (direction: Scholz 1993)."""
 
 @dataclass(frozen=True)
 class Manner:
-    """How somebody bends: `angles` in radians, `timing` (7, 4) in phase and `skew` (7,) in the order of `TIMED`.
+    """One person's way of bending: `angles` in radians, `timing` (7, 4) in phase, `skew` (7,) in the order of `TIMED`.
 
     `statures` are those of `TARGET_HEIGHT` … `BALANCE`, as fractions; `one_handed` is 0 with both hands, 1 with the
     right one alone.
@@ -84,7 +84,7 @@ class Manner:
     one_handed: float
 
     def progress(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """How far an angle has gone, 0 standing to 1 at the deepest, (F,); minimum jerk down and up."""
+        """Progress of an angle (F,), 0 standing to 1 at the deepest; minimum jerk down and up."""
         shift = self.timing[TIMED.index(name)]
         way = np.clip((phase - (DOWN[0] + shift[0])) / (DOWN[1] - DOWN[0] + shift[1] - shift[0]), 0.0, 1.0)
         back = np.clip((phase - (UP[0] + shift[2])) / (UP[1] - UP[0] + shift[3] - shift[2]), 0.0, 1.0)
@@ -129,7 +129,7 @@ def varied(manner: Manner, rng: np.random.Generator) -> Manner:
 
 
 def draw_sway(rng: np.random.Generator, times_s: np.ndarray) -> dict[str, np.ndarray]:
-    """What never stands still, each (F,): a few slow waves."""
+    """Postural sway, each (F,): a few slow waves."""
     size = (len(SWAY), SWAY_WAVES)
     turns = rng.uniform(*SWAY_HZ, size)[..., None] * times_s + rng.uniform(size=size)[..., None]
     waves = (rng.standard_normal(size)[..., None] * np.sin(2.0 * np.pi * turns)).sum(axis=1)

@@ -22,10 +22,10 @@ FRAMES_SD, LEAST_FRAMES = 0.15, 10
 """Standard deviation of the logarithm of the durations, half of it between people."""
 
 PLACE_MM, FACING_SD = 500.0, np.radians(6.0)
-"""Where people stand on the floor; how much one person's heading differs between performances."""
+"""Half the range of places on the floor; standard deviation of one person's heading between performances."""
 
 SUBJECT_SHARE = 0.5
-"""Of the variance of durations and rates that is a person's own."""
+"""Share of the variance of durations and rates that is a person's own."""
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,13 @@ from pipeline.synthetic.walkers import normative_gait as norm
 from pipeline.synthetic.walkers.person import Person
 
 _STEP = 1e-5
-"""Of finite differences, in radians or as a fraction."""
+"""Step of finite differences, in radians or as a fraction."""
 
 _FOOT_PITCH = PchipInterpolator(norm.FOOT_PHASES, np.radians(norm.FOOT_PITCH_DEG))
 
 
 def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How far ahead of its place over a flat foot, and how high, the ankle is: two like `phase`, mm."""
+    """Place of the ankle ahead of that over a flat foot, and its height: two arrays like `phase`, mm."""
     pitch = _FOOT_PITCH(phase % 1.0)
     pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
     # The foot turns about its heel while the toes are up, about its ball while the heel is up.

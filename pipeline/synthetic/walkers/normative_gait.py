@@ -43,7 +43,7 @@ from scipy.interpolate import CubicSpline
 
 @dataclass(frozen=True)
 class Spread:
-    """How a curve differs between people, standard deviations.
+    """Standard deviations of a curve between people.
 
     Attributes
     ----------

@@ -63,7 +63,7 @@ class Person:
         return float(np.mean(self.thigh + self.shank)) + body.SEGMENTS["ankle_height"] * self.stature
 
     def basis(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """What each landmark value weighs at these phases: (P,) cycles → (P, n)."""
+        """Weights (P, n) of the landmark values at phases (P,) in cycles."""
         return np.asarray(norm.CURVES[name].basis((phase + self.manner[name].shift) % 1.0))
 
     def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:

@@ -13,7 +13,7 @@ from pipeline.synthetic.walkers.person import Person
 
 @dataclass(frozen=True)
 class Strides:
-    """What changes from stride to stride, frame by frame.
+    """Phases, gains and footholds that change from stride to stride, frame by frame.
 
     Attributes
     ----------
