@@ -28,7 +28,7 @@ import numpy as np
 
 from pipeline.validation import InvalidInput
 
-Light = Literal["green", "amber", "red"]
+Confidence = Literal["green", "amber", "red"]
 
 GREEN_ABOVE, RED_BELOW = 2.0, 0.95
 """Of eta_a on vectors: on real clips the right signs were found in 97 % and more above, and never below."""
@@ -57,9 +57,9 @@ class Reconstructibility:
     impostor: float
 
     @property
-    def light(self) -> Light:
-        """Traffic light of eta_a on vectors: green above 2, red below 0.95."""
-        return _light(self.ratio, RED_BELOW, GREEN_ABOVE)
+    def confidence(self) -> Confidence:
+        """Confidence by eta_a on vectors: green above 2, red below 0.95."""
+        return _confidence(self.ratio, RED_BELOW, GREEN_ABOVE)
 
 
 def reconstructibility(
@@ -126,15 +126,15 @@ def of_clip(limbs: Sequence[Reconstructibility]) -> Reconstructibility:
     return _compared(truth, impostor, 0.0)
 
 
-def light_of_mirror_margin(margin: float) -> Light:
-    """Traffic light of the mirror margin, J(-s) / J(s), which needs no truth: green above 2, red below 1.25.
+def confidence_of_mirror_margin(margin: float) -> Confidence:
+    """Confidence by the mirror margin, J(-s) / J(s), which needs no truth: green above 2, red below 1.25.
 
     Raises
     ------
     InvalidInput
         If the margin is not a number.
     """
-    return _light(margin, MARGIN_RED_BELOW, MARGIN_GREEN_ABOVE)
+    return _confidence(margin, MARGIN_RED_BELOW, MARGIN_GREEN_ABOVE)
 
 
 def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
@@ -213,9 +213,9 @@ def _compared(truth: float, impostor: float, size: float) -> Reconstructibility:
     return Reconstructibility(impostor / truth, truth, impostor)
 
 
-def _light(value: float, red_below: float, green_above: float) -> Light:
+def _confidence(value: float, red_below: float, green_above: float) -> Confidence:
     if np.isnan(value):
-        raise InvalidInput("there is no number to make a light of", expected="0 or more", received="nan")
+        raise InvalidInput("must be a number", where="margin", received="nan")
     return "red" if value < red_below else "green" if value > green_above else "amber"
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 EXPONENT = 6.0
 """How steeply the soft basis forbids: the square of a third derivative."""
@@ -33,7 +33,7 @@ HEADROOM = 1.25
 """Components of a limb over those that predict its middles best."""
 
 
-def cosine_basis(F: int, K: int) -> np.ndarray:
+def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     """The first K orthonormal discrete cosines (type II) over F frames, (F, K) [park2011 2].
 
     Parameters
@@ -42,6 +42,8 @@ def cosine_basis(F: int, K: int) -> np.ndarray:
         Frames, at least one.
     K : int
         Components, from 1 to F.
+    at : (T,), optional
+        Times, counted in frames from 0 to F - 1: rows (T, K) there, between frames as well.
 
     Raises
     ------
@@ -55,49 +57,127 @@ def cosine_basis(F: int, K: int) -> np.ndarray:
            [ 0.5  ,  0.271],
            [ 0.5  , -0.271],
            [ 0.5  , -0.653]])
+    >>> cosine_basis(4, 2, at=np.array([1.5])).round(3) + 0.0
+    array([[0.5, 0. ]])
     """
-    if F < 1:
-        raise InvalidInput("a trajectory has no frames", expected="1 or more", received=str(F))
-    if not 1 <= K <= F:
-        raise InvalidInput(
-            f"{F} frames cannot have so many components", expected=f"from 1 to {F}", received=str(K)
-        )
+    require_range("frames", F, at_least=1, whole=True)
+    require_range("components", K, at_least=1, at_most=F, whole=True)
+    times = np.arange(F) if at is None else np.asarray(at)
     # Multiples of a quarter turn over F, reduced in whole numbers: exact for sequences of any length.
-    quarters = (2 * np.arange(F)[:, None] + 1) * np.arange(K) % (4 * F)
+    quarters = (2 * times[:, None] + 1) * np.arange(K) % (4 * F)
     basis = np.sqrt(2.0 / F) * np.cos(np.pi / (2 * F) * quarters)
     basis[:, 0] = np.sqrt(1.0 / F)
     return basis
 
 
-def soft_ridge(components: int, softness: float) -> np.ndarray:
+def soft_ridge(components: int, cutoff: float) -> np.ndarray:
     """R (K,): (k / k0)^6, nothing for the constant; half of component k0 is lost.
 
     Parameters
     ----------
     components : int
         K.
-    softness : float
+    cutoff : float
         k0, in components: 8 to 14 for limbs over 100 frames at 30 Hz.
 
     Raises
     ------
     InvalidInput
         If it is not positive.
+
+    Examples
+    --------
+    >>> soft_ridge(4, 1.0)
+    array([  0.,   1.,  64., 729.])
     """
-    if not softness > 0:
-        raise InvalidInput(
-            "the softness of the basis is not positive", expected="components > 0", received=str(softness)
-        )
-    return (np.arange(components) / softness) ** EXPONENT
+    return (np.arange(components) / require_range("cutoff", cutoff, above=0.0)) ** EXPONENT
 
 
-def soft_basis(F: int, K: int, softness: float) -> np.ndarray:
-    """B (F, K) of the soft basis when all frames are observed: Theta diag(1 / sqrt(1 + R)).
+@dataclass(frozen=True)
+class TrajectoryBasis:
+    """The trajectory basis of a reconstruction.
 
-    K should be four times the softness k0, so that the last components cost much.
+    Attributes
+    ----------
+    components : int
+        K.
+    cutoff : float or None
+        k0 of a soft basis: coefficient k is drawn to zero with weight (k / k0)^6; None for a hard one, as printed.
 
+    Raises
+    ------
+    InvalidInput
+        If there is no component, or the cutoff is not a number above zero.
     """
-    return cosine_basis(F, K) / np.sqrt(1.0 + soft_ridge(K, softness))
+
+    components: int = 20
+    cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        require_range("components", self.components, at_least=1, whole=True)
+        _ = self.ridge
+
+    @property
+    def ridge(self) -> np.ndarray:
+        """R (K,); zeros for a hard basis."""
+        return np.zeros(self.components) if self.cutoff is None else soft_ridge(self.components, self.cutoff)
+
+    def rows(self, frames: int, observed: np.ndarray) -> np.ndarray:
+        """B of the n frames that were observed, (n, K), or (n, n) if they are fewer, with the same B B^T.
+
+        Parameters
+        ----------
+        frames : int
+        observed : (F,) bool
+        """
+        rows = restricted(cosine_basis(frames, self.components), observed, ridge=self.ridge)
+        if len(rows) >= self.components:
+            return rows
+        left, size, _ = np.linalg.svd(rows, full_matrices=False)
+        return left * np.minimum(size, 1.0)
+
+    def of(self, middle: np.ndarray, observed: np.ndarray) -> TrajectoryBasis:
+        """The same for every limb; arguments as of `TrajectoryBasisByRule`."""
+        del middle, observed
+        return self
+
+
+@dataclass(frozen=True)
+class TrajectoryBasisByRule:
+    """A trajectory basis whose K each limb's own images choose, by `choose_components`.
+
+    Attributes
+    ----------
+    cutoff : float or None
+        As of `TrajectoryBasis`.
+
+    Raises
+    ------
+    InvalidInput
+        If the cutoff is not a number above zero.
+    """
+
+    cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        TrajectoryBasis(1, self.cutoff)
+
+    def of(self, middle: np.ndarray, observed: np.ndarray) -> TrajectoryBasis:
+        """The basis of one limb.
+
+        Parameters
+        ----------
+        middle : (F, 3)
+            What is known of the limb before any sign is: the points of its rays nearest to its parent, mm.
+        observed : (F,) bool
+            Frames in which it was seen.
+
+        Raises
+        ------
+        InvalidInput
+            As `choose_components`.
+        """
+        return TrajectoryBasis(choose_components(middle, observed=observed).components, self.cutoff)
 
 
 def restricted(theta: np.ndarray, observed: np.ndarray, *, ridge: np.ndarray | None = None) -> np.ndarray:
@@ -148,24 +228,11 @@ def coefficients(
         If the observed frames do not determine the coefficients, or are not finite.
     """
     above, stacked = _stacked(theta, observed, ridge)
-    values = np.asarray(values, dtype=float)
-    if values.ndim != 2 or len(values) != len(theta):
-        raise InvalidInput(
-            "the trajectory does not fit the basis",
-            expected=f"shape ({len(theta)}, D)",
-            received=str(values.shape),
-        )
+    values = require_shape("trajectory", np.asarray(values, dtype=float), (len(theta), "D"))
     seen = values[np.asarray(observed, dtype=bool)]
     _check_finite(seen, np.flatnonzero(observed))
     q, r = np.linalg.qr(stacked)
     return np.linalg.solve(r, q[:above].T @ seen)
-
-
-def impute(
-    theta: np.ndarray, observed: np.ndarray, values: np.ndarray, *, ridge: np.ndarray | None = None
-) -> np.ndarray:
-    """The fitted trajectory (F, D) at all frames, observed or not, from what `coefficients` takes [park2011 2]."""
-    return np.asarray(theta) @ coefficients(theta, observed, values, ridge=ridge)
 
 
 @dataclass(frozen=True)
@@ -179,7 +246,7 @@ class ComponentChoice:
     least : int
         The number of components that predicts best.
     error : (M,)
-        Mean squared error of frames predicted from all others by 1 … M components, squared unit.
+        Mean squared error of frames predicted from all others by 1 … M components, squared unit; M is half the frames.
     """
 
     components: int
@@ -187,9 +254,7 @@ class ComponentChoice:
     error: np.ndarray
 
 
-def choose_components(
-    values: np.ndarray, *, observed: np.ndarray | None = None, most: int | None = None
-) -> ComponentChoice:
+def choose_components(values: np.ndarray, *, observed: np.ndarray | None = None) -> ComponentChoice:
     """The number of components for a limb, from how well each of its frames is predicted by all others.
 
     Parameters
@@ -198,13 +263,11 @@ def choose_components(
         What is known of the trajectory before any sign is: image coordinates, or the middles of the candidates.
     observed : (F,) bool, optional
         Frames that were seen; all, unless given.
-    most : int, optional
-        M; half the observed frames unless given.
 
     Raises
     ------
     InvalidInput
-        If fewer than four frames were seen, they are not finite, or `most` is not from 1 to one less than they.
+        If fewer than four frames were seen, or they are not finite.
 
     Notes
     -----
@@ -215,31 +278,13 @@ def choose_components(
     wrong by 1.7, 12 and 27 mm; the best K of each limb, known afterwards, leaves 0.1, 9 and 21 mm, K = 12 for all
     36, 39 and 45 mm, and K = 20 for all 6, 12 and 27 mm.
     """
-    values = np.asarray(values, dtype=float)
-    if values.ndim != 2:
-        raise InvalidInput(
-            "a trajectory is not frames by coordinates", expected="shape (F, D)", received=str(values.shape)
-        )
+    values = require_shape("trajectory", np.asarray(values, dtype=float), ("F", "D"))
     seen = np.ones(len(values), dtype=bool) if observed is None else np.asarray(observed, dtype=bool)
-    if seen.shape != (len(values),):
-        raise InvalidInput(
-            "the observed frames are not marked one by one",
-            expected=f"shape ({len(values)},)",
-            received=str(seen.shape),
-        )
+    require_shape("observed", seen, (len(values),))
     count = int(seen.sum())
-    if count < 4:
-        raise InvalidInput(
-            "too few frames were observed to choose components by", expected="4", received=str(count)
-        )
+    require_range("observed frames", count, at_least=4)
     _check_finite(values[seen], np.flatnonzero(seen))
-    largest = count // 2 if most is None else int(most)
-    if not 1 <= largest < count:
-        raise InvalidInput(
-            "so many components cannot be tried",
-            expected=f"from 1 to {count - 1}",
-            received=str(largest),
-        )
+    largest = count // 2
     q, _ = np.linalg.qr(cosine_basis(len(values), largest)[seen])
     parts = q[:, :, None] * (q.T @ values[seen])[None]
     residuals = values[seen][:, None] - np.cumsum(parts, axis=1)

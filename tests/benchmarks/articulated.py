@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Articulated, Smoothness, reconstruct
+from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, reconstruct
 from pipeline.core.camera_paths import around
 from pipeline.core.pinhole import Pinhole
 from pipeline.synthetic.limbs import SyntheticBody, synthetic_body
@@ -36,16 +36,13 @@ class Shot:
     images: np.ndarray
     noise_px: float
 
-    def skeleton(self, smoothness: Smoothness, *, limit_s: float, refine: bool) -> Articulated:
+    def skeleton(self, basis: TrajectoryBasis, *, limit_s: float, refine: bool) -> Articulated:
         return reconstruct(
             self.images,
             self.camera,
             self.body.root_mm,
             self.body.lengths_mm,
-            smoothness=smoothness,
-            noise_px=self.noise_px,
-            refine=refine,
-            time_limit_s=limit_s,
+            Options(basis, noise_px=self.noise_px, refine=refine, time_limit_s=limit_s),
         )
 
 
@@ -58,13 +55,13 @@ def shot(frames: int, *, noise_px: float = 0.0) -> Shot:
     return Shot(body, camera, images + noise_px * generator.standard_normal(images.shape), noise_px)
 
 
-def _stages(one: Shot, smoothness: Smoothness, *, limit_s: float) -> Row:
+def _stages(one: Shot, basis: TrajectoryBasis, *, limit_s: float) -> Row:
     """CPU seconds of each stage, and what came out."""
-    found = one.skeleton(smoothness, limit_s=limit_s, refine=True)  # warm
+    found = one.skeleton(basis, limit_s=limit_s, refine=True)  # warm
 
     def seconds(limit: float, refine: bool) -> float:
         return min(
-            cpu_seconds(lambda: one.skeleton(smoothness, limit_s=limit, refine=refine)) for _ in range(ROUNDS)
+            cpu_seconds(lambda: one.skeleton(basis, limit_s=limit, refine=refine)) for _ in range(ROUNDS)
         )
 
     signs = seconds(0.0, False)
@@ -88,27 +85,28 @@ def _stages(one: Shot, smoothness: Smoothness, *, limit_s: float) -> Row:
 def run() -> list[Row]:
     """Rows of the whole, and rows of growth with their exponents."""
     rows: list[Row] = []
-    for basis, smoothness in (("hard", Smoothness(COMPONENTS)), ("soft", Smoothness(2 * COMPONENTS, 12.0))):
+    for basis, basis in (
+        ("hard", TrajectoryBasis(COMPONENTS)),
+        ("soft", TrajectoryBasis(2 * COMPONENTS, 12.0)),
+    ):
         for noise_px in (0.0, 1.0):
-            row = _stages(shot(FRAMES, noise_px=noise_px), smoothness, limit_s=LIMIT_S)
+            row = _stages(shot(FRAMES, noise_px=noise_px), basis, limit_s=LIMIT_S)
             if not float(row["total_s"]) < BOUND_S:
                 raise SystemExit(f"a skeleton of {FRAMES} frames takes {row['total_s']} s, over {BOUND_S:g}")
-            rows.append(
-                {"job": f"whole, {basis} basis, {noise_px:g} px", **_sizes(FRAMES, smoothness), **row}
-            )
+            rows.append({"job": f"whole, {basis} basis, {noise_px:g} px", **_sizes(FRAMES, basis), **row})
     for grows, sizes in (("F", BY_FRAMES), ("K", BY_COMPONENTS)):
         found = []
         for size in sizes:
             frames = size if grows == "F" else FRAMES
-            smoothness = Smoothness(size if grows == "K" else COMPONENTS)
-            row = _stages(shot(frames), smoothness, limit_s=0.0)
+            basis = TrajectoryBasis(size if grows == "K" else COMPONENTS)
+            row = _stages(shot(frames), basis, limit_s=0.0)
             found.append(row)
-            rows.append({"job": f"growth with {grows}", **_sizes(frames, smoothness), **row})
+            rows.append({"job": f"growth with {grows}", **_sizes(frames, basis), **row})
         for stage in ("signs", "step"):
             rows[-1][f"{stage}_exponent"] = exponent(sizes, [float(row[f"{stage}_ms"]) for row in found])
     headings = dict.fromkeys(name for row in rows for name in row)
     return [{name: row.get(name, "") for name in headings} for row in rows]
 
 
-def _sizes(frames: int, smoothness: Smoothness) -> Row:
-    return {"frames": frames, "components": smoothness.components}
+def _sizes(frames: int, basis: TrajectoryBasis) -> Row:
+    return {"frames": frames, "components": basis.components}

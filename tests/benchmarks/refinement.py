@@ -17,7 +17,8 @@ from scipy.spatial.transform import Rotation
 from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.core.refinement import Refinement, refine, reprojection
 from pipeline.core.refinement.inputs import starting_paths
-from pipeline.core.refinement.spherical import SphericalTrajectory, cosines_at
+from pipeline.core.refinement.spherical import SphericalTrajectory
+from pipeline.core.trajectory_basis import cosine_basis
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, in_turns, relative_difference
 
@@ -61,7 +62,7 @@ def clip(frames: int, components: int, *, away: float = NEAR, noise_px: float = 
     """Smooth limbs that lean to or from a moving camera, seen with noise, and a start some degrees away."""
     generator = np.random.default_rng(2011)
     limbs = len(PARENTS) - 1
-    basis = cosines_at(np.arange(frames), frames, components)
+    basis = cosine_basis(frames, components)
     sizes = 0.2 * np.sqrt(frames) / np.arange(1, components + 1) ** 1.5
     lengths = generator.uniform(150.0, 450.0, limbs)
     theta, phi = generator.uniform(-1, 1, (2, limbs, components)) * sizes

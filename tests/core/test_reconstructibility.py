@@ -17,8 +17,8 @@ from pipeline.core.pinhole import project_by_matrix
 from pipeline.core.reconstructibility import (
     Reconstructibility,
     choice_residual,
+    confidence_of_mirror_margin,
     estimated,
-    light_of_mirror_margin,
     of_clip,
     outside,
     reconstructibility,
@@ -98,7 +98,7 @@ def test_a_truth_inside_the_basis_is_reconstructible_without_bound(seed: int) ->
     half_chord, signs = np.abs(along)[:, None] * v, np.where(along >= 0.0, 1.0, -1.0)
     eta = reconstructibility(cosines(40, 4), chi - along[:, None] * v, half_chord, signs)
     assert eta.ratio > 1e10  # rays bring a rounding of their own
-    assert eta.light == "green"
+    assert eta.confidence == "green"
     assert eta.impostor == pytest.approx(outside(cosines(40, 4), chi - 2 * along[:, None] * v))
 
 
@@ -114,7 +114,7 @@ def test_parallel_rays_are_a_tie_on_either_reading(seed: int, azimuth: float) ->
             cosines(30, 6), hits.middle, hits.half_chord, signs, reading=reading, axis=hits.rays.axis
         )
         assert eta.ratio == pytest.approx(1.0, rel=1e-6)
-        assert eta.light == "amber"
+        assert eta.confidence == "amber"
     flat = np.tile([1.0, 2.0, 3.0], (30, 1))  # truth and impostor both inside
     assert reconstructibility(cosines(30, 2), flat, flat, np.ones(30)).ratio == 1.0
 
@@ -225,7 +225,7 @@ def test_a_truth_inside_the_basis_is_the_only_choice_without_a_residual() -> Non
     assert np.sqrt(everywhere.value) == pytest.approx(outside(basis, impostor))
 
 
-# --- limbs together, lights -------------------------------------------------------------------------------
+# --- limbs together, confidence ----------------------------------------------------------------------------
 
 
 def test_a_clip_is_its_limbs_together() -> None:
@@ -241,16 +241,18 @@ def test_a_clip_is_its_limbs_together() -> None:
 
 
 @pytest.mark.parametrize(
-    ("eta", "light"),
+    ("eta", "confidence"),
     [(0.0, "red"), (0.94, "red"), (0.95, "amber"), (2.0, "amber"), (2.01, "green"), (np.inf, "green")],
 )
-def test_lights_of_reconstructibility(eta: float, light: str) -> None:
-    assert Reconstructibility(eta, 1.0, eta).light == light
+def test_confidence_by_reconstructibility(eta: float, confidence: str) -> None:
+    assert Reconstructibility(eta, 1.0, eta).confidence == confidence
 
 
-@pytest.mark.parametrize(("margin", "light"), [(1.0, "red"), (1.3, "amber"), (2.0, "amber"), (2.1, "green")])
-def test_lights_of_the_mirror_margin(margin: float, light: str) -> None:
-    assert light_of_mirror_margin(margin) == light
+@pytest.mark.parametrize(
+    ("margin", "confidence"), [(1.0, "red"), (1.3, "amber"), (2.0, "amber"), (2.1, "green")]
+)
+def test_confidence_by_the_mirror_margin(margin: float, confidence: str) -> None:
+    assert confidence_of_mirror_margin(margin) == confidence
 
 
 # --- refusals ---------------------------------------------------------------------------------------------
@@ -289,11 +291,11 @@ def test_what_has_no_reconstructibility_is_refused(arguments: tuple, options: di
         reconstructibility(*arguments, **options)
 
 
-def test_choices_and_lights_that_are_none_are_refused() -> None:
+def test_choices_and_margins_that_are_none_are_refused() -> None:
     for b in (np.full(5, 2), np.zeros(4)):
         with pytest.raises(InvalidInput, match="truth, impostor and choices do not fit"):
             estimated(ONES, ONES, b)
     with pytest.raises(InvalidInput, match=r"not orthonormal \(expected Theta\^T Theta = I\)"):
         choice_residual(0.5 * BASIS, ONES, ONES, np.zeros(5))
-    with pytest.raises(InvalidInput, match="no number to make a light of"):
-        light_of_mirror_margin(np.nan)
+    with pytest.raises(InvalidInput, match="margin must be a number"):
+        confidence_of_mirror_margin(np.nan)

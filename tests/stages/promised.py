@@ -205,7 +205,7 @@ PROMISED |= {
         "table": [
             "trial", "clip", "limb", "camera", "reconstructibility", "reconstructibility_angle", "mirror_margin",
             "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective", "lower_bound",
-            "truth_objective", "impostor_objective", "light", "taken_impostor",
+            "truth_objective", "impostor_objective", "confidence", "taken_impostor",
         ],
         "table_bins": [
             "reconstructibility_from", "reconstructibility_to", "trials", "limb_error_median", "limb_error_low",
@@ -266,11 +266,11 @@ PROMISED |= {
         "table": ["clip", "action", "camera", "joint", "error_mm", "error_sd_mm", "imputed_share"],
         "table_clips": [
             "clip", "action", "camera", "lengths", "error_mm", "error_sd_mm", "error_up_to_mirror_mm",
-            "length_change_max", "acceleration_ratio", "reprojection_error_px", "proved_share", "light",
+            "length_change_max", "acceleration_ratio", "reprojection_error_px", "proved_share", "confidence",
             "mirror_margin_median", "reconstructibility",
         ],
         "table_limbs": [
-            "clip", "action", "camera", "limb", "reconstructibility", "mirror_margin", "light", "mirrored",
+            "clip", "action", "camera", "limb", "reconstructibility", "mirror_margin", "confidence", "mirrored",
             "proved", "objective", "best_objective", "lower_bound", "limb_error", "components", "length_ratio",
         ],
     },

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pipeline import recordings
 from pipeline.__main__ import compose
 from pipeline.cli.figures import Outcome
-from pipeline.core.articulated_trajectory import Smoothness
+from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.statistics import rank_correlation
 from pipeline.stages import dataset, ingest
@@ -57,7 +57,7 @@ def limbs(tmp_path_factory: pytest.TempPathFactory) -> Artefact:
 @settings(max_examples=10)
 def test_the_candidates_of_a_trial_hold_its_truth(limbs: Artefact, number: int, camera: str) -> None:
     trial = limb_trial(ANY, limbs, number, camera, 1)
-    choice = choose(trial, Smoothness(), replace(ANY, time_limit_s=0.0))
+    choice = choose(trial, TrajectoryBasis(), replace(ANY, time_limit_s=0.0))
     signs = true_signs(choice, trial.relative)
     nearest = choice.hits.middle + signs[:, None] * choice.hits.half_chord
     # Synthetic bodies keep their lengths to a hundredth; where a ray is nearly tangent that moves the candidates.
@@ -323,7 +323,7 @@ def test_limbs_choose_their_components_where_the_basis_has_none(limbs: Artefact)
     assert not np.array_equal(found["objective"], given["objective"])
     smooth = smoothness(TrajectoryBasisModel(components=0))
     trials = [limb_trial(options, limbs, number, "shaky", 7) for number in range(4)]
-    chosen = {choose(trial, smooth, options, noise_px=1.0).smoothness.components for trial in trials}
+    chosen = {choose(trial, smooth, options, noise_px=1.0).basis.components for trial in trials}
     assert len(chosen) > 1
     with pytest.raises(InvalidInput, match="0: each limb chooses its own"):
         smoothness(TrajectoryBasisModel(components=-1))

@@ -1,25 +1,25 @@
 """A whole skeleton from one camera, from the root to the leaves: park2011 sections 2 to 5 in one piece."""
 
-from pipeline.core.articulated_trajectory.tree import (
-    COMPARING,
+from pipeline.core.articulated_trajectory.limb_choice import (
     MARGIN_OF_DOUBT,
-    Articulated,
     LimbChoice,
-    Smoothness,
-    SmoothnessByRule,
     choose_limb,
-    reconstruct,
-    taken,
+    select_signs,
 )
+from pipeline.core.articulated_trajectory.limb_tree import LimbTree
+from pipeline.core.articulated_trajectory.reconstruct import Articulated, Options, Reconstruction, reconstruct
+from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule
 
 __all__ = [
-    "COMPARING",
     "MARGIN_OF_DOUBT",
     "Articulated",
     "LimbChoice",
-    "Smoothness",
-    "SmoothnessByRule",
+    "LimbTree",
+    "Options",
+    "Reconstruction",
+    "TrajectoryBasis",
+    "TrajectoryBasisByRule",
     "choose_limb",
     "reconstruct",
-    "taken",
+    "select_signs",
 ]

@@ -21,8 +21,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
+from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.limb_chain import Chain
-from pipeline.validation import InvalidInput
+from pipeline.validation import require_shape
+
+_MARGIN = 1e-6
+"""Fraction by which a combination of mirrors has to be cheaper than one that bends as well."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Hinge:
     sense: float
 
     def fits(self, chain: Chain) -> bool:
-        """Whether the chain has it: the lower limb hangs on the upper one, and the joints of its axis are there."""
+        """Whether the chain has it: the upper limb carries the lower one, and the joints of its axis are there."""
         limbs = {joint: parent for joint, parent in zip(chain.joints, chain.parents, strict=True) if parent}
         return (
             limbs.get(self.lower) == self.upper
@@ -90,13 +94,10 @@ def flexion(upper: np.ndarray, lower: np.ndarray, axis: np.ndarray, sense: float
     >>> flexion(down, back, right, -1.0)
     array([1.])
     """
-    arrays = [np.asarray(value, dtype=float) for value in (upper, lower, axis)]
-    if arrays[0].ndim != 2 or len({value.shape for value in arrays}) > 1 or arrays[0].shape[1] != 3:
-        raise InvalidInput(
-            "the limbs of a hinge differ in shape",
-            expected="(F, 3) for all three",
-            received=" ".join(str(value.shape) for value in arrays),
-        )
+    arrays = [
+        require_shape(name, np.asarray(value, dtype=float), (len(upper), 3))
+        for name, value in (("upper", upper), ("lower", lower), ("axis", axis))
+    ]
     a, b, h = (value / np.maximum(np.linalg.norm(value, axis=1, keepdims=True), 1e-12) for value in arrays)
     return np.asarray(sense * (np.cross(a, b) * h).sum(axis=1))
 
@@ -114,15 +115,8 @@ def wrong_share(bend: np.ndarray) -> float:
     return float(np.maximum(-known, 0.0).sum() / total) if total > 1e-9 else 0.5
 
 
-def settle(
-    hinge: Hinge,
-    limbs: dict[str, LimbChoice],
-    hung: np.ndarray,
-    chain: Chain,
-    choose: Callable[[str, np.ndarray], LimbChoice],
-    place: Callable[[str, LimbChoice], None],
-) -> None:
-    """Take upper and lower limb, each or its mirror, so that the hinge bends the right way, where data are in doubt.
+def resolve_mirrors(hinge: Hinge, tree: LimbTree, choose: Callable[[LimbTree, str], LimbChoice]) -> LimbTree:
+    """Choose, for the two limbs at a hinge, between each limb and its mirror, so that it bends the right way.
 
     Mirrors that cost more than `MARGIN_OF_DOUBT` times the best are out.  Of the others the combination with the
     smallest share of wrong flexion wins, and of equal ones the smoothest.
@@ -130,43 +124,32 @@ def settle(
     Parameters
     ----------
     hinge : Hinge
-        One that fits the chain, its limbs among `limbs`.
-    limbs : dict
-        The choice by the name of each limb so far.
-    hung : (F, J, 3)
-        Trajectories in the basis, on which children hang, mm; NaN for joints that have none yet.
-    chain : Chain
+        One that fits the chain, its limbs in the tree.
+    tree : LimbTree
     choose : callable
-        From a limb and the trajectory (F, 3) of its parent to its choice.
-    place : callable
-        Takes a limb's name and its choice into `limbs` and `hung`.
+        From a tree and a limb whose parent it has to the limb's choice.
     """
-    axis = hung[:, chain.joints.index(hinge.right)] - hung[:, chain.joints.index(hinge.left)]
-    above = hung[:, chain.joints.index(chain.held_by(hinge.upper))].copy()
-    best: tuple[float, float] | None = None
-    winner: tuple[LimbChoice, LimbChoice] | None = None
-    for upper in _with_mirror(limbs[hinge.upper]):
-        parents = above + upper.hits.radius * upper.directions
-        first = limbs[hinge.lower] if upper is limbs[hinge.upper] else choose(hinge.lower, parents)
+    axis = tree.end(hinge.right) - tree.end(hinge.left)
+    best, best_share, best_cost = tree, np.inf, np.inf
+    for upper in _with_mirror(tree.choices[hinge.upper]):
+        if upper is tree.choices[hinge.upper]:
+            above, first = tree, tree.choices[hinge.lower]
+        else:
+            above = tree.placed(hinge.upper, upper)
+            first = choose(above, hinge.lower)
         for lower in _with_mirror(first):
             bend = flexion(upper.directions, lower.directions, axis, hinge.sense)
-            cost = (_cost_ratio(upper)) * (_cost_ratio(lower))
-            score = (round(wrong_share(bend), 2), cost)
+            share, cost = round(wrong_share(bend), 2), _cost_ratio(upper) * _cost_ratio(lower)
             # Costs that are equal to rounding, as with parallel rays, keep the first.
-            if (
-                best is None
-                or score[0] < best[0]
-                or (score[0] == best[0] and score[1] < best[1] * (1 - 1e-6))
-            ):
-                best, winner = score, (upper, lower)
-    if winner is None or (winner[0] is limbs[hinge.upper] and winner[1] is limbs[hinge.lower]):
-        return
-    place(hinge.upper, winner[0])
-    place(hinge.lower, winner[1])
-    # Whatever else was hung on the upper limb before hangs elsewhere now.
-    end = hung[:, chain.joints.index(hinge.upper)]
-    for limb in [name for name in limbs if name != hinge.lower and chain.held_by(name) == hinge.upper]:
-        place(limb, choose(limb, end))
+            if share < best_share or (share == best_share and cost < best_cost * (1.0 - _MARGIN)):
+                same = lower is tree.choices[hinge.lower]
+                best = tree if same else above.placed(hinge.lower, lower)
+                best_share, best_cost = share, cost
+    # Whatever else the upper limb carries is anchored elsewhere now.
+    for limb in tree.chain.limbs:
+        if limb in tree.choices and limb not in best.choices:
+            best = best.placed(limb, choose(best, limb))
+    return best
 
 
 def _with_mirror(choice: LimbChoice) -> Sequence[LimbChoice]:

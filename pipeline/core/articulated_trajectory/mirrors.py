@@ -2,46 +2,42 @@
 
 The programme judges every limb alone, by what the trajectory basis leaves of its candidates.  Where a ray nearly
 touches the sphere, noise of the image is multiplied in them, so that with noise the mirror is often the smoother of
-the two.  The reprojection error of the refined tree is in pixels, where noise is what it is, and children bear
-witness for their parents.  So mirrors are tried limb by limb, from the root to the leaves: what hangs on a mirrored
-limb is chosen anew, all limbs are refined, and the mirror stays if the cost [park2011 5] falls by more than `MARGIN`.
+the two.  The reprojection error of the refined tree is in pixels, where noise is what it is, and the fit of a child
+also constrains its parent.  So mirrors are tried limb by limb, from the root to the leaves: what a mirrored limb
+carries is chosen anew, all limbs are refined, and the mirror stays if the cost [park2011 5] falls.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
-from pipeline.core.limb_chain import Chain
+from pipeline.core.articulated_trajectory.limb_tree import LimbTree
 from pipeline.core.refinement import Refinement
 from pipeline.validation import InvalidInput
 
 MARGIN = 1e-6
 """Fraction of the cost by which a mirror has to be better: less may be rounding."""
 
+Place = tuple[str, tuple[bool, ...]]
+"""A limb, and which limbs on the way to it are mirrored."""
+
 
 def better_mirrors(
-    chain: Chain,
-    root: np.ndarray,
-    start: dict[str, LimbChoice],
-    choose: Callable[[str, np.ndarray], LimbChoice],
-    refine: Callable[[dict[str, LimbChoice]], Refinement],
-) -> dict[str, LimbChoice]:
-    """The limbs, each as it was chosen or mirrored, whichever lowers the cost of the refined tree.
+    start: LimbTree,
+    choose: Callable[[LimbTree, str], LimbChoice],
+    refine: Callable[[LimbTree], Refinement],
+) -> LimbTree:
+    """The tree with each limb as it was chosen or mirrored, whichever lowers the cost of the refined tree.
 
     Parameters
     ----------
-    chain : Chain
-    root : (F, 3)
-        Its trajectory, mm.
-    start : dict
-        A choice by the name of each limb.
+    start : LimbTree
+        All limbs.
     choose : callable
-        From a limb and the trajectory (F, 3) of its parent to its choice.
+        From a tree and a limb whose parent it has to the limb's choice.
     refine : callable
-        From choices of all limbs to the refined tree; a few steps of it are enough to compare.
+        From a tree of all limbs to the refined one; a few steps of it are enough to compare.
 
     Raises
     ------
@@ -55,33 +51,34 @@ def better_mirrors(
     of what is chosen anew where its parent is mirrored.  A second round from the root to the leaves, or more than
     ten steps to a refinement, took half as long again and changed mean errors by a few percent either way.
     """
-    known: dict[tuple[str, tuple[bool, ...]], tuple[LimbChoice, LimbChoice]] = {}
-
-    def made(mirrored: frozenset[str]) -> dict[str, LimbChoice]:
-        hung = {chain.root: root}
-        way: dict[str, tuple[bool, ...]] = {chain.root: ()}
-        limbs: dict[str, LimbChoice] = {}
-        for limb in chain.limbs:
-            holder = chain.held_by(limb)
-            place = (limb, way[holder])
-            if place not in known:
-                choice = choose(limb, hung[holder])
-                known[place] = (choice, choice.mirror() if choice.undecided else choice)
-            limbs[limb] = known[place][limb in mirrored]
-            way[limb] = (*way[holder], limb in mirrored)
-            hung[limb] = hung[holder] + limbs[limb].hits.radius * limbs[limb].directions
-        return limbs
-
-    mirrored = frozenset(limb for limb, choice in start.items() if choice.mirrored)
+    known: dict[Place, tuple[LimbChoice, LimbChoice]] = {}
+    mirrored = frozenset(limb for limb, choice in start.choices.items() if choice.mirrored)
     best, cost = start, refine(start).cost
-    for limb in chain.limbs:
-        if not best[limb].undecided:
+    for limb in start.chain.limbs:
+        if not best.choices[limb].undecided:
             continue
         try:
-            other = made(mirrored ^ {limb})
+            other = _chosen_anew(start, mirrored ^ {limb}, choose, known)
             other_cost = refine(other).cost
-        except InvalidInput:  # what hangs on the mirror would be behind the camera, say: no candidate
+        except InvalidInput:  # what a mirror carries would be behind the camera, say: no candidate
             continue
         if other_cost < cost * (1.0 - MARGIN):
             mirrored, best, cost = mirrored ^ {limb}, other, other_cost
     return best
+
+
+def _chosen_anew(
+    start: LimbTree,
+    mirrored: frozenset[str],
+    choose: Callable[[LimbTree, str], LimbChoice],
+    known: dict[Place, tuple[LimbChoice, LimbChoice]],
+) -> LimbTree:
+    """A tree of all limbs, those in doubt mirrored that are to be; choices and mirrors made before are in `known`."""
+    tree = LimbTree(start.chain, start.root)
+    for limb in start.chain.limbs:
+        place = (limb, tuple(joint in mirrored for joint in tree.way_to(limb)))
+        if place not in known:
+            choice = choose(tree, limb)
+            known[place] = choice, choice.mirror() if choice.undecided else choice
+        tree = tree.placed(limb, known[place][limb in mirrored])
+    return tree

@@ -109,7 +109,7 @@ class RayHits:
             )
         return self.middle + signs[:, None] * self.half_chord
 
-    def settled(self) -> RayHits:
+    def resolved(self) -> RayHits:
         """The same with forced frames decided: middle is their far candidate and their half chord zero.
 
         Whatever signs are chosen, none of the candidates then lies behind its camera.

@@ -44,7 +44,8 @@ class Programme(NamedTuple):
     middle, half_chord : (F, 3)
         m and u, mm.
     kind : (F,) int8
-        0 for a sign to be found, `kernels.FORCED` where both candidates are one, `kernels.RELAXED` for any value between.
+        0 for a sign to be found; `kernels.FORCED` where both candidates are one, `kernels.RELAXED` for any value
+        between them.
     bent : (F,)
         Half the second derivative of J by each value, mm².
     """

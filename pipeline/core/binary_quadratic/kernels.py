@@ -471,10 +471,8 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
             counts[PREPARED] = 1
             counts[TRIED] = 0
             signs[start, 1] = -1
-        if start == 0:
-            limit = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
-        else:
-            limit = ends[0] * (1.0 - LOOSE)
+        cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
+        limit = cutoff if start == 0 else ends[0] * (1.0 - LOOSE)
         i = counts[LEVEL]
         given_up = start > 0 and counts[TRIED] >= PATIENCE
         if i < start or given_up or (start > 0 and rest[start + 1] >= limit):

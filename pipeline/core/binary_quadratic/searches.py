@@ -4,8 +4,8 @@ Symbols are those of `candidates`.
 
 *Boxes*, the paper's way to a certificate.  A node holds some signs and lets the others range over -1 … +1; J is convex
 there, and `kernels.relax` bounds it from below whether or not its descent has converged.  Depth first, the child nearer
-to the relaxed value first, on the frame whose sign would cost most if it were wrong: ``|u_i|² (1 - |B_i|²) (1 - s_i²)``.
-Signs whose other value the bound rules out are held on the way.
+to the relaxed value first, on the frame whose sign would cost most if it were wrong:
+``|u_i|² (1 - |B_i|²) (1 - s_i²)``.  Signs whose other value the bound rules out are held on the way.
 
 *Suffixes*, depth first in time, with the cost of the rest known beforehand.
 

@@ -100,6 +100,7 @@ def minimise(
     relax_below : float
         Frames whose half chord is shorter than this, mm, may take any point between the candidates: where a ray is
         tangent within the noise, the sign means nothing.
+
     Raises
     ------
     InvalidInput

@@ -6,8 +6,8 @@ Symbols
 ``Delta X``  relative trajectory of a limb: its child's trajectory less its parent's, (F, 3) mm
 ``r``        length of a limb, mm
 
-A limb is known by its child: joint j hangs on its parent by limb ``chain.limbs.index(j)``.  Limbs are ordered so that
-each comes after the one that holds it.
+A limb is known by its child: limb ``chain.limbs.index(j)`` leads from the parent of joint j to j.  Limbs are ordered
+so that each comes after the one that carries it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Chain:
-    """Joints and what each hangs on; one of them, the root, on nothing.
+    """Joints and the parent of each; one of them, the root, has none.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class Chain:
         return np.array(pairs, dtype=int).reshape(-1, 2)
 
     def held_by(self, limb: str) -> str:
-        """Name of the joint on which a limb hangs.
+        """Name of the joint at which a limb begins.
 
         Raises
         ------
@@ -162,7 +162,7 @@ def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
     root : (F, 3)
         X_R, world, mm.
     relative : (F, L, 3)
-        From the root to the leaves, mm; what is NaN makes all that hangs on it NaN.
+        From the root to the leaves, mm; what is NaN makes all that it carries NaN.
 
     Raises
     ------

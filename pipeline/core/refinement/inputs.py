@@ -13,8 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.core.refinement.reprojection import LOSSES
-from pipeline.core.refinement.spherical import SphericalTrajectory, continuous_angles, cosines_at, fit
-from pipeline.validation import InvalidInput, require_range
+from pipeline.core.refinement.spherical import SphericalTrajectory, continuous_angles, fit
+from pipeline.core.trajectory_basis import cosine_basis, soft_ridge
+from pipeline.validation import InvalidInput, require_choice, require_finite, require_range, require_shape
 
 _START_PENALTY = 1e-4
 """Penalty of the highest coefficient at the start, against frames of weight one: keeps gaps from swinging."""
@@ -37,23 +38,15 @@ def frames_and_limbs(
     InvalidInput
         If they do not agree, or there is no frame or no limb.
     """
-    shape = np.shape(images)
-    if len(shape) != 3 or shape[0] < 1 or shape[1] < 2 or shape[2] != 2:
-        raise InvalidInput(
-            "the images have the wrong shape", expected="(F, J, 2), J > 1", received=str(shape)
-        )
-    frames, limbs = shape[0], shape[1] - 1
-    for what, array, wanted in (
+    frames, joints, _ = require_shape("images", images, ("F", "J", 2)).shape
+    limbs = int(require_range("joints", joints, at_least=2)) - 1
+    require_range("frames", frames, at_least=1)
+    for name, array, wanted in (
         ("root", root, (frames, 3)),
         ("directions", directions, (frames, limbs, 3)),
         ("lengths", lengths, (limbs,)),
     ):
-        if np.shape(array) != wanted:
-            raise InvalidInput(
-                f"the {what} and the images do not agree",
-                expected=str(wanted),
-                received=str(np.shape(array)),
-            )
+        require_shape(name, array, wanted)
     return frames, limbs
 
 
@@ -65,7 +58,7 @@ def tree_in_order(parents: Sequence[int] | np.ndarray, joints: int) -> tuple[int
     InvalidInput
         If they are not so.
     """
-    tree = tuple(int(require_range("a parent", parent, at_least=-1, whole=True)) for parent in parents)
+    tree = tuple(int(require_range("parent", parent, at_least=-1, whole=True)) for parent in parents)
     rooted = len(tree) == joints and tree[0] == -1
     if not rooted or not all(0 <= parent < joint for joint, parent in enumerate(tree) if joint):
         raise InvalidInput(
@@ -85,75 +78,32 @@ def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
         If it has another number of frames, no component, more cosines than frames or a value that is not finite.
     """
     if isinstance(basis, int | np.integer):
-        if not 1 <= basis <= frames:
-            raise InvalidInput(
-                "the number of components cannot be so", expected=f"1 to {frames}", received=str(basis)
-            )
-        return cosines_at(np.arange(frames), frames, int(basis))
-    rows = np.array(basis, dtype=float)
-    if rows.ndim != 2 or len(rows) != frames or not rows.shape[1] or not np.isfinite(rows).all():
-        raise InvalidInput(
-            "the basis cannot be used", expected=f"finite numbers ({frames}, K)", received=str(rows.shape)
-        )
+        return cosine_basis(frames, int(basis))
+    rows = require_finite("basis", require_shape("basis", np.array(basis, dtype=float), (frames, "K")))
+    require_range("components", rows.shape[1], at_least=1)
     return rows
 
 
 def check_lengths(lengths: np.ndarray, called: Sequence[str]) -> None:
-    """Nothing, if every length (L,) is a number above zero and every joint has a name.
-
-    Raises
-    ------
-    InvalidInput
-        Otherwise.
-    """
-    if len(called) != len(lengths) + 1:
-        raise InvalidInput(
-            "joints and their names differ in number",
-            expected=str(len(lengths) + 1),
-            received=str(len(called)),
-        )
+    """Validate that every length (L,) is a number above zero and every joint has a name."""
+    require_shape("names", called, (len(lengths) + 1,))
     for name, length in zip(called[1:], lengths, strict=True):
-        if not 0 < length < np.inf:
-            raise InvalidInput(
-                "the length of a limb cannot be so",
-                where=f"joint {name}",
-                expected="mm > 0",
-                received=f"{length:g}",
-            )
+        require_range(f"length of joint {name}", length, above=0.0, unit="mm")
 
 
 def check_options(loss: str, positive: dict[str, float | None], max_iterations: int) -> None:
-    """Nothing, if the loss is known, numbers that must be positive are, and an iteration is allowed.
-
-    Raises
-    ------
-    InvalidInput
-        Otherwise.
-    """
-    if loss not in LOSSES:
-        raise InvalidInput("the loss is unknown", expected=" or ".join(LOSSES), received=str(loss))
-    for what, value in positive.items():
-        if value is not None and not 0 < value < np.inf:
-            raise InvalidInput(f"the {what} cannot be so", expected="a number above 0", received=f"{value:g}")
-    require_range("the largest number of iterations", max_iterations, at_least=1, whole=True)
-
-
-def softness(components: int, cutoff: float) -> np.ndarray:
-    """Weights (K,) of the squares of coefficients in a soft basis, (k / k0)^6.
-
-    Examples
-    --------
-    >>> softness(4, 1.0)
-    array([  0.,   1.,  64., 729.])
-    """
-    return np.asarray((np.arange(components) / cutoff) ** 6)
+    """Validate that the loss is known, numbers that must be positive are, and an iteration is allowed."""
+    require_choice("loss", loss, LOSSES)
+    for name, value in positive.items():
+        if value is not None:
+            require_range(name, value, above=0.0)
+    require_range("max_iterations", max_iterations, at_least=1, whole=True)
 
 
 def starting_paths(
     directions: np.ndarray,
     rows: np.ndarray,
     *,
-    weights: np.ndarray | None,
     charts: np.ndarray | None,
     cutoff: float | None,
     called: Sequence[str],
@@ -166,8 +116,6 @@ def starting_paths(
         Of any length; NaN where not known.
     rows : (F, K)
         Trajectory basis.
-    weights : (F, L), optional
-        How much each direction counts.
     charts : (L, 3, 3), optional
         Rotations from the world to the axes of the angles.
     cutoff : float, optional
@@ -181,23 +129,18 @@ def starting_paths(
         If a shape is wrong, or for a limb no direction is known, or one has no length.
     """
     directions = np.asarray(directions, dtype=float)
-    frames, limbs, _ = directions.shape
-    counts = np.ones((frames, limbs)) if weights is None else np.asarray(weights, dtype=float)
+    limbs = directions.shape[1]
     turns = np.empty((limbs, 3, 3)) if charts is None else np.asarray(charts, dtype=float)
-    for what, array, wanted in (("weights", counts, (frames, limbs)), ("charts", turns, (limbs, 3, 3))):
-        if array.shape != wanted:
-            raise InvalidInput(
-                f"the {what} have the wrong shape", expected=str(wanted), received=str(array.shape)
-            )
+    require_shape("charts", turns, (limbs, 3, 3))
     components = rows.shape[1]
-    penalty = _START_PENALTY * softness(components, max(components - 1, 1))
+    penalty = _START_PENALTY * soft_ridge(components, max(components - 1, 1))
     if cutoff is not None:
-        penalty = penalty + softness(components, cutoff)
+        penalty = penalty + soft_ridge(components, cutoff)
     paths = []
     for limb in range(limbs):
         try:
             angles = continuous_angles(directions[:, limb], chart=None if charts is None else turns[limb])
-            paths.append(fit(angles, rows, weights=counts[:, limb], penalty=penalty))
+            paths.append(fit(angles, rows, penalty=penalty))
         except InvalidInput as refusal:
             raise InvalidInput(
                 refusal.what,

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
 """Directions that leave a plane by less are taken as lying in it."""
@@ -66,21 +66,6 @@ class SphericalTrajectory:
         """Unit vectors (T, 3) for any rows of the basis (T, K), of times between frames as well [park2011 4]."""
         theta, phi = basis @ self.coefficients_theta, basis @ self.coefficients_phi
         return to_directions(theta, phi, self.chart)
-
-
-def cosines_at(times: np.ndarray, frames: int, components: int) -> np.ndarray:
-    """Rows (T, K) of the cosine basis of F frames at any times, counted in frames from 0 to F - 1.
-
-    Parameters
-    ----------
-    times : (T,)
-        Whole numbers give rows of the orthonormal DCT-II, others what is between them.
-    frames, components : int
-        F and K.
-    """
-    k = np.arange(components)
-    waves = np.cos(np.pi / frames * (np.asarray(times, dtype=float)[:, None] + 0.5) * k)
-    return waves * np.sqrt(np.where(k == 0, 1.0, 2.0) / frames)
 
 
 def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
@@ -274,7 +259,6 @@ def fit(
     angles: SphericalAngles,
     basis: np.ndarray,
     *,
-    weights: np.ndarray | None = None,
     penalty: np.ndarray | None = None,
 ) -> SphericalTrajectory:
     """The trajectory in a basis that is nearest to given angles.
@@ -285,15 +269,13 @@ def fit(
         Of F frames; frames of NaN are missing.
     basis : (F, K)
         Trajectory basis.
-    weights : (F,), optional
-        How much the square of each frame's error counts; 0 is as good as missing, 1 by default.
     penalty : (K,), optional
         How much the square of each coefficient counts beside them, for a soft basis; none by default.
 
     Raises
     ------
     InvalidInput
-        If shapes disagree, a weight or penalty is negative or not finite, or no frame is left.
+        If shapes disagree, a penalty is negative or not finite, or no frame is left.
 
     Notes
     -----
@@ -301,18 +283,15 @@ def fit(
     frames do not determine all coefficients, the smallest ones are taken.
     """
     basis = np.asarray(basis, dtype=float)
-    if basis.ndim != 2 or len(basis) != len(angles.theta) or not basis.shape[1]:
-        raise InvalidInput(
-            "the basis has the wrong shape", expected=f"({len(angles.theta)}, K)", received=str(basis.shape)
-        )
-    counts = _not_negative(weights, len(basis), "weights", otherwise=1.0)
-    extra = _not_negative(penalty, basis.shape[1], "penalties", otherwise=0.0)
-    used = np.isfinite(angles.theta) & (counts > 0)
+    require_shape("basis", basis, (len(angles.theta), "K"))
+    require_range("components", basis.shape[1], at_least=1)
+    extra = np.zeros(basis.shape[1]) if penalty is None else np.asarray(penalty, dtype=float)
+    require_finite("penalty", require_shape("penalty", extra, (basis.shape[1],)))
+    require_range("penalty", extra.min(), at_least=0.0)
+    used = np.isfinite(angles.theta)
     if not used.any():
-        raise InvalidInput(
-            "no frame is left for the trajectory", expected="one that is known and has a weight"
-        )
-    rows, root, ridge = basis[used], np.sqrt(counts[used]), np.diag(np.sqrt(extra))[extra > 0]
+        raise InvalidInput("no direction is known", expected="one frame or more")
+    rows, ridge = basis[used], np.diag(np.sqrt(extra))[extra > 0]
     nothing = np.zeros(len(ridge))
 
     def solved(angle: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -321,18 +300,7 @@ def fit(
 
     across = np.abs(np.sin(angles.theta[used]))
     return SphericalTrajectory(
-        solved(angles.theta, root), solved(angles.phi, root * across), np.array(angles.chart, dtype=float)
+        solved(angles.theta, np.ones(len(rows))),
+        solved(angles.phi, across),
+        np.array(angles.chart, dtype=float),
     )
-
-
-def _not_negative(given: np.ndarray | None, size: int, what: str, *, otherwise: float) -> np.ndarray:
-    values = np.full(size, otherwise) if given is None else np.asarray(given, dtype=float)
-    if values.shape != (size,):
-        raise InvalidInput(
-            f"the {what} have the wrong shape", expected=f"({size},)", received=str(values.shape)
-        )
-    if not (np.isfinite(values) & (values >= 0)).all():
-        raise InvalidInput(
-            f"the {what} cannot be so", expected="numbers of 0 or more", received=f"{values.min():g}"
-        )
-    return values

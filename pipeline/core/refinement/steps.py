@@ -28,16 +28,16 @@ from pipeline.core.refinement.inputs import (
     check_lengths,
     check_options,
     frames_and_limbs,
-    softness,
     starting_paths,
     tree_in_order,
 )
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
+from pipeline.core.trajectory_basis import soft_ridge
 from pipeline.validation import InvalidInput
 
 LENGTH_FACTOR = 2.0
-"""How far a free length may go from the given one, up or down, by default."""
+"""How far a free length may go from the given one, up or down."""
 
 
 _PINNED = 1e12
@@ -100,10 +100,8 @@ def refine(
     lengths: np.ndarray,
     *,
     basis: np.ndarray | int,
-    weights: np.ndarray | None = None,
     charts: np.ndarray | None = None,
     free_lengths: bool = False,
-    length_factor: float = LENGTH_FACTOR,
     loss: str = "squared",
     scale_px: float = 1.0,
     cutoff: float | None = None,
@@ -130,15 +128,11 @@ def refine(
         mm.
     basis : (F, K) or int
         Trajectory basis, or K for the first K cosines.
-    weights : (F, L), optional
-        How much each direction counts in the start; 1 by default.
     charts : (L, 3, 3), optional
         Rotations from the world to the axes of each limb's angles, as an earlier refinement returns them; by default
         the pole of each is farthest from the limb's path.
     free_lengths : bool
-        Whether the logarithms of lengths are unknowns too.
-    length_factor : float
-        How far a free length may go from the given one, up or down.
+        Whether the logarithms of lengths are unknowns too, within a factor of `LENGTH_FACTOR`.
     loss : {"squared", "huber", "cauchy"}
         Of the distance of reprojection and image; the latter two believe distant images less.
     scale_px : float
@@ -172,10 +166,10 @@ def refine(
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = np.array(lengths, dtype=float)
     check_lengths(lengths, called)
-    positive = {"scale in px": scale_px, "cutoff": cutoff, "tolerance": tolerance}
-    check_options(loss, positive | {"length factor less one": length_factor - 1.0}, max_iterations)
+    positive = {"scale_px": scale_px, "cutoff": cutoff, "tolerance": tolerance}
+    check_options(loss, positive, max_iterations)
     rows = basis_rows(basis, frames)
-    paths = starting_paths(directions, rows, weights=weights, charts=charts, cutoff=cutoff, called=called)
+    paths = starting_paths(directions, rows, charts=charts, cutoff=cutoff, called=called)
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(limbs)]) if free_lengths else start
     images, root = np.asarray(images, dtype=float), np.asarray(root, dtype=float)
@@ -201,7 +195,7 @@ def refine(
         penalty[:, : beyond.shape[1]][beyond] = _PINNED
         given = replace(given, penalty=penalty)
     bound = np.full_like(unknowns, np.inf)
-    bound[:, start.shape[1] :] = np.log(length_factor)
+    bound[:, start.shape[1] :] = np.log(LENGTH_FACTOR)
     before = _distances(given, unknowns)
     unknowns, lowest, converged, iterations = minimise(
         given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance
@@ -241,7 +235,7 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     squares = 0.5 * (by_angle**2).sum(axis=(1, 2, 3)) / np.maximum(seen, 1)
     # A limb whose end is never seen has no pixels of its own.
     squares = np.where(seen > 0, squares, squares[seen > 0].mean())
-    doubts = np.tile(softness(given.basis.shape[1], cutoff), 2)
+    doubts = np.tile(soft_ridge(given.basis.shape[1], cutoff), 2)
     penalty = np.zeros_like(unknowns)
     penalty[:, : len(doubts)] = squares[:, None] * doubts
     return replace(given, penalty=penalty)

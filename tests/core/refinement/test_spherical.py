@@ -15,13 +15,13 @@ from pipeline.core.refinement.spherical import (
     SphericalAngles,
     SphericalTrajectory,
     continuous_angles,
-    cosines_at,
     farthest_chart,
     fit,
     tangents,
     to_directions,
     unit_vectors,
 )
+from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
@@ -31,7 +31,7 @@ STYLES = ("generic", "planar", "nearly_planar", "still", "nearly_still", "everyw
 def path(seed: int, style: str = "generic", frames: int = 60) -> np.ndarray:
     """Directions (F, 3), smooth but where the style says otherwise."""
     generator = np.random.default_rng(seed)
-    waves = cosines_at(np.arange(frames), frames, 5) * np.sqrt(frames)
+    waves = cosine_basis(max(frames, 5), 5)[:frames] * np.sqrt(frames)
     turn = Rotation.random(rng=generator)
     moving = waves @ (generator.standard_normal((5, 3)) * np.array([2.0, 1.0, 0.5, 0.2, 0.1])[:, None])
     if style == "everywhere":
@@ -131,16 +131,14 @@ def test_the_chart_turns_with_the_world(seed: int) -> None:
     directions = path(seed)
     turn = Rotation.random(rng=np.random.default_rng(seed + 1)).as_matrix()
     here, there = continuous_angles(directions), continuous_angles(directions @ turn.T)
-    basis = cosines_at(np.arange(60), 60, 8)
+    basis = cosine_basis(60, 8)
     smooth = fit(here, basis).directions(basis) @ turn.T
     np.testing.assert_allclose(fit(there, basis).directions(basis), smooth, atol=1e-6)
 
 
 def test_cosines_are_rows_of_the_orthonormal_transform() -> None:
-    np.testing.assert_allclose(
-        cosines_at(np.arange(12), 12, 12), dct(np.eye(12), norm="ortho", axis=0).T, atol=1e-12
-    )
-    few = cosines_at(np.array([0.0, 0.5, 1.0]), 12, 3)
+    np.testing.assert_allclose(cosine_basis(12, 12), dct(np.eye(12), norm="ortho", axis=0).T, atol=1e-12)
+    few = cosine_basis(12, 3, at=np.array([0.0, 0.5, 1.0]))
     assert few.shape == (3, 3)
     assert (np.diff(few[:, 1]) < 0).all()
 
@@ -148,7 +146,7 @@ def test_cosines_are_rows_of_the_orthonormal_transform() -> None:
 def in_basis(seed: int, frames: int, components: int) -> tuple[SphericalTrajectory, np.ndarray]:
     """A trajectory about the equator of its chart, so smooth that its angles are read without doubt."""
     generator = np.random.default_rng(seed)
-    basis = cosines_at(np.arange(frames), frames, components)
+    basis = cosine_basis(frames, components)
     sizes = 0.15 * np.sqrt(frames) / np.arange(1, components + 1) ** 2
     theta, phi = generator.uniform(-1, 1, (2, components)) * sizes
     theta[0] += np.pi / 2 * np.sqrt(frames)
@@ -173,35 +171,16 @@ def test_a_trajectory_of_the_basis_comes_back_also_where_frames_are_missing(
 def test_the_path_stays_on_the_sphere_at_any_time(seed: int) -> None:
     """Between frames too, where the straight line between two directions leaves it."""
     truth, basis = in_basis(seed, 30, 6)
-    between = truth.directions(cosines_at(np.linspace(0, 29, 117), 30, 6))
+    between = truth.directions(cosine_basis(30, 6, at=np.linspace(0, 29, 117)))
     np.testing.assert_allclose(np.linalg.norm(between, axis=1), 1.0, rtol=1e-14)
     np.testing.assert_allclose(between[::4], truth.directions(basis), atol=1e-12)
     line = 0.5 * (between[:-4:4] + between[4::4])
     assert (np.linalg.norm(line, axis=1) < np.linalg.norm(between[2::4], axis=1)).all()
 
 
-def test_a_frame_of_weight_zero_is_as_good_as_missing() -> None:
-    truth, basis = in_basis(1, 40, 5)
-    wrong = truth.directions(basis)
-    wrong[7] = -wrong[7]
-    weights = np.ones(40)
-    weights[7] = 0.0
-    # The outlier is read on another turn, perhaps, but the frames behind it are not.
-    angles = continuous_angles(wrong, chart=truth.chart)
-    clean = continuous_angles(truth.directions(basis), chart=truth.chart)
-    np.testing.assert_allclose(np.cos(angles.phi[8:] - clean.phi[8:]) ** 2, 1.0, atol=1e-9)
-    found = fit(
-        SphericalAngles(np.where(weights > 0, clean.theta, 9.0), clean.phi, truth.chart),
-        basis,
-        weights=weights,
-    )
-    np.testing.assert_allclose(found.directions(basis), truth.directions(basis), atol=1e-9)
-    assert np.abs(fit(angles, basis).directions(basis) - truth.directions(basis)).max() > 1e-3
-
-
 def test_a_penalty_bridges_a_gap_that_a_hard_basis_does_not() -> None:
     truth, basis = in_basis(3, 60, 6)
-    many = cosines_at(np.arange(60), 60, 30)
+    many = cosine_basis(60, 30)
     noisy = truth.directions(basis) + 1e-3 * np.random.default_rng(0).standard_normal((60, 3))
     noisy[25:37] = np.nan
     angles = continuous_angles(noisy, chart=truth.chart)
@@ -215,7 +194,7 @@ def test_an_azimuth_near_the_pole_counts_little() -> None:
     """Errors count as they move the direction: that of one frame a thousandth from the pole does not."""
     theta, phi = np.full(20, np.pi / 2), np.zeros(20)
     theta[3], phi[3] = 1e-3, 2.0
-    basis = cosines_at(np.arange(20), 20, 2)
+    basis = cosine_basis(20, 2)
     found = fit(SphericalAngles(theta, phi, np.eye(3)), basis)
     assert np.abs(basis @ found.coefficients_phi).max() < 1e-5
 
@@ -238,7 +217,7 @@ def test_what_it_was_given_stays_as_it_was() -> None:
     before = directions.copy()
     angles = continuous_angles(directions)
     kept = angles.theta.copy()
-    fit(angles, cosines_at(np.arange(60), 60, 4))
+    fit(angles, cosine_basis(60, 4))
     np.testing.assert_array_equal(directions, before)
     np.testing.assert_array_equal(angles.theta, kept)
 
@@ -258,17 +237,16 @@ def test_directions_that_are_none_are_refused(directions: np.ndarray, sentence: 
 
 
 def test_a_fit_of_nothing_is_refused() -> None:
-    angles, basis = continuous_angles(path(1)), cosines_at(np.arange(60), 60, 4)
-    with pytest.raises(InvalidInput, match=r"the basis has the wrong shape \(expected \(60, K\)"):
+    angles, basis = continuous_angles(path(1)), cosine_basis(60, 4)
+    with pytest.raises(InvalidInput, match=r"basis must have shape \(60, K\)"):
         fit(angles, basis[1:])
-    with pytest.raises(InvalidInput, match=r"the weights have the wrong shape \(expected \(60,\)"):
-        fit(angles, basis, weights=np.ones(3))
-    with pytest.raises(InvalidInput, match="the penalties cannot be so"):
+    with pytest.raises(InvalidInput, match="penalty must be at least 0"):
         fit(angles, basis, penalty=-np.ones(4))
-    with pytest.raises(InvalidInput, match="no frame is left"):
-        fit(angles, basis, weights=np.zeros(60))
-    with pytest.raises(InvalidInput, match="the weights cannot be so"):
-        fit(angles, basis, weights=np.full(60, np.nan))
+    with pytest.raises(InvalidInput, match="penalty must be finite"):
+        fit(angles, basis, penalty=np.full(4, np.nan))
+    nothing = SphericalAngles(np.full(60, np.nan), np.full(60, np.nan), angles.chart)
+    with pytest.raises(InvalidInput, match="no direction is known"):
+        fit(nothing, basis)
 
 
 @settings(max_examples=20)

@@ -10,8 +10,8 @@ import pytest
 
 from pipeline.core import articulated_trajectory as articulated
 from pipeline.core import camera_paths, refinement
+from pipeline.core.articulated_trajectory import LimbChoice, LimbTree, Options, TrajectoryBasis, choose_limb
 from pipeline.core.articulated_trajectory import mirrors as mirror_search
-from pipeline.core.articulated_trajectory.limb_choice import LimbChoice, Smoothness, choose_limb
 from pipeline.core.limb_chain import Chain, forward
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
@@ -20,7 +20,7 @@ from pipeline.validation import InvalidInput
 
 ARM = Chain(("shoulder", "elbow", "wrist", "hand"), (None, "shoulder", "elbow", "wrist"))
 FRAMES, LENGTHS = 60, np.array([320.0, 260.0, 120.0])
-SMOOTH = Smoothness(10)
+SMOOTH = TrajectoryBasis(10)
 
 
 class Seen:
@@ -35,44 +35,43 @@ class Seen:
         images = self.camera.project(self.truth)
         self.images = images + noise_px * generator.standard_normal(images.shape)
 
-    def choose(self, limb: str, parents: np.ndarray) -> LimbChoice:
+    def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         return choose_limb(
             self.camera.matrix,
             self.images[:, ARM.joints.index(limb)],
-            parents,
+            tree.end(ARM.held_by(limb)),
             float(LENGTHS[ARM.limbs.index(limb)]),
-            smoothness=SMOOTH,
+            basis=SMOOTH,
             noise_px=1.0,
             time_limit_s=0.0,
         )
 
-    def combination(self, mirrored: set[str]) -> dict[str, LimbChoice]:
+    def combination(self, mirrored: set[str]) -> LimbTree:
         """Each limb chosen about the one before, and some of them mirrored."""
-        limbs, hung = {}, self.root
+        tree = LimbTree(ARM, self.root)
         for limb in ARM.limbs:
-            choice = self.choose(limb, hung)
-            limbs[limb] = choice.mirror() if limb in mirrored else choice
-            hung = hung + limbs[limb].hits.radius * limbs[limb].directions
-        return limbs
+            choice = self.choose(tree, limb)
+            tree = tree.placed(limb, choice.mirror() if limb in mirrored else choice)
+        return tree
 
-    def refine(self, limbs: dict[str, LimbChoice]) -> Refinement:
+    def refine(self, tree: LimbTree) -> Refinement:
         return refinement.refine(
             self.images,
             self.camera,
             self.root,
             [-1, 0, 1, 2],
-            np.stack([limbs[limb].directions for limb in ARM.limbs], axis=1),
+            np.stack([tree.choices[limb].directions for limb in ARM.limbs], axis=1),
             LENGTHS,
             basis=SMOOTH.components,
             max_iterations=10,
         )
 
-    def searched(self, start: dict[str, LimbChoice]) -> dict[str, LimbChoice]:
-        return mirror_search.better_mirrors(ARM, self.root, start, self.choose, self.refine)
+    def searched(self, start: LimbTree) -> LimbTree:
+        return mirror_search.better_mirrors(start, self.choose, self.refine)
 
 
-def mirrored_in(limbs: dict[str, LimbChoice]) -> set[str]:
-    return {limb for limb, choice in limbs.items() if choice.mirrored}
+def mirrored_in(tree: LimbTree) -> set[str]:
+    return {limb for limb, choice in tree.choices.items() if choice.mirrored}
 
 
 def test_the_search_goes_down_to_where_no_single_mirror_helps_and_mostly_to_the_best_of_all() -> None:
@@ -99,10 +98,10 @@ def test_wrong_limbs_are_put_right_whatever_is_mirrored_at_the_start() -> None:
         camera = camera_paths.around(FRAMES, target=np.zeros(3), sweep_rad=1.5, distance_mm=2500.0)
         seen = Seen(seed, camera=camera)
         right = seen.combination(set())
-        for wrong in (limb for limb in ARM.limbs if right[limb].undecided):
+        for wrong in (limb for limb in ARM.limbs if right.choices[limb].undecided):
             start = seen.combination({wrong})
             found = seen.searched(start)
-            assert seen.refine(found).cost <= min(seen.refine(limbs).cost for limbs in (start, right)) * (
+            assert seen.refine(found).cost <= min(seen.refine(tree).cost for tree in (start, right)) * (
                 1 + 1e-9
             )
             tried += 1
@@ -114,17 +113,8 @@ def test_errors_fall_where_a_still_camera_and_noise_leave_every_limb_in_doubt() 
     for seed in range(12):
         seen = Seen(seed)
         for tried, of in errors.items():
-            made = articulated.reconstruct(
-                seen.images,
-                seen.camera,
-                seen.root,
-                LENGTHS,
-                chain=ARM,
-                smoothness=SMOOTH,
-                noise_px=1.0,
-                try_mirrors=tried,
-                time_limit_s=0.0,
-            )
+            options = Options(SMOOTH, noise_px=1.0, try_mirrors=tried, time_limit_s=0.0)
+            made = articulated.reconstruct(seen.images, seen.camera, seen.root, LENGTHS, options, chain=ARM)
             of.append(np.linalg.norm(made.positions - seen.truth, axis=-1).mean())
             assert made.refined is not None
     assert np.mean(errors[True]) < 0.8 * np.mean(errors[False])
@@ -135,15 +125,15 @@ def test_a_mirror_behind_the_camera_is_no_candidate() -> None:
     start = seen.combination(set())
     allowed = seen.refine(start)
 
-    def refine(limbs: dict[str, LimbChoice]) -> Refinement:
-        if mirrored_in(limbs):
+    def refine(tree: LimbTree) -> Refinement:
+        if mirrored_in(tree):
             raise InvalidInput("a joint that was seen starts behind its camera")
         return allowed
 
-    found = mirror_search.better_mirrors(ARM, seen.root, start, seen.choose, refine)
+    found = mirror_search.better_mirrors(start, seen.choose, refine)
     assert not mirrored_in(found)
     with pytest.raises(InvalidInput, match="behind"):
-        mirror_search.better_mirrors(ARM, seen.root, seen.combination({"wrist"}), seen.choose, refine)
+        mirror_search.better_mirrors(seen.combination({"wrist"}), seen.choose, refine)
 
 
 def test_what_the_data_decide_is_not_tried() -> None:
@@ -151,28 +141,28 @@ def test_what_the_data_decide_is_not_tried() -> None:
     shaken = camera_paths.hand_held(np.random.default_rng(1), camera, target=np.zeros(3))
     seen = Seen(2, noise_px=0.0, camera=shaken)
     start = seen.combination(set())
-    decided = {limb for limb in ARM.limbs if not start[limb].undecided}
+    decided = {limb for limb in ARM.limbs if not start.choices[limb].undecided}
     assert decided
     asked: list[set[str]] = []
 
-    def refine(limbs: dict[str, LimbChoice]) -> Refinement:
-        asked.append(mirrored_in(limbs))
-        return seen.refine(limbs)
+    def refine(tree: LimbTree) -> Refinement:
+        asked.append(mirrored_in(tree))
+        return seen.refine(tree)
 
-    mirror_search.better_mirrors(ARM, seen.root, start, seen.choose, refine)
+    mirror_search.better_mirrors(start, seen.choose, refine)
     assert len(asked) == 1 + len(ARM.limbs) - len(decided)
     assert not decided & set().union(*asked)
 
 
-def test_a_limb_that_cannot_hang_on_a_mirror_is_no_candidate() -> None:
+def test_a_limb_that_a_mirror_cannot_carry_is_no_candidate() -> None:
     seen = Seen(1)
     start = seen.combination(set())
 
-    def choose(limb: str, parents: np.ndarray) -> LimbChoice:
-        made = seen.choose(limb, parents)
-        if not np.allclose(made.hits.middle, start[limb].hits.middle):
+    def choose(tree: LimbTree, limb: str) -> LimbChoice:
+        made = seen.choose(tree, limb)
+        if not np.allclose(made.hits.middle, start.choices[limb].hits.middle):
             raise InvalidInput("no candidate is in front of the camera")
         return made
 
-    found = mirror_search.better_mirrors(ARM, seen.root, start, choose, seen.refine)
-    assert mirrored_in(found) <= {ARM.limbs[-1]}, "only the last limb has nothing that hangs on it"
+    found = mirror_search.better_mirrors(start, choose, seen.refine)
+    assert mirrored_in(found) <= {ARM.limbs[-1]}, "only the last limb carries nothing"

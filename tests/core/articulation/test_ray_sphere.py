@@ -222,7 +222,7 @@ def test_every_kind_of_frame_by_hand(
     assert hits.adjusted.tolist() == [parent == [6.0, 0, 10], False]
     assert hits.usable.tolist() == [status <= RayStatus.FORCED, True]
     assert hits.free.tolist() == [status == RayStatus.TWO, True]
-    settled = hits.settled()
+    settled = hits.resolved()
     if status == RayStatus.FORCED:
         np.testing.assert_allclose(settled.chosen(np.array([-1, 1]))[0], far)
     else:
@@ -315,7 +315,7 @@ def test_nothing_is_written_to() -> None:
     cameras, pixels = camera(2).matrix.copy(), camera(2).project(parents + chi)
     for array in (cameras, pixels, parents):
         array.flags.writeable = False
-    hits = ray_sphere(cameras, pixels, parents, 250.0, adjust="robust").settled()
+    hits = ray_sphere(cameras, pixels, parents, 250.0, adjust="robust").resolved()
     assert hits.middle.shape == hits.half_chord.shape == (FRAMES, 3)
 
 

@@ -1,0 +1,73 @@
+"""The limbs of a skeleton as they were chosen, each anchored at the end of its parent: park2011 section 2."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
+from pipeline.core.limb_chain import Chain
+
+
+@dataclass(frozen=True)
+class LimbTree:
+    """Choices of some limbs of a chain, from the root outwards; it never changes, functions return new trees.
+
+    Attributes
+    ----------
+    chain : Chain
+    root : (F, 3)
+        X_R, mm.
+    choices : dict
+        A `LimbChoice` by the name of each limb that has been placed; parents are placed before their children.
+    """
+
+    chain: Chain
+    root: np.ndarray
+    choices: Mapping[str, LimbChoice] = field(default_factory=dict)
+
+    def end(self, joint: str) -> np.ndarray:
+        """Trajectory of a joint in the basis (F, 3), mm, at which its children are anchored; NaN if it has none yet.
+
+        It is smoother than the candidates themselves.
+        """
+        if joint == self.chain.root:
+            return self.root
+        if joint not in self.choices:
+            return np.full_like(self.root, np.nan)
+        choice = self.choices[joint]
+        return np.asarray(self.end(self.chain.held_by(joint)) + choice.hits.radius * choice.directions)
+
+    def placed(self, limb: str, choice: LimbChoice) -> LimbTree:
+        """The tree with this choice for a limb, and without the limbs that the former one carried."""
+        kept = {name: other for name, other in self.choices.items() if limb not in (name, *self.way_to(name))}
+        return replace(self, choices={**kept, limb: choice})
+
+    def way_to(self, limb: str) -> tuple[str, ...]:
+        """Joints from the root to a limb's parent."""
+        holder = self.chain.held_by(limb)
+        return (holder,) if holder == self.chain.root else (*self.way_to(holder), holder)
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions (F, J, 3), mm, of the candidates that were chosen, imputed where there were none."""
+        found = np.full((len(self.root), len(self.chain.joints), 3), np.nan)
+        found[:, self.chain.joints.index(self.chain.root)] = self.root
+        for limb, choice in self.choices.items():
+            found[:, self.chain.joints.index(limb)] = self.end(self.chain.held_by(limb)) + choice.relative
+        return found
+
+    @property
+    def imputed(self) -> np.ndarray:
+        """Where a joint was not seen, or no candidate was in front of the camera, (F, J) bool."""
+        found = np.zeros((len(self.root), len(self.chain.joints)), dtype=bool)
+        for limb, choice in self.choices.items():
+            found[:, self.chain.joints.index(limb)] = ~choice.used
+        return found
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths (L,) of all limbs, as they were adjusted to the rays, mm."""
+        return np.array([self.choices[limb].hits.radius for limb in self.chain.limbs])

@@ -1,0 +1,256 @@
+"""A whole skeleton from one camera, from the root to the leaves: park2011 sections 2 to 5 in one piece.
+
+Each limb in turn is chosen among its candidates and becomes angles in the trajectory basis (`limb_choice`); its end,
+in the basis, is then the parent of the next limb (`limb_tree`).  In the end all limbs are refined together
+(`refinement`).
+
+Symbols
+-------
+``X_R``  trajectory of the root, given
+``J``    what the trajectory basis leaves of a choice; its mirror has its own, and ``margin`` is their ratio
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from pipeline.core import refinement
+from pipeline.core.articulated_trajectory.hinges import HINGES, resolve_mirrors
+from pipeline.core.articulated_trajectory.limb_choice import LimbChoice, choose_limb
+from pipeline.core.articulated_trajectory.limb_tree import LimbTree
+from pipeline.core.articulated_trajectory.mirrors import better_mirrors
+from pipeline.core.articulation import Adjustment
+from pipeline.core.limb_chain import WALKER14, Chain
+from pipeline.core.limb_chain.lengths import length_from_rays
+from pipeline.core.pinhole import Pinhole
+from pipeline.core.refinement import Refinement
+from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis
+from pipeline.validation import InvalidInput, require_range, require_shape
+
+COMPARING = 10
+"""Steps of the refinement by which mirrors are compared: more seldom change which is better."""
+
+MOST_STEPS = 500
+"""Of the last refinement; most end after 20 to 50."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a skeleton is reconstructed.
+
+    Attributes
+    ----------
+    basis : TrajectoryBasis or TrajectoryBasisByRule
+        Of the trajectories; by rule each limb has its own K.
+    adjust : {"per_frame", "global", "robust"}
+        As for `articulation.ray_sphere`.
+    noise_px : float
+        As for `choose_limb`.
+    use_hinges : bool
+        Where the data cannot tell a limb from its mirror, take the one with which knees and elbows flex as they do.
+    try_mirrors : bool
+        Take the mirror of a limb in doubt where all limbs refined together then fit their images better
+        (`mirrors`): a refinement for each limb, and beyond the paper.
+    refine : bool
+        Whether reprojection errors are refined in the end.
+    time_limit_s : float
+        Nominal seconds for the certificate of each limb, as for `binary_quadratic.minimise`.
+    """
+
+    basis: TrajectoryBasis | TrajectoryBasisByRule = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
+    adjust: Adjustment = "per_frame"
+    noise_px: float = 0.0
+    use_hinges: bool = False
+    try_mirrors: bool = False
+    refine: bool = True
+    time_limit_s: float = 0.5
+
+
+@dataclass(frozen=True)
+class Articulated:
+    """A skeleton's motion from its images.
+
+    Attributes
+    ----------
+    positions : (F, J, 3)
+        mm, in the order of the chain's joints.
+    chosen : (F, J, 3)
+        Before the refinement of all limbs together: each limb on its own.
+    imputed : (F, J) bool
+        Where the joint was not seen, or no candidate was in front of the camera.
+    limbs : dict
+        A `LimbChoice` by the name of each limb, in the order of ``chain.limbs``.
+    lengths : (L,)
+        mm, in the same order.
+    refined : Refinement or None
+        With the root first and the limbs after it; None if it was not asked for.
+    """
+
+    positions: np.ndarray
+    chosen: np.ndarray
+    imputed: np.ndarray
+    limbs: dict[str, LimbChoice]
+    lengths: np.ndarray
+    refined: Refinement | None
+
+
+def reconstruct(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    lengths: np.ndarray,
+    options: Options | None = None,
+    *,
+    chain: Chain = WALKER14,
+) -> Articulated:
+    """3D motion of a whole skeleton from its images, the root's trajectory and the cameras [park2011 5, 6].
+
+    Parameters
+    ----------
+    images : (F, J, 2)
+        px, in the order of the chain's joints; NaN where a joint was not seen.
+    camera : Pinhole
+        One, or one for each frame.
+    root : (F, 3)
+        X_R, mm.
+    lengths : (L,)
+        Of the limbs in the order of ``chain.limbs``, mm; NaN: as `limb_chain.lengths.length_from_rays` says.
+    options : Options, optional
+    chain : Chain
+
+    Raises
+    ------
+    InvalidInput
+        If shapes disagree, or a limb cannot be reconstructed, naming it.
+    """
+    images, root, lengths = (np.asarray(value, dtype=float) for value in (images, root, lengths))
+    require_shape("images", images, ("F", len(chain.joints), 2))
+    require_range("frames", len(images), at_least=3)
+    if camera.frames not in (None, len(images)):
+        raise InvalidInput("must be one, or one for each frame", where="camera", received=str(camera.frames))
+    require_shape("root", root, (len(images), 3))
+    require_shape("lengths", lengths, (len(chain.limbs),))
+    return Reconstruction(images, camera, root, lengths, chain, options or Options()).whole()
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """What is known of a skeleton, and how it is reconstructed; arrays as `reconstruct` takes them.
+
+    Attributes
+    ----------
+    images : (F, J, 2)
+    camera : Pinhole
+    root : (F, 3)
+    lengths : (L,)
+    chain : Chain
+    options : Options
+    bases : dict
+        Of limbs whose basis is known already.
+    """
+
+    images: np.ndarray
+    camera: Pinhole
+    root: np.ndarray
+    lengths: np.ndarray
+    chain: Chain
+    options: Options
+    bases: Mapping[str, TrajectoryBasis] = field(default_factory=dict)
+
+    @cached_property
+    def _cameras(self) -> np.ndarray:
+        return self.camera.matrix
+
+    def whole(self) -> Articulated:
+        """All limbs, chosen and refined as the options say."""
+        tree = self.chosen()
+        if self.options.try_mirrors:
+            # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
+            fixed = self.fixed_to(tree)
+            tree = better_mirrors(tree, fixed.choose, lambda other: fixed.refined(other, COMPARING))
+        limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
+        chosen, imputed = tree.positions, tree.imputed
+        if not self.options.refine:
+            return Articulated(chosen, chosen, imputed, limbs, tree.lengths, None)
+        refined = self.refined(tree, MOST_STEPS)
+        positions = np.empty_like(chosen)
+        positions[:, self._order] = refined.positions
+        return Articulated(positions, chosen, imputed, limbs, refined.lengths, refined)
+
+    def chosen(self) -> LimbTree:
+        """Every limb on its own, from the root to the leaves."""
+        tree = LimbTree(self.chain, self.root)
+        for limb in self.chain.limbs:
+            tree = tree.placed(limb, self.choose(tree, limb))
+            if self.options.use_hinges:
+                for hinge in HINGES:
+                    if hinge.lower == limb and hinge.fits(self.chain):
+                        tree = resolve_mirrors(hinge, tree, self.choose)
+        return tree
+
+    def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
+        """The choice for a limb whose parent the tree has."""
+        options = self.options
+        try:
+            return choose_limb(
+                self._cameras,
+                self._seen(limb),
+                tree.end(self.chain.held_by(limb)),
+                self._length(tree, limb),
+                basis=self.bases.get(limb, options.basis),
+                adjust=options.adjust,
+                noise_px=options.noise_px,
+                time_limit_s=options.time_limit_s,
+            )
+        except InvalidInput as refusal:
+            raise InvalidInput(
+                refusal.what,
+                where=f"limb {limb}" + (f", {refusal.where}" if refusal.where else ""),
+                expected=refusal.expected,
+                received=refusal.received,
+            ) from None
+
+    def fixed_to(self, tree: LimbTree) -> Reconstruction:
+        """The same with the lengths and bases of a tree, where they were to be found."""
+        lengths = np.where(np.isnan(self.lengths), tree.lengths, self.lengths)
+        return replace(self, lengths=lengths, bases={name: c.basis for name, c in tree.choices.items()})
+
+    def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
+        """All limbs of a tree refined together, each in its own basis."""
+        limbs = self.chain.limbs
+        bases = [tree.choices[limb].basis for limb in limbs]
+        names = (self.chain.root, *limbs)
+        return refinement.refine(
+            self.images[:, self._order],
+            self.camera,
+            self.root,
+            [-1, *(names.index(self.chain.held_by(limb)) for limb in limbs)],
+            np.stack([tree.choices[limb].directions for limb in limbs], axis=1),
+            tree.lengths,
+            basis=cosine_basis(len(self.images), max(basis.components for basis in bases)),
+            cutoff=bases[0].cutoff,
+            components=[basis.components for basis in bases],
+            max_iterations=max_iterations,
+            names=names,
+        )
+
+    @property
+    def _order(self) -> list[int]:
+        """Places of the root and of the limbs' ends among the joints."""
+        return [self.chain.joints.index(name) for name in (self.chain.root, *self.chain.limbs)]
+
+    def _seen(self, limb: str) -> np.ndarray:
+        return self.images[:, self.chain.joints.index(limb)]
+
+    def _length(self, tree: LimbTree, limb: str) -> float:
+        """Length of a limb, mm, as it is given or as the rays ask for it."""
+        given = dict(zip(self.chain.limbs, self.lengths, strict=True))
+        if not np.isnan(given[limb]):
+            return float(given[limb])
+        unknown = [name for name, length in given.items() if np.isnan(length)]
+        parents = {name: tree.end(self.chain.held_by(name)) for name in unknown}
+        return length_from_rays(self._cameras, {name: self._seen(name) for name in unknown}, parents, limb)
