@@ -63,3 +63,24 @@ def interpolate(values: np.ndarray, at: np.ndarray) -> np.ndarray:
     share = (at - before).reshape(-1, *[1] * (values.ndim - 1))
     # Exact at whole positions, and equal samples stay equal in between.
     return np.asarray(values[before] + share * (values[after] - values[before]))
+
+
+def frames_at_rate(frames: int, rate_hz: float, wanted_hz: float) -> np.ndarray:
+    """Positions (N,) at which a clip is read to have another frame rate; its own where that is no faster.
+
+    Parameters
+    ----------
+    frames : int
+        T, of the clip.
+    rate_hz, wanted_hz : float
+        0 wanted: as recorded.
+
+    Examples
+    --------
+    >>> frames_at_rate(5, 120.0, 60.0)
+    array([0., 2., 4.])
+    """
+    if wanted_hz == 0 or wanted_hz >= rate_hz:
+        return np.arange(frames, dtype=float)
+    count = max(2, round((frames - 1) / rate_hz * wanted_hz) + 1)
+    return np.linspace(0.0, frames - 1.0, count)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline.studies import walks
+from pipeline.studies import face_off, limbs, walks
 from pipeline.studies.study import NoSweep, Study
 
-STUDIES: tuple[Study, ...] = (walks.STUDY,)
+STUDIES: tuple[Study, ...] = (walks.STUDY, limbs.STUDY, face_off.STUDY)
 
 GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options that the studies fill."""
