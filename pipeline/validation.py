@@ -216,27 +216,6 @@ def require_name(name: str, value: str) -> str:
     return value
 
 
-def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
-    """Return values of which there are some, and none stands twice.
-
-    Raises
-    ------
-    InvalidInput
-        If there are none, or one stands twice.
-
-    Examples
-    --------
-    >>> require_distinct("sweep.frames", [10, 10])
-    Traceback (most recent call last):
-        ...
-    pipeline.validation.InvalidInput: sweep.frames must hold some values, each once (got 10, 10)
-    """
-    if not values or len(set(values)) < len(values):
-        received = ", ".join(map(str, values)) or "none"
-        raise InvalidInput("must hold some values, each once", where=name, received=received)
-    return values
-
-
 def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> np.ndarray:
     """Return an array whose shape fits a pattern, as `numpy.ndarray`.
 

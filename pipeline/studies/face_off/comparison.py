@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.clips.walks import Walks
-from pipeline.core.articulated_trajectory import Smoothness, SmoothnessByRule
+from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.resampling import interpolate
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.observed_joints import MOST_OCCLUDED, occlusion
@@ -229,7 +229,7 @@ class _Walk:
         self.frequency_hz = float(data.frequency_hz[r])
         self.phase = float(data.phase_rad[r]) + 2 * np.pi * self.frequency_hz * float(at_s[0])
         cutoff, most = options.softness or None, min(options.components, len(self.truth))
-        self.smoothness = Smoothness(most, cutoff) if most else SmoothnessByRule(cutoff)
+        self.basis = TrajectoryBasis(most, cutoff) if most else TrajectoryBasisByRule(cutoff)
         self._place = (inputs.seed, f"sweep:face_off:{data.source[r]}:{data.clip[r]}")
 
     def _generator(self, what: str) -> np.random.Generator:
@@ -262,12 +262,14 @@ class _Walk:
             made[METHODS.index(method)] = by_articulation(
                 walk,
                 self.truth,
-                self.smoothness,
-                noise_px=condition.noise_px,
-                use_hinges=use_hinges,
-                try_mirrors=try_mirrors,
-                refine=options.refine,
-                time_limit_s=options.time_limit_s,
+                Options(
+                    self.basis,
+                    noise_px=condition.noise_px,
+                    use_hinges=use_hinges,
+                    try_mirrors=try_mirrors,
+                    refine=options.refine,
+                    time_limit_s=options.time_limit_s,
+                ),
             )
         return made
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from pipeline.core import camera as parallel
 from pipeline.core import fourier, observation, reconstruction
-from pipeline.core.articulated_trajectory import Smoothness, SmoothnessByRule, reconstruct
+from pipeline.core.articulated_trajectory import Options, reconstruct
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.pinhole import Pinhole
@@ -151,17 +151,7 @@ def by_eigenwalkers(
     return motions
 
 
-def by_articulation(
-    walk: SeenWalk,
-    truth: np.ndarray,
-    smoothness: Smoothness | SmoothnessByRule,
-    *,
-    noise_px: float,
-    use_hinges: bool,
-    try_mirrors: bool,
-    refine: bool,
-    time_limit_s: float,
-) -> np.ndarray:
+def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Options) -> np.ndarray:
     """Return the motion (F, 15, 3), mm, of articulated trajectories [park2011 5, 6].
 
     Parameters
@@ -169,36 +159,16 @@ def by_articulation(
     walk : SeenWalk
     truth : (F, 15, 3)
         For the lengths of the limbs alone, mm.
-    smoothness : Smoothness or SmoothnessByRule
-    noise_px : float
-        Of the image: known, as to a detector that has been tried.
-    use_hinges : bool
-        Whether knees and elbows flex one way.
-    try_mirrors : bool
-        Whether limbs in doubt are mirrored where all limbs together then fit the images better.
-    refine : bool
-        Whether reprojection errors are refined in the end.
-    time_limit_s : float
-        For each choice of signs.
+    options : Options
+        With the noise of the image: known, as to a detector that has been tried.
 
     Raises
     ------
     InvalidInput
         If a limb cannot be reconstructed.
     """
-    made = reconstruct(
-        walk.images,
-        walk.camera,
-        walk.root,
-        true_lengths(WALKER14, truth),
-        smoothness=smoothness,
-        noise_px=noise_px,
-        use_hinges=use_hinges,
-        try_mirrors=try_mirrors,
-        refine=refine,
-        time_limit_s=time_limit_s,
-    )
-    return made.positions
+    lengths = true_lengths(WALKER14, truth)
+    return reconstruct(walk.images, walk.camera, walk.root, lengths, options).positions
 
 
 def mean_walker(

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Articulated, Smoothness, reconstruct
+from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, reconstruct
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
-from pipeline.core.refinement.spherical import cosines_at
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
@@ -181,15 +180,15 @@ class MissingDataSweep(ErrorSweep):
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
         """Return the errors of every skeleton for every fraction of missing points and every pattern."""
-        smoothness = inputs.model_options.fixed_smoothness()
+        basis = inputs.model_options.fixed_basis()
         seed, trials = inputs.seed, int(np.ceil(self.share * self.trials))
-        scenes = [self.scene(inputs.dataset, smoothness, number, seed) for number in range(trials)]
+        scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
 
         def one(item: tuple[Pattern, float, int]) -> tuple[dict[str, Any], np.ndarray]:
             pattern, fraction, number = item
             hidden = scenes[number].hidden(pattern, fraction, seed)
-            found = self.reconstruct(scenes[number], smoothness, hidden)
-            return self._errors(scenes[number], found, hidden, smoothness), found.positions
+            found = self.reconstruct(scenes[number], basis, hidden)
+            return self._errors(scenes[number], found, hidden, basis), found.positions
 
         # Nothing is missing in the same way whatever the pattern.
         first = self.patterns[0]
@@ -222,7 +221,7 @@ class MissingDataSweep(ErrorSweep):
             shown_pattern=str(first),
         )
 
-    def scene(self, stretches: LimbStretches, smoothness: Smoothness, number: int, seed: int) -> Scene:
+    def scene(self, stretches: LimbStretches, basis: TrajectoryBasis, number: int, seed: int) -> Scene:
         """Return a scene by its number, before the cameras in turn."""
         generator = derive_generator(seed, f"sweep:scene:{number}")
         stretch = int(generator.integers(len(stretches.positions)))
@@ -230,7 +229,7 @@ class MissingDataSweep(ErrorSweep):
         camera = self.cameras[number % len(self.cameras)]
         view = self.camera(camera, body[:, ROOT], generator)
         noise = generator.standard_normal((*body.shape[:2], 2))
-        wrong = wrong_trajectory(generator, len(body), self.root_error_mm, components=smoothness.components)
+        wrong = wrong_trajectory(generator, len(body), self.root_error_mm, components=basis.components)
         return Scene(
             number=number,
             stretch=stretch,
@@ -243,22 +242,24 @@ class MissingDataSweep(ErrorSweep):
             true_lengths=lengths,
         )
 
-    def reconstruct(self, scene: Scene, smoothness: Smoothness, hidden: np.ndarray) -> Articulated:
+    def reconstruct(self, scene: Scene, basis: TrajectoryBasis, hidden: np.ndarray) -> Articulated:
         """Return the skeleton from what is left of its images: limb by limb, and all limbs refined together."""
         return reconstruct(
             np.where(hidden[..., None], np.nan, scene.images),
             scene.view,
             scene.root,
             scene.lengths,
-            smoothness=smoothness,
-            adjust=self.adjust.value,
-            noise_px=self.noise_px,
-            use_hinges=self.use_hinges,
-            time_limit_s=self.time_limit_s,
+            Options(
+                basis,
+                adjust=self.adjust.value,
+                noise_px=self.noise_px,
+                use_hinges=self.use_hinges,
+                time_limit_s=self.time_limit_s,
+            ),
         )
 
     def _errors(
-        self, scene: Scene, found: Articulated, hidden: np.ndarray, smoothness: Smoothness
+        self, scene: Scene, found: Articulated, hidden: np.ndarray, basis: TrajectoryBasis
     ) -> dict[str, Any]:
         best = better_of_mirrors(
             scene.positions,
@@ -266,7 +267,7 @@ class MissingDataSweep(ErrorSweep):
             np.where(hidden[..., None], np.nan, scene.images),
             scene.root,
             scene.lengths,
-            smoothness,
+            basis,
             adjust=self.adjust,
             noise_px=self.noise_px,
             time_limit_s=self.time_limit_s,
@@ -275,7 +276,7 @@ class MissingDataSweep(ErrorSweep):
         assert refined is not None, "it was asked for"
         limbs, size = np.arange(true.shape[1]) != ROOT, float(scene.true_lengths.mean())
         each = np.linalg.norm(positions - true, axis=-1)
-        spherical, cartesian = length_violations(refined, smoothness)
+        spherical, cartesian = length_violations(refined, basis)
         return {
             "relative_error": np.linalg.norm(positions - true) / np.linalg.norm(true),
             "limb_error": distance(positions[:, limbs], true[:, limbs]) / size,
@@ -291,7 +292,7 @@ class MissingDataSweep(ErrorSweep):
         }
 
 
-def length_violations(refined: Refinement, smoothness: Smoothness) -> tuple[float, float]:
+def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[float, float]:
     """Return the largest relative change of a limb's length, of spherical and of Cartesian trajectories.
 
     At frames and between them.  The Cartesian ones are coordinates in the same basis, fitted to the relative
@@ -303,13 +304,13 @@ def length_violations(refined: Refinement, smoothness: Smoothness) -> tuple[floa
     """
     frames, limbs = refined.relative.shape[:2]
     times = np.linspace(0.0, frames - 1.0, BETWEEN * (frames - 1) + 1)
-    rows = cosines_at(times, frames, smoothness.components)
+    rows = cosine_basis(frames, basis.components, at=times)
     spherical = np.linalg.norm(refined.relative_at(rows), axis=-1) / refined.lengths - 1.0
     fitted = coefficients(
-        cosine_basis(frames, smoothness.components),
+        cosine_basis(frames, basis.components),
         np.ones(frames, dtype=bool),
         refined.relative.reshape(frames, -1),
-        ridge=smoothness.ridge,
+        ridge=basis.ridge,
     )
     between = (rows @ fitted).reshape(len(times), limbs, 3)
     cartesian = np.linalg.norm(between, axis=-1) / refined.lengths - 1.0

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from pipeline.core import trajectory_basis
-from pipeline.core.articulated_trajectory import Smoothness, SmoothnessByRule
+from pipeline.core.articulated_trajectory import TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.studies.limbs.dataset import LimbDataset, LimbStretches
 from pipeline.studies.study import Model
@@ -25,7 +25,7 @@ class Basis(StrEnum):
 
 
 @dataclass(frozen=True)
-class TrajectoryBasis:
+class BasisFit:
     """The basis, and how well limbs lie in it.
 
     Attributes
@@ -62,11 +62,15 @@ class TrajectoryBasisModel(Model):
         """Cutoff of a soft basis; None for a hard one."""
         return self.softness if self.basis is Basis.soft else None
 
-    def smoothness(self) -> Smoothness | SmoothnessByRule:
+    def limb_basis(self) -> TrajectoryBasis | TrajectoryBasisByRule:
         """Return the trajectory basis; with no components, the rule by which each limb chooses its own."""
-        return Smoothness(self.components, self.cutoff) if self.components else SmoothnessByRule(self.cutoff)
+        return (
+            TrajectoryBasis(self.components, self.cutoff)
+            if self.components
+            else TrajectoryBasisByRule(self.cutoff)
+        )
 
-    def fixed_smoothness(self) -> Smoothness:
+    def fixed_basis(self) -> TrajectoryBasis:
         """Return the trajectory basis where K has to be known before any limb is seen.
 
         Raises
@@ -75,9 +79,9 @@ class TrajectoryBasisModel(Model):
             If each limb was to choose its own.
         """
         require_range("model.components", self.components, at_least=1, unit="for errors in the basis")
-        return Smoothness(self.components, self.cutoff)
+        return TrajectoryBasis(self.components, self.cutoff)
 
-    def learn(self, dataset: LimbStretches, *, workers: int) -> TrajectoryBasis:
+    def learn(self, dataset: LimbStretches, *, workers: int) -> BasisFit:
         """Return the basis, and what it leaves of every limb."""
         frames = dataset.positions.shape[1]
         relative = np.stack([relative_trajectories(WALKER14, p) for p in dataset.positions])
@@ -99,7 +103,7 @@ class TrajectoryBasisModel(Model):
             middle = np.median(components)
             many = f"each limb's own number of cosines, at the median {middle:g} for the true ones,"
         left = float(np.median(np.take_along_axis(rms, components[:, None] - 1, axis=1)))
-        return TrajectoryBasis(
+        return BasisFit(
             basis=trajectory_basis.cosine_basis(frames, int(components.max())),
             energy_beyond=rms.transpose(0, 2, 1),
             words=f"{many} ({kind}) that leave {100 * left:.1f} % of a limb's length",

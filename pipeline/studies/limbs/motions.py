@@ -17,8 +17,9 @@ import numpy as np
 
 from pipeline.core.articulated_trajectory import (
     Articulated,
-    Smoothness,
-    SmoothnessByRule,
+    Options,
+    TrajectoryBasis,
+    TrajectoryBasisByRule,
     choose_limb,
     reconstruct,
 )
@@ -137,7 +138,7 @@ class MotionsSweep(CameraSweep):
 
     def measure(self, inputs: LimbInputs) -> Motions:
         """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""
-        stretches, basis = inputs.dataset, inputs.model_options.smoothness()
+        stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
 
         def one(item: tuple[int, Camera]) -> dict[str, Any]:
@@ -182,7 +183,7 @@ class _Reconstruction:
     def __init__(
         self,
         options: MotionsSweep,
-        basis: Smoothness | SmoothnessByRule,
+        basis: TrajectoryBasis | TrajectoryBasisByRule,
         truth: np.ndarray,
         lengths: np.ndarray,
         camera: Pinhole,
@@ -209,11 +210,13 @@ class _Reconstruction:
             self.camera,
             self.root,
             self.lengths,
-            smoothness=self.basis,
-            noise_px=options.noise_px,
-            use_hinges=options.use_hinges,
-            try_mirrors=options.try_mirrors,
-            time_limit_s=options.time_limit_s if options.exact else 0.0,
+            Options(
+                self.basis,
+                noise_px=options.noise_px,
+                use_hinges=options.use_hinges,
+                try_mirrors=options.try_mirrors,
+                time_limit_s=options.time_limit_s if options.exact else 0.0,
+            ),
         )
         self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
@@ -246,7 +249,7 @@ class _Reconstruction:
             .max(axis=0)
             .round(12),  # the rest is rounding
             "length_ratio": self.lengths / self.true_lengths,
-            "components": [made.limbs[limb].smoothness.components for limb in WALKER14.limbs],
+            "components": [made.limbs[limb].basis.components for limb in WALKER14.limbs],
             **self.certificates(made),
         }
 
@@ -265,7 +268,7 @@ class _Reconstruction:
                     self.images[:, child],
                     anchored[:, parent],
                     float(self.lengths[limb]),
-                    smoothness=self.basis,
+                    basis=self.basis,
                     noise_px=options.noise_px,
                     time_limit_s=options.time_limit_s,
                 ).solution
@@ -289,7 +292,7 @@ class _Reconstruction:
             about = self.truth[:, parent]
             hits = ray_sphere(
                 self.camera.matrix, self.images[:, child], about, float(self.true_lengths[limb])
-            ).settled()
+            ).resolved()
             used = hits.usable
             toward = (self.truth[:, child] - about - hits.middle) * hits.half_chord
             signs = np.where(toward.sum(axis=1) < 0.0, -1, 1)

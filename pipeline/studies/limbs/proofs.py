@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Smoothness
+from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.binary_quadratic import compile_kernels
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
@@ -142,7 +142,7 @@ class ProofSweep(LimbSweep):
                 started = perf_counter()
                 choice = self.choose(
                     trial,
-                    Smoothness(components, cutoff),
+                    TrajectoryBasis(components, cutoff),
                     adjust=self.adjust,
                     noise_px=noise,
                     time_limit_s=limit,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Smoothness, SmoothnessByRule
+from pipeline.core.articulated_trajectory import TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.articulation import ray_sphere
 from pipeline.studies.limbs.scores import limb_score
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, certificate, measured
@@ -56,14 +56,14 @@ class RadiusScaleSweep(ErrorSweep):
 
     def measure(self, inputs: LimbInputs) -> RadiusErrors:
         """Return the errors of every trial for every scale and every way of adjusting the radius to the rays."""
-        smoothness = inputs.model_options.smoothness()
+        basis = inputs.model_options.limb_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
             known: dict[
                 float, dict[str, Any]
             ] = {}  # by the radius after adjustment, which is all that matters
             return [
-                self._errors(trial, smoothness, scale, adjust, known)
+                self._errors(trial, basis, scale, adjust, known)
                 for scale in self.scales
                 for adjust in self.adjusts
             ]
@@ -74,7 +74,7 @@ class RadiusScaleSweep(ErrorSweep):
     def _errors(
         self,
         trial: LimbTrial,
-        smoothness: Smoothness | SmoothnessByRule,
+        basis: TrajectoryBasis | TrajectoryBasisByRule,
         scale: float,
         adjust: Adjustment,
         known: dict[float, dict[str, Any]],
@@ -83,7 +83,7 @@ class RadiusScaleSweep(ErrorSweep):
         hits = ray_sphere(trial.view.matrix, pixels, trial.parent, scale * trial.length, adjust=adjust.value)
         if hits.radius not in known:
             ratio = hits.radius / trial.length
-            choice = self.choose(trial, smoothness, noise_px=self.noise_px, scale=ratio)
+            choice = self.choose(trial, basis, noise_px=self.noise_px, scale=ratio)
             known[hits.radius] = {
                 **vars(limb_score(trial, choice)),
                 "radius_ratio": ratio,

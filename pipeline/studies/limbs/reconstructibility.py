@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice
-from pipeline.core.reconstructibility import light_of_mirror_margin, outside, reconstructibility
+from pipeline.core.reconstructibility import confidence_of_mirror_margin, outside, reconstructibility
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.seeding import derive_generator
@@ -52,7 +52,7 @@ class LimbReconstructibilities:
     proved : (C, T) bool
     objective, lower_bound, truth_objective, impostor_objective : (C, T)
         Square millimetres.
-    light : (C, T) text
+    confidence : (C, T) text
         Green, amber or red by the mirror margin.
     taken_impostor : (C, T) bool
         Whether most of the chosen candidates are the impostor's.
@@ -79,7 +79,7 @@ class LimbReconstructibilities:
     lower_bound: np.ndarray
     truth_objective: np.ndarray
     impostor_objective: np.ndarray
-    light: np.ndarray
+    confidence: np.ndarray
     taken_impostor: np.ndarray
     eigenvalue_ratio: np.ndarray
     paths: np.ndarray
@@ -113,14 +113,14 @@ class ReconstructibilitySweep(LimbSweep):
 
     def measure(self, inputs: LimbInputs) -> LimbReconstructibilities:
         """Return error and reconstructibility of every trial before every camera."""
-        smoothness = inputs.model_options.smoothness()
+        basis = inputs.model_options.limb_basis()
         trials = [
             self.trial(inputs.dataset, number, camera, inputs.seed)
             for camera in self.cameras
             for number in range(self.trials)
         ]
         choices = map_threads(
-            lambda trial: self.choose(trial, smoothness, adjust=self.adjust, noise_px=self.noise_px),
+            lambda trial: self.choose(trial, basis, adjust=self.adjust, noise_px=self.noise_px),
             trials,
             inputs.workers,
         )
@@ -145,7 +145,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
     """What `LimbReconstructibilities` holds of one trial."""
     hits, used, solution = choice.hits, choice.used, choice.solution
     signs = true_signs(choice, trial.relative)
-    rows = choice.smoothness.rows(len(used), used)
+    rows = choice.basis.rows(len(used), used)
     middle, half = hits.middle[used], hits.half_chord[used]
     axis = (trial.parent - trial.view.centre)[used]
     truth, impostor = (hits.middle + sign * signs[:, None] * hits.half_chord for sign in (1, -1))
@@ -163,7 +163,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         "lower_bound": solution.lower_bound,
         "truth_objective": outside(rows, truth[used]) ** 2,
         "impostor_objective": outside(rows, impostor[used]) ** 2,
-        "light": light_of_mirror_margin(solution.margin),
+        "confidence": confidence_of_mirror_margin(solution.margin),
         "taken_impostor": bool((weight * solution.signs * signs[used]).sum() < 0),
         "eigenvalue_ratio": spectrum[0] / spectrum[-1] if spectrum[-1] > 0 else 0.0,
         "paths": np.stack([trial.relative, impostor, choice.relative]) / trial.length,
@@ -189,8 +189,8 @@ def _from_each_start(trial: LimbTrial, choice: LimbChoice, *, noise_px: float, s
             [-1, 0],
             directions[:, None],
             np.array([choice.hits.radius]),
-            basis=cosine_basis(frames, choice.smoothness.components),
-            cutoff=choice.smoothness.cutoff,
+            basis=cosine_basis(frames, choice.basis.components),
+            cutoff=choice.basis.cutoff,
         )
         for directions in (choice.directions, by_coin.directions, np.broadcast_to(towards, (frames, 3)))
     ]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Smoothness
+from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.scores import distance, limb_score, true_signs
@@ -52,25 +52,23 @@ class RootErrorSweep(ErrorSweep):
 
     def measure(self, inputs: LimbInputs) -> RootErrors:
         """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""
-        smoothness = inputs.model_options.fixed_smoothness()
+        basis = inputs.model_options.fixed_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
-            return [self._errors(trial, smoothness, ratio, inputs.seed) for ratio in self.ratios]
+            return [self._errors(trial, basis, ratio, inputs.seed) for ratio in self.ratios]
 
         found = measured(self, inputs, [len(self.ratios)], errors_of)
         return RootErrors(values=np.array(self.ratios), **found)
 
-    def _errors(self, trial: LimbTrial, smoothness: Smoothness, ratio: float, seed: int) -> dict[str, Any]:
+    def _errors(self, trial: LimbTrial, basis: TrajectoryBasis, ratio: float, seed: int) -> dict[str, Any]:
         generator = derive_generator(seed, f"sweep:root_error:{trial.number}")
-        components = smoothness.components if self.smooth else None
+        components = basis.components if self.smooth else None
         wrong = wrong_trajectory(generator, len(trial.parent), ratio * trial.length, components=components)
         parent = trial.parent + wrong
-        choice = self.choose(trial, smoothness, adjust=self.adjust, noise_px=self.noise_px, parent=parent)
+        choice = self.choose(trial, basis, adjust=self.adjust, noise_px=self.noise_px, parent=parent)
         used, hits = choice.used, choice.hits
         signs = true_signs(choice, trial.child - parent)[used]
-        eta = reconstructibility(
-            smoothness.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs
-        )
+        eta = reconstructibility(basis.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs)
         return {
             **vars(limb_score(trial, choice, parent=parent)),
             "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,

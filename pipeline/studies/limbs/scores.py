@@ -6,7 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import LimbChoice, Smoothness, SmoothnessByRule, choose_limb
+from pipeline.core.articulated_trajectory import (
+    LimbChoice,
+    TrajectoryBasis,
+    TrajectoryBasisByRule,
+    choose_limb,
+)
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
 from pipeline.studies.limbs.trials import ROOT, Adjustment, LimbTrial
@@ -75,7 +80,7 @@ def better_of_mirrors(
     images: np.ndarray,
     root: np.ndarray,
     lengths: np.ndarray,
-    smoothness: Smoothness | SmoothnessByRule,
+    basis: TrajectoryBasis | TrajectoryBasisByRule,
     *,
     adjust: Adjustment = Adjustment.per_frame,
     noise_px: float = 0.0,
@@ -96,7 +101,7 @@ def better_of_mirrors(
         Trajectory that is taken for the root's, mm.
     lengths : (14,)
         As assumed, mm.
-    smoothness : Smoothness or SmoothnessByRule
+    basis : TrajectoryBasis or TrajectoryBasisByRule
     adjust : Adjustment
     noise_px, time_limit_s : float
         As for `choose_limb`.
@@ -109,7 +114,7 @@ def better_of_mirrors(
             images[:, child],
             anchored[:, parent],
             float(lengths[limb]),
-            smoothness=smoothness,
+            basis=basis,
             adjust=adjust.value,
             noise_px=noise_px,
             time_limit_s=time_limit_s,

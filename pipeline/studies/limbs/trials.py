@@ -10,21 +10,26 @@ from typing import Any
 import numpy as np
 
 from pipeline.clips.varied import VariedClips
-from pipeline.core.articulated_trajectory import LimbChoice, Smoothness, SmoothnessByRule, choose_limb
+from pipeline.core.articulated_trajectory import (
+    LimbChoice,
+    TrajectoryBasis,
+    TrajectoryBasisByRule,
+    choose_limb,
+)
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.model import TrajectoryBasis
+from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.validation import require_range
 
 Adjustment = StrEnum("Adjustment", {"per_frame": "per_frame", "global": "global", "robust": "robust"})
 """What is done where a ray misses the sphere of a limb."""
 
-LimbInputs = SweepInputs[VariedClips, LimbStretches, TrajectoryBasis]
+LimbInputs = SweepInputs[VariedClips, LimbStretches, BasisFit]
 
 ROOT = WALKER14.joints.index(WALKER14.root)
 
@@ -115,7 +120,7 @@ class LimbSweep(CameraSweep):
     def choose(
         self,
         trial: LimbTrial,
-        smoothness: Smoothness | SmoothnessByRule,
+        basis: TrajectoryBasis | TrajectoryBasisByRule,
         *,
         adjust: Adjustment = Adjustment.per_frame,
         noise_px: float = 0.0,
@@ -128,7 +133,7 @@ class LimbSweep(CameraSweep):
         Parameters
         ----------
         trial : LimbTrial
-        smoothness : Smoothness or SmoothnessByRule
+        basis : TrajectoryBasis or TrajectoryBasisByRule
         adjust : Adjustment
         noise_px : float
             Of the images.
@@ -144,7 +149,7 @@ class LimbSweep(CameraSweep):
             trial.images + noise_px * trial.noise,
             trial.parent if parent is None else parent,
             scale * trial.length,
-            smoothness=smoothness,
+            basis=basis,
             adjust=adjust.value,
             noise_px=noise_px,
             time_limit_s=self.time_limit_s if time_limit_s is None else time_limit_s,

@@ -33,14 +33,14 @@ from pipeline.studies.limbs.figures.presentation import (
     sphere,
     trial_columns,
 )
-from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import RadiusErrors, RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrors, RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
 from pipeline.studies.study import Figure
 
-RootInputs = FigureInputs[LimbStretches, TrajectoryBasis, RootErrors]
-RadiusInputs = FigureInputs[LimbStretches, TrajectoryBasis, RadiusErrors]
+RootInputs = FigureInputs[LimbStretches, BasisFit, RootErrors]
+RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
 
 
 @dataclass(kw_only=True)
@@ -54,7 +54,7 @@ class LimbErrors(Figure):
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
         sweep, model = cast(ErrorSweep, experiment.sweep), cast(TrajectoryBasisModel, experiment.model)
         if sweep.in_the_basis:
-            model.fixed_smoothness()
+            model.fixed_basis()
 
     def tables(self, inputs: FigureInputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: trials before the first camera; ``table_points``: over them; and others of each sweep."""

@@ -28,7 +28,7 @@ from pipeline.studies.limbs.figures.presentation import (
     sphere,
     trial_columns,
 )
-from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.reconstructibility import (
     STARTS,
     LimbReconstructibilities,
@@ -53,7 +53,7 @@ RANGE = (1e-2, 1e3)
 PATHS = {"truth": ("green", 1.0), "impostor": ("orange", 1.0), "estimate": ("amber", OUTSIDE)}
 """Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
 
-Inputs = FigureInputs[LimbStretches, TrajectoryBasis, LimbReconstructibilities]
+Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
 
 @dataclass(kw_only=True)
@@ -75,7 +75,7 @@ class LimbScatter(Figure):
         eta, error = np.minimum(given, EDGES[-1]), sweep.limb_error.ravel()
         scores = (
             "mirror_margin", "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective",
-            "lower_bound", "truth_objective", "impostor_objective", "light", "taken_impostor",
+            "lower_bound", "truth_objective", "impostor_objective", "confidence", "taken_impostor",
         )  # fmt: skip
         starts = {
             "start": STARTS,
@@ -144,7 +144,7 @@ class LimbScatter(Figure):
                 references=[("x", MARGIN_GREEN_ABOVE, "")],
             ),
         ]
-        green = table[table["light"] == "green"]
+        green = table[table["confidence"] == "green"]
         right = (
             f": {100 * (green['limb_error'] < SUCCESS).mean():.0f} % of those {len(green)} err by less than "
             f"{SUCCESS:g}"
@@ -186,7 +186,7 @@ class LimbScatter(Figure):
             return (
                 f"{WALKER14.limbs[sweep.limb[number]]} of {inputs.samples[sweep.stretch[number]]}, "
                 f"{Camera(sweep.cameras[camera]).words}, eta {eta[trial]:.2f}, error {error[trial]:.2f}, margin "
-                f"{sweep.mirror_margin.ravel()[trial]:.2f} ({sweep.light.ravel()[trial]})"
+                f"{sweep.mirror_margin.ravel()[trial]:.2f} ({sweep.confidence.ravel()[trial]})"
             )
 
         with recordings.Recording(

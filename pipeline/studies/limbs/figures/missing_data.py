@@ -15,7 +15,7 @@ from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import ANKLE_HEIGHT_MM
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
-from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.study import Figure
 
@@ -33,7 +33,7 @@ OF_SKELETONS = (
 )  # fmt: skip
 """What the table takes from the sweep as it is."""
 
-Inputs = FigureInputs[LimbStretches, TrajectoryBasis, MissingDataErrors]
+Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
 
 @dataclass(kw_only=True)

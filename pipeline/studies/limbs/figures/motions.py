@@ -16,8 +16,8 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import entity_name, lights
-from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.figures.presentation import confidences, entity_name
+from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsSweep
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.study import Figure
@@ -37,7 +37,7 @@ LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 MOST = 1e6
 """Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
 
-Inputs = FigureInputs[LimbStretches, TrajectoryBasis, Motions]
+Inputs = FigureInputs[LimbStretches, BasisFit, Motions]
 
 
 @dataclass(kw_only=True)
@@ -89,7 +89,7 @@ class MotionsFigure(Figure):
                     "acceleration_ratio": _acceleration_ratio(sweep.positions, sweep.truth).ravel(),
                     "reprojection_error_px": sweep.reprojection_error_px.ravel(),
                     "proved_share": sweep.proved.mean(axis=-1).ravel(),
-                    "light": lights(middle_margin).ravel(),
+                    "confidence": confidences(middle_margin).ravel(),
                     "mirror_margin_median": middle_margin.ravel(),
                     "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST).ravel(),
                 },
@@ -101,7 +101,7 @@ class MotionsFigure(Figure):
                     "limb": limbs,
                     "reconstructibility": np.minimum(sweep.reconstructibility, MOST).ravel(),
                     "mirror_margin": margin.ravel(),
-                    "light": lights(margin).ravel(),
+                    "confidence": confidences(margin).ravel(),
                     "mirrored": sweep.mirrored.ravel(),
                     "proved": sweep.proved.ravel(),
                     "objective": sweep.objective.ravel(),
@@ -131,7 +131,7 @@ class MotionsFigure(Figure):
         clips = inputs.dataset.clip[sweep.stretch]
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
         instants = np.unique(np.rint(middles).astype(int))
-        light = lights(sweep.mirror_margin)
+        confidence = confidences(sweep.mirror_margin)
         traced = [WALKER15.index(joint) for joint in TRACED]
         drawn = [LIMBS.index(WALKER15.joints[child]) for _, child in WALKER15.bones]
         rows = []
@@ -151,7 +151,7 @@ class MotionsFigure(Figure):
                         reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
                         paths_true=paths[0],
                         paths=paths[1],
-                        confidence=tuple(light[n, c, drawn].tolist()),
+                        confidence=tuple(confidence[n, c, drawn].tolist()),
                     )
                 )
             rows.append(row)
@@ -173,10 +173,10 @@ class MotionsFigure(Figure):
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Log every clip shown from every camera: truth, reconstruction by lights, image, whole trajectories."""
+        """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
         sweep, options = inputs.sweep, _options(inputs)
         numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
-        light = lights(sweep.mirror_margin)
+        confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
         with recordings.Recording(
@@ -184,10 +184,10 @@ class MotionsFigure(Figure):
             name=inputs.experiment.name,
             about=inputs.about
             + "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
-            "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<light>`, "
+            "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
-            "| clip | action | from | camera | error | light |\n|---|---|---|---|---|---|\n"
+            "| clip | action | from | camera | error | confidence |\n|---|---|---|---|---|---|\n"
             + _lines(inputs, tables["table_clips"], words),
             edition=inputs.edition,
         ) as rec:
@@ -200,7 +200,7 @@ class MotionsFigure(Figure):
                     positions = sweep.positions[n, c] - shift
                     for name, colour in LIGHT_COLOURS.items():
                         entity = f"world/reconstructed/{camera}/{words[n]}/{name}"
-                        _limbs_of(rec, entity, positions, light[n, c] == name, index, colour)
+                        _limbs_of(rec, entity, positions, confidence[n, c] == name, index, colour)
                     _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
                     image = options.upright_mm(sweep.images[n, c])
                     rec.image_points(f"image/{camera}/{words[n]}", image, WALKER15.bones, index=index)
@@ -265,7 +265,8 @@ def _lines(inputs: Inputs, of_clips: pd.DataFrame, words: dict[int, str]) -> str
         rows = of_clips[of_clips["clip"] == inputs.dataset.clip[stretch]].set_index("camera")
         for camera, row in rows.loc[list(inputs.sweep.cameras)].iterrows():
             lines.append(
-                f"| {name} | {row['action']} | {start:.1f} s | {camera} | {row['error_mm']:.0f} mm | {row['light']} |\n"
+                f"| {name} | {row['action']} | {start:.1f} s | {camera} | {row['error_mm']:.0f} mm "
+                f"| {row['confidence']} |\n"
             )
     return "".join(lines)
 
@@ -278,7 +279,7 @@ def _limbs_of(
     index: dict[str, np.ndarray],
     colour: str,
 ) -> None:
-    """Add those limbs (14,) of a skeleton that have one light, if there are any."""
+    """Add those limbs (14,) of a skeleton of one confidence, if there are any."""
     if not which.any():
         return
     bones = [(int(parent), int(child)) for parent, child in WALKER14.ends[which]]

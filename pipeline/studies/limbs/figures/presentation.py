@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.core.limb_chain import WALKER14
-from pipeline.core.reconstructibility import light_of_mirror_margin
+from pipeline.core.reconstructibility import confidence_of_mirror_margin
 
 ADJUST_NAMES = {
     "global": "one radius for all frames",
@@ -77,9 +77,9 @@ def entity_name(name: str) -> str:
     return "".join(ch if ch.isalnum() else "_" for ch in name)
 
 
-def lights(margins: np.ndarray) -> np.ndarray:
+def confidences(margins: np.ndarray) -> np.ndarray:
     """Return green, amber or red for each mirror margin, of any shape."""
-    flat = [light_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
+    flat = [confidence_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
     return np.array(flat).reshape(np.shape(margins))
 
 

@@ -14,7 +14,7 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbDataset, LimbStretches
-from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.proofs import Proofs, ProofSweep
 from pipeline.studies.study import Figure
 
@@ -29,7 +29,7 @@ SAME = 1e-6
 
 KEYS = ["frames", "components", "noise_px"]
 
-Inputs = FigureInputs[LimbStretches, TrajectoryBasis, Proofs]
+Inputs = FigureInputs[LimbStretches, BasisFit, Proofs]
 
 
 @dataclass(kw_only=True)
