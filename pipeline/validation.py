@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -125,6 +126,29 @@ def require_range(
     return value
 
 
+def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:
+    """Return values of which there are some, and that increase, each within the bounds of `require_range`.
+
+    Raises
+    ------
+    InvalidInput
+        If there are none, one is out of range, or they do not increase.
+
+    Examples
+    --------
+    >>> require_increasing("sweep.ratios", [0.2, 0.1], at_least=0)
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: sweep.ratios must hold some values that increase (got 0.2, 0.1)
+    """
+    for number, value in enumerate(values):
+        require_range(f"{name}[{number}]", value, **bounds)  # type: ignore[arg-type]
+    if not values or any(later <= earlier for earlier, later in pairwise(values)):
+        received = ", ".join(f"{value:g}" for value in values) or "none"
+        raise InvalidInput("must hold some values that increase", where=name, received=received)
+    return values
+
+
 def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     """Return a value that is one of a few.
 
@@ -148,6 +172,27 @@ def require_choice(name: str, value: Value, choices: Iterable[Value]) -> Value:
     return value
 
 
+def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
+    """Return values of which there are some, and none stands twice.
+
+    Raises
+    ------
+    InvalidInput
+        If there are none, or one stands twice.
+
+    Examples
+    --------
+    >>> require_distinct("sweep.frames", [10, 10])
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: sweep.frames must hold some values, each once (got 10, 10)
+    """
+    if not values or len(set(values)) < len(values):
+        received = ", ".join(map(str, values)) or "none"
+        raise InvalidInput("must hold some values, each once", where=name, received=received)
+    return values
+
+
 def require_name(name: str, value: str) -> str:
     """Return a value that names one folder and cannot lead out of the folder above it.
 
@@ -169,27 +214,6 @@ def require_name(name: str, value: str) -> str:
     if not plain or not value or re.search(r"[/\\\x00-\x1f\x7f]", value):
         raise InvalidInput("must be a plain name, not a path", where=name, received=repr(value))
     return value
-
-
-def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
-    """Return values of which there are some, and none stands twice.
-
-    Raises
-    ------
-    InvalidInput
-        If there are none, or one stands twice.
-
-    Examples
-    --------
-    >>> require_distinct("sweep.frames", [10, 10])
-    Traceback (most recent call last):
-        ...
-    pipeline.validation.InvalidInput: sweep.frames must hold some values, each once (got 10, 10)
-    """
-    if not values or len(set(values)) < len(values):
-        received = ", ".join(map(str, values)) or "none"
-        raise InvalidInput("must hold some values, each once", where=name, received=received)
-    return values
 
 
 def require_shape(name: str, array: Any, shape: Sequence[int | str | None]) -> np.ndarray:

@@ -2,268 +2,217 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import cast
 
 import numpy as np
+import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import Made, Tables, lift
-from pipeline.studies.options import FaceOffSweep
+from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
+from pipeline.studies.face_off.methods import PELVIS
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.study import Figure
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.figures.presentation import lift
+from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
-if TYPE_CHECKING:
-    from pipeline import pictures
-
-NAMES = {
-    "least_squares": "eigenwalkers (least squares)",
-    "map": "eigenwalkers (MAP)",
-    "mean_walker": "average walker",
-    "articulated": "articulated",
-    "articulated_hinges": "articulated, hinges",
-    "articulated_mirrors": "articulated, mirrors tried",
+METHODS = {
+    "least_squares": pictures.Style("eigenwalkers (least squares)", "least_squares"),
+    "map": pictures.Style("eigenwalkers (MAP)", "map", line="dashed"),
+    "mean_walker": pictures.Style("average walker", "null", line="dotted"),
+    "articulated": pictures.Style("articulated", "purple", line="dashed"),
+    "articulated_hinges": pictures.Style("articulated, hinges", "green"),
+    "articulated_mirrors": pictures.Style("articulated, mirrors tried", "sky"),
 }
-COLOURS = {
-    "least_squares": "orange",
-    "map": "blue",
-    "mean_walker": "grey",
-    "articulated": "purple",
-    "articulated_hinges": "green",
-    "articulated_mirrors": "sky",
-}
-RECORDED_COLOURS = COLOURS | {"mean_walker": "yellow"}  # the truth is light grey there
-STYLES = {"map": "dashed", "mean_walker": "dotted", "articulated": "dashed"}
+RECORDED = METHODS | {"mean_walker": pictures.Style("average walker", "yellow")}
+"""In recordings the truth is light grey."""
 
-HUNG = [j for j, joint in enumerate(WALKER15.joints) if joint != "pelvis"]
-
-_PANELS = (
-    ("none", "view_angle_deg", "Viewpoint (degree)"),
-    ("noise", "noise_px", "Noise of the image (px)"),
-    ("occlusion", "occluded", "Share of joints hidden"),
+PANELS = (
+    ("none", "view_angle_deg", "Viewpoint (degree)", ("least_squares", "map")),
+    ("noise", "noise_px", "Noise of the image (px)", ("articulated", "articulated_hinges")),
+    ("occlusion", "occluded", "Share of joints hidden", ("articulated_mirrors", "mean_walker")),
 )
-_LEGENDS = (
-    ("least_squares", "map"),
-    ("articulated", "articulated_hinges"),
-    ("articulated_mirrors", "mean_walker"),
-)
-"""Which lines each panel of the first row names: all names above one panel would not fit."""
+"""What is varied, its column, its axis, and which lines the panel of the first row names: all would not fit."""
+
+CONDITION = ["view_angle_deg", "camera", "method", "varied", "noise_px", "occluded"]
+ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded"]
+
+Inputs = FigureInputs[FourierSamples, Eigenwalkers, MethodErrors]
 
 
-def tables(made: Made) -> Tables:
-    """``table``: each walker; ``table_joints``: each joint of the undisturbed views; ``table_summary``: means.
+@dataclass(kw_only=True)
+class FaceOffFigure(Figure):
+    """Both families against view, noise and occlusion."""
 
-    A method that a camera's images cannot be given to has no rows there.
-    """
-    sweep = made.sweep.arrays
-    joints, missing = sweep["error_mm"], sweep["missing_dimension_error_mm"]
-    error = joints[..., HUNG].mean(axis=-1)  # (W, D, C, M)
-    used = np.isfinite(error[0])
-    walkers = np.array(made.walkers)[sweep["walkers"]]
+    model = EigenwalkersModel
+    sweep = FaceOffSweep
 
-    def keys(conditions: np.ndarray, *, walkers_too: bool) -> dict[str, np.ndarray]:
-        """Labels of rows: one to each place (D, C, M) that is used."""
-        d, c, m = np.nonzero(conditions)
-        labels = {
-            "view_angle_deg": sweep["view_angle_deg"][d],
-            "camera": sweep["cameras"][c],
-            "method": sweep["methods"][m],
-            "varied": sweep["varied"][d],
-            "noise_px": sweep["noise_px"][d],
-            "occluded": sweep["occluded"][d],
-        }
-        if not walkers_too:
-            return labels
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: each walker; ``table_joints``: each joint of undisturbed views; ``table_summary``: means.
+
+        A method that a camera's images cannot be given to has no rows there.
+        """
+        sweep = inputs.sweep
+        joints = sweep.error_mm[..., CHILDREN]  # (W, D, C, M, 14)
+        used = np.isfinite(joints[0]).all(axis=-1)
+        d, c, m = np.nonzero(used)
+        conditions = pd.DataFrame(
+            {
+                "view_angle_deg": sweep.view_angle_deg[d],
+                "camera": sweep.cameras[c],
+                "method": sweep.methods[m],
+                "varied": sweep.varied[d],
+                "noise_px": sweep.noise_px[d],
+                "occluded": sweep.occluded[d],
+            }
+        )
+        of_joints = joints[:, used]  # (W, rows, 14)
+        error, missing = of_joints.mean(axis=-1), sweep.missing_dimension_error_mm[:, used]
+        walkers, rows = error.shape
+        every = pd.concat([conditions] * walkers, ignore_index=True)
+        plain = (conditions["varied"] == "none").to_numpy()
+        undisturbed = conditions[plain].loc[np.repeat(conditions.index[plain], len(CHILDREN))]
         return {
-            "walker": np.repeat(walkers, len(d)),
-            **{name: np.tile(values, len(walkers)) for name, values in labels.items()},
+            "table": tidy(
+                {
+                    "walker": np.repeat(np.array(inputs.samples)[sweep.walkers], rows),
+                    **{name: every[name] for name in CONDITION},
+                    "error_mm": error.ravel(),
+                    "missing_dimension_error_mm": missing.ravel(),
+                    "frames": np.repeat(sweep.frames, rows),
+                },
+                by=["walker", *ORDER],
+            ),
+            "table_joints": tidy(
+                {
+                    **{name: undisturbed[name] for name in ("method", "camera", "view_angle_deg")},
+                    "joint": np.tile([WALKER15.joints[j] for j in CHILDREN], plain.sum()),
+                    "error_mm": of_joints[:, plain].mean(axis=0).ravel(),
+                    "error_sd_mm": sd(of_joints[:, plain], 0).ravel(),
+                },
+                by=["camera", "method", "view_angle_deg"],
+            ),
+            "table_summary": tidy(
+                {
+                    **{name: conditions[name] for name in CONDITION},
+                    "error_mm": error.mean(axis=0),
+                    "error_sd_mm": sd(error, 0),
+                    "missing_dimension_error_mm": missing.mean(axis=0),
+                    "walkers": np.full(rows, walkers),
+                },
+                by=ORDER,
+            ),
         }
 
-    every = [error[w][used] for w in range(len(walkers))]
-    stacked, away = np.stack(every), np.stack([missing[w][used] for w in range(len(walkers))])
-    plain = used & (sweep["varied"] == "none")[:, None, None]
-    per_joint = np.stack([joints[w][plain][:, HUNG] for w in range(len(walkers))])  # (W, rows, 14)
-    of_plain = keys(plain, walkers_too=False)
-    order = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded"]
-    return {
-        "table": (
-            {
-                **keys(used, walkers_too=True),
-                "error_mm": stacked.ravel(),
-                "missing_dimension_error_mm": away.ravel(),
-                "frames": np.repeat(sweep["frames"], stacked.shape[1]),
-            },
-            ["walker", *order],
-        ),
-        "table_joints": (
-            {
-                **{
-                    name: np.repeat(of_plain[name], len(HUNG))
-                    for name in ("method", "camera", "view_angle_deg")
-                },
-                "joint": np.tile([WALKER15.joints[j] for j in HUNG], per_joint.shape[1]),
-                "error_mm": per_joint.mean(axis=0).ravel(),
-                "error_sd_mm": _sd(per_joint).ravel(),
-            },
-            ["camera", "method", "view_angle_deg"],
-        ),
-        "table_summary": (
-            {
-                **keys(used, walkers_too=False),
-                "error_mm": stacked.mean(axis=0),
-                "error_sd_mm": _sd(stacked),
-                "missing_dimension_error_mm": away.mean(axis=0),
-                "walkers": np.full(stacked.shape[1], len(walkers)),
-            },
-            order,
-        ),
-    }
-
-
-def _sd(values: np.ndarray) -> np.ndarray:
-    """Standard deviation over the first axis, divisor n - 1 (0 for a single walker)."""
-    return values.std(axis=0, ddof=1) if len(values) > 1 else np.zeros_like(values[0])
-
-
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """A row of panels to a camera: error against view, noise and occlusion."""
-    from pipeline import pictures
-
-    options = _options(made)
-    columns = made_tables["table_summary"][0]
-    count = int(columns["walkers"][0])
-    band = columns["error_sd_mm"] / np.sqrt(count)
-    top = 1.05 * float((columns["error_mm"] + band).max())
-    panels: list[pictures.Panel] = []
-    for camera in made.sweep.arrays["cameras"]:
-        for place, (varied, column, label) in enumerate(_PANELS):
-            here = (columns["camera"] == camera) & (columns["varied"] == varied)
-            series = [
-                _line(
-                    columns,
-                    here & (columns["method"] == m),
-                    column,
-                    len(panels) == place and m in _LEGENDS[place],
-                )
-                for m in made.methods
-                if (here & (columns["method"] == m)).any()
-            ]
-            panels.append(
-                pictures.Panel(
-                    series=series,
-                    xlabel=label,
-                    ylabel="" if place else f"Error (mm), {camera} camera",
-                    xticks=[float(v) for v in np.unique(columns[column][here])],
-                    ylim=(0.0, top),
-                )
-            )
-    pictures.draw_lines(
-        stem,
-        panels,
-        columns=len(_PANELS),
-        caption=f"{made.caption} Mean distance of the joints from the recorded motion, relative to the pelvis, over "
-        f"{count} walkers; bands: ±1 standard error. Perspective camera at {options.distance_mm:g} mm with a focal "
-        f"length of {options.focal_px:g} px; noise and hidden joints at {options.varied_view_deg:g}°. Eigenwalkers: "
-        "the model learnt without the walker, frequency and phase from the still view alone, none where the camera "
-        "moves. Articulated: no walk was learnt; true lengths of the limbs. Both are given the pelvis. Average "
-        "walker: with the true frequency and phase.",
-    )
-
-
-def _options(made: Made) -> FaceOffSweep:
-    if not isinstance(made.config.sweep, FaceOffSweep):
-        raise TypeError(f"no face-off is made of {type(made.config.sweep).__name__}")
-    return made.config.sweep
-
-
-def _line(columns: dict[str, np.ndarray], here: np.ndarray, column: str, named: bool) -> pictures.Series:
-    """One method's error over what is varied."""
-    from pipeline import pictures
-
-    method = str(columns["method"][here][0])
-    order = np.argsort(columns[column][here], kind="stable")
-    x, y, spread, count = (
-        columns[name][here][order] for name in (column, "error_mm", "error_sd_mm", "walkers")
-    )
-    return pictures.Series(
-        x=x,
-        y=y,
-        band=spread / np.sqrt(count),
-        label=NAMES[method] if named else "",
-        line=STYLES.get(method, "solid") if len(x) > 1 else "points",
-        colour=COLOURS[method],
-    )
-
-
-def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
-    """One walker: recorded, by every method from every camera; what the cameras saw; errors over time."""
-    from pipeline import recordings as recording
-
-    sweep, notes, options = made.sweep.arrays, made.sweep.notes, _options(made)
-    true = sweep["shown_true"]
-    ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
-    index = {"time": times}
-    cameras = [str(camera) for camera in sweep["cameras"]]
-    to_mm = options.distance_mm / options.focal_px * np.array([1.0, -1.0])
-    pelvis = WALKER15.index("pelvis")
-    with recording.Recording(
-        folder / "recording.rrd",
-        name=made.config.figure,
-        about=made.about + f"\nWalker `{made.walkers[int(sweep['shown'][0])]}` from "
-        f"{notes['shown_view_angle_deg']:g}°, noise {notes['shown_noise_px']:g} px; of all walkers the one whose "
-        "error by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
-        + ", ".join(f"{RECORDED_COLOURS[m]}: {NAMES[m]}" for m in made.methods)
-        + ".\n",
-        edition=f"{made.config.data.name} {made.config.scale.name}",
-    ) as rec:
-        worst = 0.0
-        rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)
-        for c, camera in enumerate(cameras):
-            rec.image_points(
-                f"image/observed/{camera}", sweep["shown_images"][c] * to_mm, WALKER15.bones, index=index
-            )
-            for m, method in enumerate(made.methods):
-                body = sweep["shown_positions"][c, m]
-                if np.isnan(body).all():
-                    continue
-                moved = body - body[:, [pelvis]] + true[:, [pelvis]]
-                colour = RECORDED_COLOURS[method]
-                entity = f"world/reconstructed/{camera}/{method}"
-                rec.skeleton(entity, moved + ground, WALKER15.bones, index=index, colour=colour)
-                off = np.linalg.norm(moved - true, axis=-1)[:, HUNG].mean(axis=1)
-                worst = max(worst, float(off.max()))
-                rec.curve(
-                    f"curves/error_mm/{camera}/{method}", times, off, label=NAMES[method], colour=colour
-                )
-        # From the side of a camera, what it does not show lies across.
-        side = np.radians(notes["shown_view_angle_deg"]) + np.pi / 3
-        eye = (2600.0 * float(np.sin(side)), -2600.0 * float(np.cos(side)), 1400.0)
-        columns = [
-            recording.Rows(
-                recording.Space3D(
-                    name=f"{camera} camera: recorded and reconstructed",
-                    contents=("world/original", f"world/reconstructed/{camera}"),
-                    shown=(
-                        "world/original",
-                        *(
-                            f"world/reconstructed/{camera}/{m}"
-                            for m in (
-                                ("map", "articulated_mirrors")
-                                if camera == "still"
-                                else ("articulated_mirrors",)
-                            )
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw a row of panels to a camera: error against view, noise and occlusion."""
+        options = cast(FaceOffSweep, inputs.experiment.sweep)
+        table = tables["table_summary"]
+        table = table.assign(band=table["error_sd_mm"] / np.sqrt(table["walkers"]))
+        top = 1.05 * float((table["error_mm"] + table["band"]).max())
+        panels = []
+        for camera in options.cameras:
+            here = table[table["camera"] == camera]
+            known = {method: METHODS[method] for method in METHODS if (here["method"] == method).any()}
+            for varied, column, label, named in PANELS:
+                rows = here[here["varied"] == varied].sort_values(column, kind="stable")
+                ticks = np.unique(rows[column])
+                styles = {
+                    method: replace(
+                        style,
+                        label=style.label if camera is options.cameras[0] and method in named else "",
+                        line=style.line if len(ticks) > 1 else "points",
+                    )
+                    for method, style in known.items()
+                }
+                panels.append(
+                    pictures.Panel(
+                        series=pictures.series(
+                            rows, x=column, y="error_mm", by="method", band="band", styles=styles
                         ),
-                    ),
+                        xlabel=label,
+                        ylabel=f"Error (mm), {camera.words}" if varied == "none" else "",
+                        xticks=ticks.tolist(),
+                        ylim=(0.0, top),
+                    )
+                )
+        pictures.draw_lines(
+            stem,
+            panels,
+            columns=len(PANELS),
+            caption=f"{inputs.caption} Mean distance of the joints from the recorded motion, relative to the pelvis, "
+            f"over {len(inputs.sweep.walkers)} walkers; bands: ±1 standard error. Perspective camera at "
+            f"{options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise and hidden joints at "
+            f"{options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker, frequency and phase "
+            "from the still view alone, none where the camera moves. Articulated: no walk was learnt; true lengths "
+            "of the limbs. Both are given the pelvis. Average walker: with the true frequency and phase.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log one walker: recorded, by every method from every camera; what the cameras saw; errors over time."""
+        sweep, options = inputs.sweep, cast(FaceOffSweep, inputs.experiment.sweep)
+        true = sweep.shown_true
+        ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
+        index = {"time": times}
+        methods = [str(method) for method in sweep.methods]
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about + f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
+            f"{sweep.shown_view_angle_deg:g}°, noise {sweep.shown_noise_px:g} px; of all walkers the one whose error "
+            "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
+            + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
+            + ".\n",
+            edition=inputs.edition,
+        ) as rec:
+            worst = 0.0
+            rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)
+            for c, camera in enumerate(options.cameras):
+                image = options.upright_mm(sweep.shown_images[c])
+                rec.image_points(f"image/observed/{camera}", image, WALKER15.bones, index=index)
+                for m, method in enumerate(methods):
+                    body = sweep.shown_positions[c, m]
+                    if np.isnan(body).all():
+                        continue
+                    moved = body - body[:, [PELVIS]] + true[:, [PELVIS]]
+                    style = RECORDED[method]
+                    entity = f"world/reconstructed/{camera}/{method}"
+                    rec.skeleton(entity, moved + ground, WALKER15.bones, index=index, colour=style.colour)
+                    off = np.linalg.norm(moved - true, axis=-1)[:, CHILDREN].mean(axis=1)
+                    worst = max(worst, float(off.max()))
+                    rec.curve(
+                        f"curves/error_mm/{camera}/{method}",
+                        times,
+                        off,
+                        label=style.label,
+                        colour=style.colour,
+                    )
+            # From the side of a camera, what it does not show lies across.
+            side = np.radians(sweep.shown_view_angle_deg) + np.pi / 3
+            eye = (2600.0 * float(np.sin(side)), -2600.0 * float(np.cos(side)), 1400.0)
+            columns = []
+            for camera in options.cameras:
+                open_on = (
+                    ("map", "articulated_mirrors") if camera is Camera.still else ("articulated_mirrors",)
+                )
+                space = recordings.Space3D(
+                    name=f"{camera.words}: recorded and reconstructed",
+                    contents=("world/original", f"world/reconstructed/{camera}"),
+                    shown=("world/original", *(f"world/reconstructed/{camera}/{m}" for m in open_on)),
                     eye_mm=eye,
-                ),
-                recording.Image2D(name=f"image of the {camera} camera", origin=f"image/observed/{camera}"),
-                recording.Plot(
-                    name=f"error (mm) against time (s), {camera} camera",
+                )
+                image_view = recordings.Image2D(
+                    name=f"image of the {camera.words}", origin=f"image/observed/{camera}"
+                )
+                curves = recordings.Plot(
+                    name=f"error (mm) against time (s), {camera.words}",
                     origin=f"curves/error_mm/{camera}",
                     y_range=(0.0, 1.7 * worst),  # the legend takes the upper part
-                ),
-                shares=(4, 3, 3),
-            )
-            for camera in cameras
-        ]
-        rec.blueprint(
-            recording.Columns(*columns, recording.Notes(), shares=[3] * len(columns) + [2]), playing=True
-        )
+                )
+                columns.append(recordings.Rows(space, image_view, curves, shares=(4, 3, 3)))
+            layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
+            rec.blueprint(layout, playing=True)

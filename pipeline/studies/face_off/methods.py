@@ -17,8 +17,7 @@ import numpy as np
 
 from pipeline.core import camera as parallel
 from pipeline.core import fourier, observation, reconstruction
-from pipeline.core.articulated_trajectory import reconstruct
-from pipeline.core.articulated_trajectory.limb_choice import Smoothness, SmoothnessByRule
+from pipeline.core.articulated_trajectory import Smoothness, SmoothnessByRule, reconstruct
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.pinhole import Pinhole
@@ -50,11 +49,11 @@ class SeenWalk:
 
     @property
     def times_s(self) -> np.ndarray:
-        """Of the frames (F,), the first at zero."""
+        """Times (F,) of the frames, the first at zero."""
         return np.arange(len(self.images)) / self.frame_rate_hz
 
     def weak_perspective(self) -> np.ndarray:
-        """Horizontal and vertical (F, 15, 2) of every joint, mm, as a parallel projection would show them."""
+        """Return horizontal and vertical (F, 15, 2) of every joint, mm, as a parallel projection would show them."""
         depth = self.camera.in_camera(self.root)[:, 2]
         focal_px = self.camera.intrinsics[..., 0, 0]
         offsets = (self.images - self.camera.project(self.root)[:, None]) * (depth / focal_px)[:, None, None]
@@ -66,7 +65,7 @@ class SeenWalk:
 def series_of_seen(
     image: np.ndarray, frame_rate_hz: float, frequency_hz: float, *, harmonics: int
 ) -> np.ndarray:
-    """Fourier coefficients (1 + 2H, J, 2) of an image, each joint fitted to the frames in which it was seen.
+    """Return the Fourier coefficients (1 + 2H, J, 2) of an image, each joint fitted to the frames in which it was seen.
 
     Parameters
     ----------
@@ -107,7 +106,7 @@ def _bridged(image: np.ndarray) -> np.ndarray:
 def by_eigenwalkers(
     model: LinearModel, walk: SeenWalk, noise_variances: list[float | None], *, harmonics: int
 ) -> list[np.ndarray]:
-    """Motions (F, 15, 3), mm, one for each noise variance; None is approach I [zhang2007 3.9, 3.15, 3.16].
+    """Return motions (F, 15, 3), mm, one for each noise variance; None is approach I [zhang2007 3.9, 3.15, 3.16].
 
     Parameters
     ----------
@@ -163,7 +162,7 @@ def by_articulation(
     refine: bool,
     time_limit_s: float,
 ) -> np.ndarray:
-    """Motion (F, 15, 3), mm, of articulated trajectories [park2011 5, 6].
+    """Return the motion (F, 15, 3), mm, of articulated trajectories [park2011 5, 6].
 
     Parameters
     ----------
@@ -205,7 +204,7 @@ def by_articulation(
 def mean_walker(
     model: LinearModel, times_s: np.ndarray, frequency_hz: float, phase_rad: float, *, joints: int = 15
 ) -> np.ndarray:
-    """The average walker (F, 15, 3), mm, walking with a known frequency and phase [zhang2007 3.3].
+    """Return the average walker (F, 15, 3), mm, walking with a known frequency and phase [zhang2007 3.3].
 
     Parameters
     ----------

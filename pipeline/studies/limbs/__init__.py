@@ -1,1 +1,37 @@
-"""studies.limbs."""
+"""Limbs: articulated motion from one camera by trajectory bases, park2011."""
+
+from pipeline.studies.limbs import measures
+from pipeline.studies.limbs.dataset import LimbDataset
+from pipeline.studies.limbs.figures.limb_errors import LimbErrors
+from pipeline.studies.limbs.figures.limb_scatter import LimbScatter
+from pipeline.studies.limbs.figures.motions import MotionsFigure
+from pipeline.studies.limbs.figures.proofs import ProofsFigure
+from pipeline.studies.limbs.missing_data import MissingDataSweep
+from pipeline.studies.limbs.model import TrajectoryBasisModel
+from pipeline.studies.limbs.motions import MotionsSweep
+from pipeline.studies.limbs.proofs import ProofSweep
+from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
+from pipeline.studies.limbs.reconstructibility import ReconstructibilitySweep
+from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.study import Study
+
+STUDY = Study(
+    "limbs",
+    datasets={"limbs": LimbDataset},
+    models={"trajectory_basis": TrajectoryBasisModel},
+    sweeps={
+        "reconstructibility": ReconstructibilitySweep,
+        "root_error": RootErrorSweep,
+        "radius_scale": RadiusScaleSweep,
+        "missing_data": MissingDataSweep,
+        "proof": ProofSweep,
+        "motions": MotionsSweep,
+    },
+    figures={
+        "limb_scatter": LimbScatter,
+        "limb_errors": LimbErrors,
+        "proofs": ProofsFigure,
+        "motions": MotionsFigure,
+    },
+    measures=measures,
+)

@@ -9,138 +9,174 @@ made beside, under a limit if there is any, and says how much better any signs c
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Articulated, reconstruct
-from pipeline.core.articulated_trajectory.limb_choice import Smoothness, SmoothnessByRule, choose_limb
+from pipeline.core.articulated_trajectory import (
+    Articulated,
+    Smoothness,
+    SmoothnessByRule,
+    choose_limb,
+    reconstruct,
+)
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.reconstructibility import Reconstructibility, of_clip, reconstructibility
-from pipeline.storage.store import Artefact, derive_generator
+from pipeline.seeding import derive_generator
+from pipeline.studies.limbs.cameras import Camera, CameraSweep
+from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors
-from pipeline.studies.limbs.trials import camera_on, smoothness
-from pipeline.studies.options import MotionsSweep, TrajectoryBasisModel
-from pipeline.studies.sweep_checks import CAMERAS, check_names, check_values
+from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked
+from pipeline.studies.study import scaled
 from pipeline.threads import map_threads
+from pipeline.validation import require_range
 
-LENGTHS = ("true", "anthropometric", "estimated")
-ROOTS = ("true", "unit_depth")
-
-ROOT = WALKER14.joints.index(WALKER14.root)
-HUNG = WALKER14.ends[:, 1]
+CHILDREN = WALKER14.ends[:, 1]
 """Places of the fourteen joints that are not the root, in the order of the limbs."""
 
 _THIGHS = ("left_knee", "right_knee")
 
 
-def measure(
-    options: MotionsSweep, dataset: Artefact, model_options: TrajectoryBasisModel, workers: int, seed: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
+class Lengths(StrEnum):
+    """Where the lengths of the limbs come from."""
+
+    true = "true"
+    anthropometric = "anthropometric"
+    """Ratios, scaled to the true thighs."""
+    estimated = "estimated"
+    """The rays."""
+
+
+class Root(StrEnum):
+    """Where the root's trajectory comes from."""
+
+    true = "true"
+    unit_depth = "unit_depth"
+    """Its image, at the depth that it has in the middle frame; true before a camera that moves."""
+
+
+@dataclass(frozen=True)
+class Motions:
     """Reconstructions of N clips from C cameras, their errors, and what the data say of each limb.
 
-    Parameters
+    Attributes
     ----------
-    options : MotionsSweep
-    dataset : Artefact
-        Stretches of clips.
-    model_options : TrajectoryBasisModel
-    workers, seed : int
-        Every clip has its own generator: cameras look at it from the same side and see the same noise.
-
-    Returns
-    -------
-    arrays : dict
-        ``cameras`` (C,); ``stretch`` (N,) indices into the data set; ``truth`` (N, F, 15, 3) mm; ``positions``
-        (N, C, F, 15, 3) mm, ``images`` (N, C, F, 15, 2) px, ``imputed`` (N, C, F, 15); ``azimuth_rad`` (N, C) of the
-        camera in its middle frame; ``error_mm`` (N, C, F, 15) relative to the pelvis; ``error_up_to_mirror_mm``,
-        ``reprojection_error_px``, ``reconstructibility_of_clip`` (N, C); of the limbs (N, C, 14):
-        ``reconstructibility``, ``mirror_margin``, ``proved``, ``objective``, ``best_objective``, ``lower_bound``,
-        ``limb_error``, ``length_change``, ``mirrored``, ``components``, ``length_ratio`` of the length that was
-        assumed to the true one.
-    notes : dict
-
-    Raises
-    ------
-    InvalidInput
-        If an option is unknown or out of range.
+    cameras : (C,) text
+    stretch : (N,) int
+        Of the data set.
+    truth : (N, F, 15, 3)
+        mm.
+    positions : (N, C, F, 15, 3)
+        mm.
+    images : (N, C, F, 15, 2)
+        px.
+    imputed : (N, C, F, 15) bool
+    azimuth_rad : (N, C)
+        Of the camera in its middle frame.
+    error_mm : (N, C, F, 15)
+        Relative to the pelvis.
+    error_up_to_mirror_mm, reprojection_error_px, reconstructibility_of_clip : (N, C)
+    reconstructibility, mirror_margin, limb_error, length_change : (N, C, 14)
+    length_ratio : (N, C, 14)
+        Of the length that was assumed to the true one.
+    objective, best_objective, lower_bound : (N, C, 14)
+        Of what was chosen, of the best that is known, and a bound, on the same programme, mm².
+    proved, mirrored : (N, C, 14) bool
+    components : (N, C, 14) int
     """
-    _check(options)
-    basis = smoothness(model_options)
-    stretch = _liveliest(dataset, options.clips)
-    places = {int(n): _place(dataset, int(n)) for n in stretch}
 
-    def one(item: tuple[int, str]) -> dict[str, Any]:
-        n, kind = item
-        positions = dataset.arrays["positions"][n]
-        sides = derive_generator(seed, f"sweep:motions:camera:{places[n]}")
-        camera = camera_on(
-            kind,
-            positions[:, ROOT],
-            sides,
-            distance_mm=options.distance_mm,
-            focal_px=options.focal_px,
-            around_deg=options.around_deg,
+    cameras: np.ndarray
+    stretch: np.ndarray
+    truth: np.ndarray
+    positions: np.ndarray
+    images: np.ndarray
+    imputed: np.ndarray
+    azimuth_rad: np.ndarray
+    error_mm: np.ndarray
+    error_up_to_mirror_mm: np.ndarray
+    reprojection_error_px: np.ndarray
+    reconstructibility_of_clip: np.ndarray
+    reconstructibility: np.ndarray
+    mirror_margin: np.ndarray
+    limb_error: np.ndarray
+    length_change: np.ndarray
+    length_ratio: np.ndarray
+    objective: np.ndarray
+    best_objective: np.ndarray
+    lower_bound: np.ndarray
+    proved: np.ndarray
+    mirrored: np.ndarray
+    components: np.ndarray
+
+
+@dataclass(kw_only=True)
+class MotionsSweep(CameraSweep):
+    """Whole skeletons of varied motion, from a still, a moving and a shaky camera."""
+
+    clips: int = scaled(
+        value="clips"
+    )  # of the data set, evenly over all; 0: all.  Of each its liveliest stretch
+    noise_px: float = 1.0
+    lengths: Lengths = Lengths.true
+    root: Root = Root.true
+    use_hinges: bool = True
+    try_mirrors: bool = False  # of limbs in doubt, where all limbs refined together then fit better
+    exact: bool = False  # take the signs that the certificate finds, not the first
+    time_limit_s: float = 0.2  # nominal, of each certificate
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        super().validate()
+        for name in ("clips", "noise_px", "time_limit_s"):
+            require_range(f"sweep.{name}", getattr(self, name), at_least=0)
+
+    def measure(self, inputs: LimbInputs) -> Motions:
+        """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""
+        stretches, basis = inputs.dataset, inputs.model_options.smoothness()
+        chosen = _liveliest(stretches, self.clips)
+
+        def one(item: tuple[int, Camera]) -> dict[str, Any]:
+            number, kind = item
+            truth, place = stretches.positions[number], stretches.place(number)
+            side = derive_generator(inputs.seed, f"sweep:motions:camera:{place}")
+            camera = self.camera(kind, truth[:, ROOT], side)
+            noise = derive_generator(inputs.seed, f"sweep:motions:noise:{place}")
+            seen = camera.project(truth)
+            images = seen + self.noise_px * noise.standard_normal(seen.shape)
+            return _Reconstruction(
+                self, basis, truth, stretches.lengths_mm[number], camera, images, kind
+            ).found()
+
+        items = [(int(number), kind) for number in chosen for kind in self.cameras]
+        found = map_threads(one, items, inputs.workers)
+        return Motions(
+            cameras=np.array(self.cameras),
+            stretch=chosen,
+            truth=stretches.positions[chosen],
+            **stacked(found, (len(chosen), len(self.cameras))),
         )
-        noise = derive_generator(seed, f"sweep:motions:noise:{places[n]}")
-        seen = camera.project(positions)
-        images = seen + options.noise_px * noise.standard_normal(seen.shape)
-        return _Trial(options, basis, positions, dataset.arrays["lengths_mm"][n], camera, images, kind).all()
-
-    items = [(int(n), kind) for n in stretch for kind in options.cameras]
-    found = map_threads(one, items, workers)
-    grid = (len(stretch), len(options.cameras))
-    arrays = {
-        name: np.stack([f[name] for f in found]).reshape(*grid, *np.shape(found[0][name]))
-        for name in found[0]
-    }
-    return {
-        "cameras": np.array(options.cameras),
-        "stretch": stretch,
-        "truth": dataset.arrays["positions"][stretch],
-        **arrays,
-    }, {
-        "lengths": options.lengths,
-        "root": options.root,
-        "noise_px": options.noise_px,
-        "unproved_limbs": int((~arrays["proved"]).sum()),
-    }
 
 
-def _check(options: MotionsSweep) -> None:
-    check_names("cameras", options.cameras, CAMERAS)
-    check_names("lengths", [options.lengths], LENGTHS)
-    check_names("root", [options.root], ROOTS)
-    check_values("noise_px", [options.noise_px], 0.0)
-    check_values("clips", [options.clips], 0)
-    check_values("distance_mm", [options.distance_mm], 1.0)
-    check_values("focal_px", [options.focal_px], 1.0)
-
-
-def _liveliest(dataset: Artefact, wanted: int) -> np.ndarray:
+def _liveliest(stretches: LimbStretches, wanted: int) -> np.ndarray:
     """Indices (N,) of one stretch of each clip, in which joints move most about the pelvis; clips evenly over all."""
-    positions, clip = dataset.arrays["positions"], dataset.arrays["clip"]
-    moves = np.diff(positions - positions[:, :, [ROOT]], axis=1)
+    moves = np.diff(stretches.positions - stretches.positions[:, :, [ROOT]], axis=1)
     speed = np.square(moves).sum(axis=(1, 2, 3))
     chosen = []
-    for name in dict.fromkeys(clip.tolist()):
-        of_clip_ = np.flatnonzero(clip == name)
-        chosen.append(int(of_clip_[np.argmax(speed[of_clip_])]))
+    for name in dict.fromkeys(stretches.clip.tolist()):
+        of_this = np.flatnonzero(stretches.clip == name)
+        chosen.append(int(of_this[np.argmax(speed[of_this])]))
     if 0 < wanted < len(chosen):
         picks = np.unique(np.rint(np.linspace(0, len(chosen) - 1, wanted)).astype(int))
         chosen = [chosen[k] for k in picks]
     return np.array(chosen)
 
 
-def _place(dataset: Artefact, n: int) -> str:
-    """A stretch's name, for its generators."""
-    return f"{dataset.arrays['source'][n]}:{dataset.arrays['clip'][n]}:{dataset.arrays['start_s'][n]:g}"
-
-
-class _Trial:
+class _Reconstruction:
     """One clip before one camera."""
 
     def __init__(
@@ -151,25 +187,22 @@ class _Trial:
         lengths: np.ndarray,
         camera: Pinhole,
         images: np.ndarray,
-        kind: str,
+        kind: Camera,
     ) -> None:
         self.options, self.basis, self.truth, self.camera, self.images = options, basis, truth, camera, images
-        self.true_lengths = lengths
-        thigh = float(np.mean([lengths[WALKER14.limbs.index(limb)] for limb in _THIGHS]))
-        self.lengths = lengths
-        if options.lengths == "anthropometric":
+        self.true_lengths = self.lengths = lengths
+        if options.lengths is Lengths.anthropometric:
+            thigh = float(np.mean([lengths[WALKER14.limbs.index(limb)] for limb in _THIGHS]))
             self.lengths = anthropometric_lengths(WALKER14, of=_THIGHS[0], size_mm=thigh)
-        elif options.lengths == "estimated":
+        elif options.lengths is Lengths.estimated:
             self.lengths = np.full(len(lengths), np.nan)
         self.root = truth[:, ROOT]
-        if (
-            options.root == "unit_depth" and kind == "still"
-        ):  # from another camera it can be had by other means
+        if options.root is Root.unit_depth and kind is Camera.still:
             depth = float(camera.in_camera(self.root)[len(truth) // 2, 2])
             self.root = camera.back_project(images[:, ROOT], depth)
 
-    def all(self) -> dict[str, Any]:
-        """What is kept of it, by name."""
+    def found(self) -> dict[str, Any]:
+        """Return what `Motions` holds of it."""
         options = self.options
         made = reconstruct(
             self.images,
@@ -183,11 +216,19 @@ class _Trial:
             time_limit_s=options.time_limit_s if options.exact else 0.0,
         )
         self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
-        error = _relative_error(made.positions, self.truth)
         true = relative_trajectories(WALKER14, self.truth)
         estimated = relative_trajectories(WALKER14, made.positions)
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
         sizes = np.linalg.norm(estimated, axis=-1)
+        better = better_of_mirrors(
+            self.truth,
+            self.camera,
+            self.images,
+            self.root,
+            self.lengths,
+            self.basis,
+            noise_px=options.noise_px,
+        )
         eta = self.reconstructibilities()
         middle = self.camera.at(len(self.truth) // 2).centre - self.truth[:, ROOT].mean(axis=0)
         return {
@@ -195,40 +236,40 @@ class _Trial:
             "images": self.images,
             "imputed": made.imputed,
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
-            "error_mm": error,
-            "error_up_to_mirror_mm": _relative_error(self.up_to_mirror(), self.truth)[:, HUNG].mean(),
+            "error_mm": _relative_error(made.positions, self.truth),
+            "error_up_to_mirror_mm": _relative_error(better, self.truth)[:, CHILDREN].mean(),
             "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
-            "reconstructibility": np.array([limb.ratio for limb in eta]),
+            "reconstructibility": [limb.ratio for limb in eta],
             "reconstructibility_of_clip": of_clip(eta).ratio,
             "limb_error": away / self.true_lengths,
             "length_change": np.abs(sizes / sizes.mean(axis=0) - 1.0)
             .max(axis=0)
-            .round(12),  # or it is rounding
+            .round(12),  # the rest is rounding
             "length_ratio": self.lengths / self.true_lengths,
-            "components": np.array([made.limbs[limb].smoothness.components for limb in WALKER14.limbs]),
+            "components": [made.limbs[limb].smoothness.components for limb in WALKER14.limbs],
             **self.certificates(made),
         }
 
     def certificates(self, made: Articulated) -> dict[str, np.ndarray]:
-        """Of each limb (14,): cost of what was taken, of the best that is known, and a bound, on the same programme."""
-        hung = np.empty_like(self.truth)
-        hung[:, ROOT] = self.root
+        """Return the mirror margins, objectives and bounds of all limbs, (14,) each."""
+        options = self.options
+        anchored = np.empty_like(self.truth)
+        anchored[:, ROOT] = self.root
         rows = []
-        for limb, (parent, child) in zip(WALKER14.limbs, WALKER14.ends, strict=True):
-            choice = made.limbs[limb]
-            solution = choice.solution
-            certificate = solution
-            if not self.options.exact and self.options.time_limit_s > 0.0:  # or it would be the same again
+        for limb, (name, (parent, child)) in enumerate(zip(WALKER14.limbs, WALKER14.ends, strict=True)):
+            choice = made.limbs[name]
+            solution = certificate = choice.solution
+            if not options.exact and options.time_limit_s > 0.0:  # or it would be the same again
                 certificate = choose_limb(
                     self.camera.matrix,
                     self.images[:, child],
-                    hung[:, parent],
-                    float(self.lengths[WALKER14.limbs.index(limb)]),
+                    anchored[:, parent],
+                    float(self.lengths[limb]),
                     smoothness=self.basis,
-                    noise_px=self.options.noise_px,
-                    time_limit_s=self.options.time_limit_s,
+                    noise_px=options.noise_px,
+                    time_limit_s=options.time_limit_s,
                 ).solution
-            hung[:, child] = hung[:, parent] + choice.hits.radius * choice.directions
+            anchored[:, child] = anchored[:, parent] + choice.hits.radius * choice.directions
             rows.append(
                 {
                     "mirror_margin": solution.margin,
@@ -239,37 +280,22 @@ class _Trial:
                     "proved": certificate.proved,
                 }
             )
-        return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        return stacked(rows, (len(rows),))
 
     def reconstructibilities(self) -> list[Reconstructibility]:
-        """eta_a of each limb (14), about its true parent."""
+        """Return eta_a of each limb (14), about its true parent."""
         found = []
         for limb, (parent, child) in enumerate(WALKER14.ends):
+            about = self.truth[:, parent]
             hits = ray_sphere(
-                self.camera.matrix,
-                self.images[:, child],
-                self.truth[:, parent],
-                float(self.true_lengths[limb]),
-            )
-            hits = hits.settled()
+                self.camera.matrix, self.images[:, child], about, float(self.true_lengths[limb])
+            ).settled()
             used = hits.usable
-            toward = (self.truth[:, child] - self.truth[:, parent] - hits.middle) * hits.half_chord
+            toward = (self.truth[:, child] - about - hits.middle) * hits.half_chord
             signs = np.where(toward.sum(axis=1) < 0.0, -1, 1)
             rows = self.basis.of(hits.middle, used).rows(len(used), used)
             found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
         return found
-
-    def up_to_mirror(self) -> np.ndarray:
-        """Positions (F, 15, 3) with each limb or its mirror, whichever is nearer to the truth; not refined."""
-        return better_of_mirrors(
-            self.truth,
-            self.camera,
-            self.images,
-            self.root,
-            self.lengths,
-            self.basis,
-            noise_px=self.options.noise_px,
-        )
 
 
 def _relative_error(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:

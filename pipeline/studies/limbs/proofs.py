@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
@@ -10,126 +10,168 @@ import numpy as np
 
 from pipeline.core.articulated_trajectory import Smoothness
 from pipeline.core.binary_quadratic import compile_kernels
-from pipeline.storage.store import Artefact, derive_generator
+from pipeline.seeding import derive_generator
+from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import distance
-from pipeline.studies.limbs.trials import choose, limb_trial, smoothness
-from pipeline.studies.options import ProofSweep, TrajectoryBasisModel
-from pipeline.studies.sweep_checks import check_sweep, check_values
+from pipeline.studies.limbs.trials import Adjustment, LimbInputs, LimbSweep, stacked
 from pipeline.threads import map_threads
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_increasing, require_range
 
 LONG = 100
 """Frames above which a programme may take its whole limit, so that fewer are tried."""
 
 
-def measure(
-    options: ProofSweep, dataset: Artefact, model_options: TrajectoryBasisModel, workers: int, seed: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Proofs of the programmes of limbs that are cut to fewer frames.
+@dataclass(frozen=True)
+class Timing:
+    """What depends on the machine: seconds of N programmes.
 
-    Parameters
+    Attributes
     ----------
-    options : ProofSweep
-    dataset : Artefact
-        Limbs, of as many frames as the longest programmes.
-    model_options : TrajectoryBasisModel
-        For the kind of basis; its components are swept.
-    workers : int
-    seed : int
-
-    Returns
-    -------
-    arrays : dict
-        One row to a programme: ``frames``, ``components``, ``noise_px``, ``trial``, ``stretch``, ``limb``, ``camera``,
-        ``proved``, ``objective``, ``lower_bound``, ``gap`` relative, ``seconds`` until the search ended,
-        ``first_seconds`` and ``first_objective`` of the signs that are found at once, ``limb_error``, ``boxes``,
-        ``steps``.
-    notes : dict
-
-    Raises
-    ------
-    InvalidInput
-        Options that cannot be, stretches that are too short, or nothing left to try.
+    seconds, first_seconds : (N,)
+        Until the search ended, and until the first signs.
+    threads : int
+        Searches at a time.
     """
-    check_sweep(options, adjusts=[options.adjust])
-    check_values("frames", options.frames, 3)
-    check_values("components", options.components, 1)
-    check_values("noises_px", options.noises_px, 0.0)
-    if not 0.0 <= options.long_share <= 1.0:
-        raise InvalidInput(
-            "a share of the trials is none",
-            where="sweep.long_share",
-            expected="0 to 1",
-            received=f"{options.long_share:g}",
-        )
-    longest = dataset.arrays["positions"].shape[1]
-    if max(options.frames) > longest:
-        raise InvalidInput(
-            "the stretches are shorter than the programmes",
-            where="dataset.frames",
-            expected=f"{max(options.frames)} or more",
-            received=f"{longest}",
-        )
-    cutoff = smoothness(model_options).cutoff
-    # A basis of as many cosines as frames leaves nothing to be measured.
-    items = [
-        (frames, components, noise, number)
-        for frames in options.frames
-        for components in options.components
-        if components < frames
-        for noise in options.noises_px
-        for number in range(options.trials if frames <= LONG else int(options.long_share * options.trials))
-    ]
-    if not items:
-        raise InvalidInput(
-            "no programme is left",
-            where="sweep.components",
-            expected="fewer than the frames, and a trial at least",
-            received=", ".join(map(str, options.components)),
-        )
 
-    compile_kernels()
+    seconds: np.ndarray
+    first_seconds: np.ndarray
+    threads: int
 
-    def one(item: tuple[int, int, float, int]) -> dict[str, Any]:
-        frames, components, noise, number = item
-        camera = options.cameras[number % len(options.cameras)]
-        whole = limb_trial(options, dataset, number, camera, seed)
-        start = int(derive_generator(seed, f"sweep:part:{number}").random() * (longest - frames + 1))
-        trial = whole.part(start, frames)
-        smooth = Smoothness(components, cutoff)
-        seconds, solutions = [], []
-        for limit in (0.0, options.time_limit_s):
-            started = perf_counter()
-            choice = choose(
-                trial, smooth, replace(options, time_limit_s=limit), adjust=options.adjust, noise_px=noise
+
+@dataclass(frozen=True)
+class Proofs:
+    """Proofs of N programmes.
+
+    Attributes
+    ----------
+    frames, components, trial, stretch, limb : (N,) int
+    noise_px : (N,)
+    camera : (N,) text
+    proved : (N,) bool
+    objective, lower_bound, first_objective : (N,)
+        Of the best signs, their bound, and of the signs that are found at once, mm².
+    gap : (N,)
+        Between bound and objective, relative; 0 where proved.
+    limb_error : (N,)
+        Mean distance of relative trajectories over the limb's length.
+    boxes, steps : (N,) int
+        Nodes of the two searches.
+    timing : Timing
+    """
+
+    frames: np.ndarray
+    components: np.ndarray
+    noise_px: np.ndarray
+    trial: np.ndarray
+    stretch: np.ndarray
+    limb: np.ndarray
+    camera: np.ndarray
+    proved: np.ndarray
+    objective: np.ndarray
+    lower_bound: np.ndarray
+    gap: np.ndarray
+    first_objective: np.ndarray
+    limb_error: np.ndarray
+    boxes: np.ndarray
+    steps: np.ndarray
+    timing: Timing
+
+
+@dataclass(kw_only=True)
+class ProofSweep(LimbSweep):
+    """Share of programmes that are proved, by frames and components."""
+
+    cameras: list[Camera] = field(  # in turn
+        default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky]
+    )
+    frames: list[int] = field(default_factory=lambda: [25, 50, 100, 200])
+    components: list[int] = field(default_factory=lambda: [10, 20])
+    noises_px: list[float] = field(default_factory=lambda: [0.0, 1.0])
+    adjust: Adjustment = Adjustment.per_frame
+    long_share: float = 0.2  # of the trials for over 100 frames, which may take the limit each
+    time_limit_s: float = 2.0  # nominal, of each search
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        super().validate()
+        require_increasing("sweep.frames", self.frames, at_least=3)
+        require_increasing("sweep.components", self.components, at_least=1)
+        require_increasing("sweep.noises_px", self.noises_px, at_least=0)
+        require_range("sweep.long_share", self.long_share, at_least=0, at_most=1)
+        if not self.programmes():
+            raise InvalidInput(
+                "no programme is left",
+                where="sweep.components",
+                expected="fewer than the frames, and a trial at least",
+                received=", ".join(map(str, self.components)),
             )
-            seconds.append(perf_counter() - started)
-            solutions.append(choice.solution)
-        first, last = solutions
-        gap = 0.0 if last.proved else 1.0 - max(last.lower_bound, 0.0) / last.objective
-        return {
-            "frames": frames,
-            "components": components,
-            "noise_px": noise,
-            "trial": number,
-            "stretch": trial.stretch,
-            "limb": trial.limb,
-            "camera": camera,
-            "proved": last.proved,
-            "objective": last.objective,
-            "lower_bound": last.lower_bound,
-            "gap": gap,
-            "seconds": seconds[1],
-            "first_seconds": seconds[0],
-            "first_objective": first.objective,
-            "limb_error": distance(choice.relative, trial.relative) / trial.length,
-            "boxes": last.boxes,
-            "steps": last.steps,
-        }
 
-    rows = map_threads(one, items, workers)
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}, {
-        "unproved": float(1.0 - np.mean([row["proved"] for row in rows])),
-        "time_limit_s": options.time_limit_s,
-        "threads": workers,
-    }
+    def programmes(self) -> list[tuple[int, int, float, int]]:
+        """Return frames, components, noise in px and number of the trial of every programme."""
+        # A basis of as many cosines as frames leaves nothing to be measured.
+        return [
+            (frames, components, noise, number)
+            for frames in self.frames
+            for components in self.components
+            if components < frames
+            for noise in self.noises_px
+            for number in range(self.trials if frames <= LONG else int(self.long_share * self.trials))
+        ]
+
+    def require_frames(self, frames: int) -> None:
+        """Raise InvalidInput if stretches of so many frames are shorter than the longest programmes."""
+        require_range("dataset.frames", frames, at_least=max(self.frames))
+
+    def measure(self, inputs: LimbInputs) -> Proofs:
+        """Return the proofs of the programmes of limbs that are cut to so many frames.
+
+        Of the model the kind of basis is used; its components are swept.
+        """
+        cutoff = inputs.model_options.cutoff
+        longest = inputs.dataset.positions.shape[1]
+        self.require_frames(longest)
+
+        def one(item: tuple[int, int, float, int]) -> dict[str, Any]:
+            frames, components, noise, number = item
+            camera = self.cameras[number % len(self.cameras)]
+            whole = self.trial(inputs.dataset, number, camera, inputs.seed)
+            place = derive_generator(inputs.seed, f"sweep:part:{number}").random()
+            trial = whole.part(int(place * (longest - frames + 1)), frames)
+            seconds, solutions = [], []
+            for limit in (0.0, self.time_limit_s):
+                started = perf_counter()
+                choice = self.choose(
+                    trial,
+                    Smoothness(components, cutoff),
+                    adjust=self.adjust,
+                    noise_px=noise,
+                    time_limit_s=limit,
+                )
+                seconds.append(perf_counter() - started)
+                solutions.append(choice.solution)
+            first, last = solutions
+            return {
+                "frames": frames,
+                "components": components,
+                "noise_px": noise,
+                "trial": number,
+                "stretch": trial.stretch,
+                "limb": trial.limb,
+                "camera": camera,
+                "proved": last.proved,
+                "objective": last.objective,
+                "lower_bound": last.lower_bound,
+                "gap": 0.0 if last.proved else 1.0 - max(last.lower_bound, 0.0) / last.objective,
+                "first_objective": first.objective,
+                "limb_error": distance(choice.relative, trial.relative) / trial.length,
+                "boxes": last.boxes,
+                "steps": last.steps,
+                "first_seconds": seconds[0],
+                "seconds": seconds[1],
+            }
+
+        compile_kernels()  # or the first programmes would seem slow
+        programmes = self.programmes()
+        found = stacked(map_threads(one, programmes, inputs.workers), (len(programmes),))
+        seconds = {name: found.pop(name) for name in ("seconds", "first_seconds")}
+        return Proofs(**found, timing=Timing(**seconds, threads=inputs.workers))

@@ -1,4 +1,4 @@
-"""How wrong what was made of limbs is, and how right it would be up to the mirror."""
+"""Reconstruction error of limbs, with and without the mirror ambiguity."""
 
 from __future__ import annotations
 
@@ -6,18 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory.limb_choice import (
-    LimbChoice,
-    Smoothness,
-    SmoothnessByRule,
-    choose_limb,
-)
-from pipeline.core.articulation import Adjustment
+from pipeline.core.articulated_trajectory import LimbChoice, Smoothness, SmoothnessByRule, choose_limb
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
-from pipeline.studies.limbs.trials import LimbTrial
-
-ROOT = WALKER14.joints.index(WALKER14.root)
+from pipeline.studies.limbs.trials import ROOT, Adjustment, LimbTrial
 
 SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
@@ -25,7 +17,7 @@ SUCCESS = 0.1
 
 @dataclass(frozen=True)
 class LimbScore:
-    """How wrong the choice for one limb is.
+    """Error of the choice for one limb.
 
     Attributes
     ----------
@@ -43,7 +35,7 @@ class LimbScore:
 
 
 def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None) -> LimbScore:
-    """How wrong a choice is, beside the better one of it and its mirror.
+    """Return the error of a choice, beside that of the better one of it and its mirror.
 
     Parameters
     ----------
@@ -62,12 +54,17 @@ def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | Non
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean distance of two trajectories (F, …, 3), mm, to nine decimals: what is less is rounding, and has no rank."""
+    """Return the mean distance of two trajectories (F, …, 3), mm.
+
+    Notes
+    -----
+    To nine decimals: smaller differences are rounding, and errors are ranked.
+    """
     return round(float(np.linalg.norm(a - b, axis=-1).mean()), 9)
 
 
 def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
-    """-1 or +1 (F,): the candidate that is nearer to the truth; +1 where there is no choice."""
+    """Return -1 or +1 (F,), the candidate that is nearer to the truth; +1 where there is no choice."""
     along = ((relative - choice.hits.middle) * choice.hits.rays.direction).sum(axis=1)
     return np.where(along < 0, -1, 1)
 
@@ -80,13 +77,13 @@ def better_of_mirrors(
     lengths: np.ndarray,
     smoothness: Smoothness | SmoothnessByRule,
     *,
-    adjust: Adjustment = "per_frame",
+    adjust: Adjustment = Adjustment.per_frame,
     noise_px: float = 0.0,
     time_limit_s: float = 0.0,
 ) -> np.ndarray:
-    """Positions (F, 15, 3), mm, when of every limb and its mirror the one nearer to the truth is taken.
+    """Return positions (F, 15, 3), mm, with of every limb and its mirror the one nearer to the truth, not refined.
 
-    Before refinement.  What is left is not the fault of the choice between the two.
+    The error that is left does not come from the choice between the two.
 
     Parameters
     ----------
@@ -100,25 +97,25 @@ def better_of_mirrors(
     lengths : (14,)
         As assumed, mm.
     smoothness : Smoothness or SmoothnessByRule
-    adjust : {"per_frame", "global", "robust"}
+    adjust : Adjustment
     noise_px, time_limit_s : float
-        As for `pipeline.core.limb_choice.choose_limb`.
+        As for `choose_limb`.
     """
-    chosen, hung = np.empty_like(truth), np.empty_like(truth)
-    chosen[:, ROOT] = hung[:, ROOT] = root
+    chosen, anchored = np.empty_like(truth), np.empty_like(truth)
+    chosen[:, ROOT] = anchored[:, ROOT] = root
     for limb, (parent, child) in enumerate(WALKER14.ends):
         choice = choose_limb(
             camera.matrix,
             images[:, child],
-            hung[:, parent],
+            anchored[:, parent],
             float(lengths[limb]),
             smoothness=smoothness,
-            adjust=adjust,
+            adjust=adjust.value,
             noise_px=noise_px,
             time_limit_s=time_limit_s,
         )
         true = truth[:, child] - truth[:, parent]
         nearer = min((choice, choice.mirror()), key=lambda c: distance(c.relative, true))
-        chosen[:, child] = hung[:, parent] + nearer.relative
-        hung[:, child] = hung[:, parent] + nearer.hits.radius * nearer.directions
+        chosen[:, child] = anchored[:, parent] + nearer.relative
+        anchored[:, child] = anchored[:, parent] + nearer.hits.radius * nearer.directions
     return chosen

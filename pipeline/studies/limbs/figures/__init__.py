@@ -1,1 +1,1 @@
-"""studies.limbs.figures."""
+"""Figures of park2011, and one beside them."""

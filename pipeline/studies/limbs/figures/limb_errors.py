@@ -1,25 +1,29 @@
 """Error of the trials against what is swept, with bands: park2011 figures 3b, 3c and 3d.
 
-Root error and radius scale are here, a whole skeleton with missing points in `pipeline.figures.missing_data`.
+Root error and radius scale, of one limb, are here; a whole skeleton with missing points is in `missing_data`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 
-from pipeline import pictures
+from pipeline import pictures, recordings
 from pipeline.core.limb_chain import WALKER14
-from pipeline.studies.figure_inputs import Made, Tables, sd
-from pipeline.studies.limbs.figures import missing_data
-from pipeline.studies.limbs.figures.limb_paths import (
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
+from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
-    CAMERA_COLOURS,
-    CAMERA_NAMES,
     EYE_MM,
     LEAST,
     OUTSIDE,
@@ -27,230 +31,261 @@ from pipeline.studies.limbs.figures.limb_paths import (
     path_bones,
     quartiles,
     sphere,
+    trial_columns,
 )
-from pipeline.studies.options import MissingDataSweep, RadiusScaleSweep, RootErrorSweep
+from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.radius_scale import RadiusErrors, RadiusScaleSweep
+from pipeline.studies.limbs.root_error import RootErrors, RootErrorSweep
+from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
+from pipeline.studies.study import Figure
+
+RootInputs = FigureInputs[LimbStretches, TrajectoryBasis, RootErrors]
+RadiusInputs = FigureInputs[LimbStretches, TrajectoryBasis, RadiusErrors]
 
 
-def tables(made: Made) -> Tables:
-    """``table``: trials before the first camera; ``table_points``: over them; ``table_cameras``: of all cameras."""
-    match made.config.sweep:
-        case RootErrorSweep():
-            return _root_error_tables(made)
-        case RadiusScaleSweep():
-            return _radius_scale_tables(made)
-        case MissingDataSweep():
-            return missing_data.tables(made)
-        case other:
-            raise TypeError(f"no errors of limbs by {type(other).__name__}")
+@dataclass(kw_only=True)
+class LimbErrors(Figure):
+    """Error of the trials against what is swept, whatever that is."""
+
+    model = TrajectoryBasisModel
+    sweep = ErrorSweep
+
+    def validate(self, experiment: Experiment) -> None:
+        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        sweep, model = cast(ErrorSweep, experiment.sweep), cast(TrajectoryBasisModel, experiment.model)
+        if sweep.in_the_basis:
+            model.fixed_smoothness()
+
+    def tables(self, inputs: FigureInputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: trials before the first camera; ``table_points``: over them; and others of each sweep."""
+        return self._of(inputs).tables(inputs)
+
+    def draw(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw the error against what is swept."""
+        self._of(inputs).draw(inputs, tables, stem)
+
+    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log the error, and a limb on its sphere or a skeleton with missing points."""
+        self._of(inputs).record(inputs, tables, folder)
+
+    def _of(self, inputs: FigureInputs) -> Figure:
+        kinds = (RootErrorFigure, RadiusScaleFigure, MissingDataFigure)
+        return next(kind() for kind in kinds if isinstance(inputs.experiment.sweep, kind.sweep))
 
 
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Median and quartiles against what is swept."""
-    match made.config.sweep:
-        case RootErrorSweep():
-            _draw_root_error(made, made_tables, stem)
-        case RadiusScaleSweep():
-            _draw_radius_scale(made, made_tables, stem)
-        case _:
-            missing_data.picture(made, made_tables, stem)
+@dataclass(kw_only=True)
+class RootErrorFigure(Figure):
+    """Error of a limb against that of its parent, and its spread."""
 
+    model = TrajectoryBasisModel
+    sweep = RootErrorSweep
 
-def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
-    """The curves, and one limb on its sphere at the value at the cursor, or a skeleton with missing points."""
-    match made.config.sweep:
-        case RootErrorSweep():
-            _record_root_error(made, made_tables, folder)
-        case RadiusScaleSweep():
-            _record_radius_scale(made, made_tables, folder)
-        case _:
-            missing_data.recordings(made, made_tables, folder)
+    def tables(self, inputs: RootInputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
+        sweep, rows = inputs.sweep, []
+        for camera, ratio in np.ndindex(sweep.limb_error.shape[:2]):
+            child = sweep.child_error_ratio[camera, ratio]
+            middle, low, high = quartiles(child)
+            rows.append(
+                {
+                    "camera": str(sweep.cameras[camera]),
+                    "root_error_ratio": float(sweep.values[ratio]),
+                    "trials": len(child),
+                    "child_error_median": middle,
+                    "child_error_low": low,
+                    "child_error_high": high,
+                    "child_error_sd": float(sd(child, 0)),
+                    "share_above_parent_error": (child > sweep.parent_error_ratio[camera, ratio]).mean(),
+                    "limb_error_median": np.median(sweep.limb_error[camera, ratio]),
+                    "error_up_to_mirror_median": np.median(sweep.error_up_to_mirror[camera, ratio]),
+                }
+            )
+        measured = (
+            "limb_error", "relative_error", "error_up_to_mirror", "child_error_ratio", "parent_error_ratio",
+            "reconstructibility", "proved", "objective", "lower_bound",
+        )  # fmt: skip
+        swept = {"root_error_ratio": sweep.values[:, None]}
+        return _tables(sweep, inputs.samples, swept, measured, rows)
 
-
-def _rows(made: Made, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Columns that say which trial (…, T) a row is of."""
-    sweep = made.sweep.arrays
-    columns = {
-        "trial": np.arange(shape[-1]),
-        "clip": np.array(made.walkers)[sweep["stretch"]],
-        "limb": np.array(WALKER14.limbs)[sweep["limb"]],
-        "camera": np.full(shape[-1], sweep["cameras"][0]),
-    }
-    return {name: np.broadcast_to(values, shape).ravel() for name, values in columns.items()}
-
-
-def _root_error_tables(made: Made) -> Tables:
-    sweep = made.sweep.arrays
-    first = {name: sweep[name][0] for name in _ROOT_ERROR}
-    shape = first["limb_error"].shape
-    rows = []
-    for camera, ratio in np.ndindex(sweep["limb_error"].shape[:2]):
-        child = sweep["child_error_ratio"][camera, ratio]
-        middle, low, high = quartiles(child)
-        rows.append(
-            {
-                "camera": str(sweep["cameras"][camera]),
-                "root_error_ratio": float(sweep["values"][ratio]),
-                "trials": len(child),
-                "child_error_median": middle,
-                "child_error_low": low,
-                "child_error_high": high,
-                "child_error_sd": float(sd(child, 0)),
-                "share_above_parent_error": (child > sweep["parent_error_ratio"][camera, ratio]).mean(),
-                "limb_error_median": np.median(sweep["limb_error"][camera, ratio]),
-                "error_up_to_mirror_median": np.median(sweep["error_up_to_mirror"][camera, ratio]),
-            }
+    def draw(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw the error against that of the parent, and its standard deviation over trials."""
+        options, ratios = cast(RootErrorSweep, inputs.experiment.sweep), inputs.sweep.values
+        first, *others = options.cameras
+        styles = {
+            str(camera): pictures.Style(
+                camera, camera.colour, line="solid" if camera is first else "dashed", banded=camera is first
+            )
+            for camera in options.cameras
+        }
+        parent = pictures.Series(x=ratios, y=ratios, label="parent", colour="null", line="dotted")
+        panel = partial(pictures.Panel, from_zero=True)
+        pictures.draw_lines(
+            stem,
+            [
+                panel(
+                    y="child_error_median",
+                    band=("child_error_low", "child_error_high"),
+                    ylabel="3D error / limb length",
+                    series=[parent],
+                ),
+                panel(y="child_error_sd", ylabel="Its standard deviation", legend=()),
+            ],
+            tables["table_cameras"],
+            x="root_error_ratio",
+            by="camera",
+            styles=styles,
+            xlabel=r"Error of the parent $r_e$ / limb length $r_a$",
+            columns=2,
+            caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
+            + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
+            + "; band: quartiles; dotted: the error of the parent itself. (b) Over trials.",
         )
-    return {
-        "table": (
+
+    def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log the median error from every camera and the error of the parent, and the limb that is shown."""
+        table, cameras = tables["table_cameras"], [Camera(name) for name in inputs.sweep.cameras]
+        parent = tables["table_points"].assign(camera="parent")
+        parent["child_error_median"] = parent["root_error_ratio"]
+        curves = pd.concat([table, parent], ignore_index=True)
+        _record(
+            inputs,
+            folder,
             {
-                **_rows(made, shape),
-                "root_error_ratio": np.repeat(sweep["values"], shape[-1]),
-                **{name: values.ravel() for name, values in first.items()},
+                "root_error_per_mille": np.rint(1000 * curves["root_error_ratio"]),
+                "child_error": curves["child_error_median"],
+                "camera": curves["camera"],
             },
-            ["trial", "root_error_ratio"],
-        ),
-        **_points(rows, str(sweep["cameras"][0]), ["root_error_ratio"]),
-    }
-
-
-_ROOT_ERROR = (
-    "limb_error", "relative_error", "error_up_to_mirror", "child_error_ratio", "parent_error_ratio",
-    "reconstructibility", "proved", "objective", "lower_bound",
-)  # fmt: skip
-
-
-def _radius_scale_tables(made: Made) -> Tables:
-    sweep = made.sweep.arrays
-    first = {name: sweep[name][0] for name in _RADIUS_SCALE}
-    scales, ways, trials = first["limb_error"].shape
-    rows = []
-    for camera, scale, way in np.ndindex(sweep["limb_error"].shape[:3]):
-        middle, low, high = quartiles(sweep["limb_error"][camera, scale, way])
-        rows.append(
-            {
-                "camera": str(sweep["cameras"][camera]),
-                "radius_scale": float(sweep["values"][scale]),
-                "adjust": str(sweep["adjusts"][way]),
-                "trials": trials,
-                "limb_error_median": middle,
-                "limb_error_low": low,
-                "limb_error_high": high,
-                "adjusted_share": sweep["adjusted_share"][camera, scale, way].mean(),
-                "error_up_to_mirror_median": np.median(sweep["error_up_to_mirror"][camera, scale, way]),
-            }
-        )
-    return {
-        "table": (
-            {
-                **_rows(made, (scales, ways, trials)),
-                "radius_scale": np.repeat(sweep["values"], ways * trials),
-                "adjust": np.tile(np.repeat(sweep["adjusts"], trials), scales),
-                **{name: values.ravel() for name, values in first.items()},
+            by="camera",
+            styles={
+                **{camera: pictures.Style(camera.words, camera.colour) for camera in cameras},
+                "parent": pictures.Style("error of the parent", "null"),
             },
-            ["trial", "radius_scale", "adjust"],
-        ),
-        **_points(rows, str(sweep["cameras"][0]), ["radius_scale", "adjust"]),
+            plot="median error / limb length over 1000 x root error / limb length",
+        )
+
+
+@dataclass(kw_only=True)
+class RadiusScaleFigure(Figure):
+    """Error of a limb against the scale of its radius."""
+
+    model = TrajectoryBasisModel
+    sweep = RadiusScaleSweep
+
+    def tables(self, inputs: RadiusInputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
+        sweep, rows = inputs.sweep, []
+        for camera, scale, way in np.ndindex(sweep.limb_error.shape[:3]):
+            error = sweep.limb_error[camera, scale, way]
+            middle, low, high = quartiles(error)
+            rows.append(
+                {
+                    "camera": str(sweep.cameras[camera]),
+                    "radius_scale": float(sweep.values[scale]),
+                    "adjust": str(sweep.adjusts[way]),
+                    "trials": len(error),
+                    "limb_error_median": middle,
+                    "limb_error_low": low,
+                    "limb_error_high": high,
+                    "adjusted_share": sweep.adjusted_share[camera, scale, way].mean(),
+                    "error_up_to_mirror_median": np.median(sweep.error_up_to_mirror[camera, scale, way]),
+                }
+            )
+        measured = (
+            "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
+            "objective", "lower_bound",
+        )  # fmt: skip
+        swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
+        return _tables(sweep, inputs.samples, swept, measured, rows)
+
+    def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw the error against the scale of the radius, a panel to a camera."""
+        options, table = cast(RadiusScaleSweep, inputs.experiment.sweep), tables["table_cameras"]
+        ends = [f"limb_error_{end}" for end in ("median", "low", "high")]
+        first = options.adjusts[0]
+        panels = [
+            pictures.Panel(
+                y=ends[0],
+                band=(ends[1], ends[2]),
+                where={"camera": camera},
+                ylabel=f"3D error / limb length, {camera.words}",
+                xscale="log",
+                yscale="log",
+                references=[("x", 1.0, ""), ("x", 10.0, "")],
+            )
+            for camera in options.cameras
+        ]
+        pictures.draw_lines(
+            stem,
+            panels,
+            table.assign(**{end: table[end].clip(lower=LEAST) for end in ends}),
+            x="radius_scale",
+            by="adjust",
+            styles={
+                adjust: pictures.Style(
+                    adjust.replace("_", " "),
+                    ADJUST_COLOURS[adjust],
+                    line="solid" if adjust is first else "dashed",
+                    banded=adjust is first,
+                )
+                for adjust in options.adjusts
+            },
+            xlabel="Assumed radius / true radius",
+            columns=2,
+            caption=f"{inputs.caption} {_trials(options)} Lines: median for each way of adjusting the radius to rays "
+            "that miss the sphere (global: as long as the farthest ray asks for, as in the paper; robust: as 95 % of "
+            "the rays ask for; per frame: longer in a frame alone); band: quartiles of the first. Dotted: the true "
+            "radius, and ten times that.",
+        )
+
+    def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log the median error before the first camera over the scale, and the limb that is shown."""
+        table = tables["table_points"]
+        _record(
+            inputs,
+            folder,
+            {
+                "log10_scale_per_mille": np.rint(1000 * np.log10(table["radius_scale"])),
+                "log10_limb_error": np.log10(table["limb_error_median"].clip(lower=LEAST)),
+                "adjust": table["adjust"],
+            },
+            by="adjust",
+            styles={
+                adjust: pictures.Style(ADJUST_NAMES[adjust], ADJUST_COLOURS[adjust])
+                for adjust in map(str, inputs.sweep.adjusts)
+            },
+            plot="log10 of median error / limb length over 1000 log10 of the scale",
+        )
+
+
+def _tables(
+    sweep: SweptErrors,
+    samples: Sequence[str],
+    swept: Mapping[str, np.ndarray],
+    measured: Sequence[str],
+    rows: Sequence[Mapping[str, Any]],
+) -> dict[str, pd.DataFrame]:
+    """Every trial before the first camera; rows over trials before the first camera, and before all.
+
+    `swept` has the columns of what is swept, whose shapes broadcast with the trials as the last axis.
+    """
+    shape = sweep.limb_error[0].shape
+    of_trials = {
+        **trial_columns(samples, sweep.stretch, sweep.limb, shape),
+        "camera": np.full(np.prod(shape), sweep.cameras[0]),
+        **{name: np.broadcast_to(values, shape).ravel() for name, values in swept.items()},
+        **{name: getattr(sweep, name)[0].ravel() for name in measured},
     }
-
-
-_RADIUS_SCALE = (
-    "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved", "objective",
-    "lower_bound",
-)  # fmt: skip
-
-
-def _points(rows: list[dict[str, Any]], first: str, sort_by: list[str]) -> Tables:
-    """``table_points`` of the first camera, and ``table_cameras`` of all."""
-    every = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    here = every["camera"] == first
+    over_trials = pd.DataFrame(rows).sort_values(["camera", *swept], ignore_index=True)
+    first = over_trials["camera"] == sweep.cameras[0]
     return {
-        "table_points": ({name: values[here] for name, values in every.items()}, sort_by),
-        "table_cameras": (every, ["camera", *sort_by]),
+        "table": tidy(of_trials, by=["trial", *swept]),
+        "table_points": over_trials[first].reset_index(drop=True),
+        "table_cameras": over_trials,
     }
 
 
-def _draw_root_error(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Draw the error against that of the parent, and its standard deviation over trials."""
-    table = made_tables["table_cameras"][0]
-    cameras = [str(camera) for camera in made.sweep.arrays["cameras"]]
-    styles = {
-        camera: pictures.Style(
-            camera, CAMERA_COLOURS[camera], line="dashed" if number else "solid", banded=not number
-        )
-        for number, camera in enumerate(cameras)
-    }
-    ratios = made.sweep.arrays["values"]
-    parent = pictures.Series(x=ratios, y=ratios, label="parent", colour="null", line="dotted")
-    panel = partial(pictures.Panel, from_zero=True)
-    pictures.draw_lines(
-        stem,
-        [
-            panel(
-                y="child_error_median",
-                band=("child_error_low", "child_error_high"),
-                ylabel="3D error / limb length",
-                series=[parent],
-            ),
-            panel(y="child_error_sd", ylabel="Its standard deviation", legend=()),
-        ],
-        table,
-        x="root_error_ratio",
-        by="camera",
-        styles=styles,
-        xlabel=r"Error of the parent $r_e$ / limb length $r_a$",
-        columns=2,
-        caption=f"{made.caption} {_trials(made)} (a) Median from a {cameras[0]} camera"
-        + (f", and from a {' or '.join(cameras[1:])} one (dashed)" if len(cameras) > 1 else "")
-        + "; band: quartiles; dotted: the error of the parent itself. (b) Over trials.",
-    )
-
-
-def _draw_radius_scale(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Draw the error against the scale of the radius, a panel to a camera."""
-    table = dict(made_tables["table_cameras"][0])
-    for end in ("median", "low", "high"):
-        table[f"limb_error_{end}"] = np.maximum(table[f"limb_error_{end}"], LEAST)
-    styles = {
-        adjust: pictures.Style(
-            adjust.replace("_", " "),
-            ADJUST_COLOURS[adjust],
-            line="dashed" if way else "solid",
-            banded=not way,
-        )
-        for way, adjust in enumerate(map(str, made.sweep.arrays["adjusts"]))
-    }
-    panels = [
-        pictures.Panel(
-            y="limb_error_median",
-            band=("limb_error_low", "limb_error_high"),
-            where={"camera": camera},
-            ylabel=f"3D error / limb length, {CAMERA_NAMES[camera]}",
-            xscale="log",
-            yscale="log",
-            references=[("x", 1.0, ""), ("x", 10.0, "")],
-        )
-        for camera in map(str, made.sweep.arrays["cameras"])
-    ]
-    pictures.draw_lines(
-        stem,
-        panels,
-        table,
-        x="radius_scale",
-        by="adjust",
-        styles=styles,
-        xlabel="Assumed radius / true radius",
-        columns=2,
-        caption=f"{made.caption} {_trials(made)} Lines: median for each way of adjusting the radius to rays that miss "
-        "the sphere (global: as long as the farthest ray asks for, as in the paper; robust: as 95 % of the rays ask "
-        "for; per frame: longer in a frame alone); band: quartiles of the first. Dotted: the true radius, and ten "
-        "times that.",
-    )
-
-
-def _trials(made: Made) -> str:
+def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:
     """How many trials, before which camera, without noise or with it, for captions."""
-    sweep = made.config.sweep
-    assert isinstance(sweep, RootErrorSweep | RadiusScaleSweep)
     noise = f"noise of {sweep.noise_px:g} px" if sweep.noise_px else "no noise"
     return (
         f"{sweep.trials} limbs at every point, {sweep.distance_mm / 1000:g} m from the camera, {noise}. Error: mean "
@@ -258,91 +293,42 @@ def _trials(made: Made) -> str:
     )
 
 
-def _record_root_error(made: Made, made_tables: Tables, folder: Path) -> None:
-    """Log the median error from every camera, and the error of the parent, over the latter."""
-    table = made_tables["table_cameras"][0]
-    ratio, first = table["root_error_ratio"], table["camera"] == made.sweep.arrays["cameras"][0]
-    curves = {
-        "root_error_per_mille": np.rint(1000 * np.concatenate([ratio, ratio[first]])),
-        "child_error": np.concatenate([table["child_error_median"], ratio[first]]),
-        "series": np.concatenate([table["camera"], np.full(first.sum(), "parent")]),
-    }
-    styles = {camera: pictures.Style(CAMERA_NAMES[camera], CAMERA_COLOURS[camera]) for camera in CAMERA_NAMES}
-    _record(
-        made,
-        folder,
-        curves,
-        timeline="root_error_per_mille",
-        y="child_error",
-        by="series",
-        styles={**styles, "parent": pictures.Style("error of the parent", "null")},
-        plot="median error / limb length over 1000 x root error / limb length",
-    )
-
-
-def _record_radius_scale(made: Made, made_tables: Tables, folder: Path) -> None:
-    """Log the median error before the first camera over the scale of the radius, both as logarithms."""
-    table = made_tables["table_points"][0]
-    curves = {
-        "log10_scale_per_mille": np.rint(1000 * np.log10(table["radius_scale"])),
-        "log10_limb_error": np.log10(np.maximum(table["limb_error_median"], LEAST)),
-        "adjust": table["adjust"],
-    }
-    _record(
-        made,
-        folder,
-        curves,
-        timeline="log10_scale_per_mille",
-        y="log10_limb_error",
-        by="adjust",
-        styles={a: pictures.Style(ADJUST_NAMES[a], ADJUST_COLOURS[a]) for a in ADJUST_NAMES},
-        plot="log10 of median error / limb length over 1000 log10 of the scale",
-    )
-
-
 def _record(
-    made: Made,
+    inputs: RootInputs | RadiusInputs,
     folder: Path,
-    table: dict[str, np.ndarray],
+    table: Mapping[str, pd.Series],
     *,
-    timeline: str,
-    y: str,
     by: str,
-    styles: dict[str, pictures.Style],
+    styles: Mapping[str, pictures.Style],
     plot: str,
 ) -> None:
-    """Log curves over what is swept, and the limb that is shown, on its sphere."""
-    from pipeline import recordings
-
-    sweep = made.sweep.arrays
-    shown = int(sweep["shown"][0])
-    truth, found = RADIUS_MM * sweep["paths"][:, 0], RADIUS_MM * OUTSIDE * sweep["paths"][:, 1]
+    """Log the second column of a table over the first, which is the timeline, and the limb that is shown."""
+    sweep: SweptErrors = inputs.sweep
+    timeline, y, *_ = table
+    shown = int(sweep.shown[0])
+    truth, found = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
     globe, wires = sphere()
     at = np.unique(table[timeline])
     bones, index = path_bones(truth.shape[1]), {timeline: at}
     with recordings.Recording(
         folder / "recording.rrd",
-        name=made.config.figure,
-        about=made.about + f"\nThe limb shown is `{WALKER14.limbs[sweep['limb'][shown]]}` of "
-        f"`{made.walkers[sweep['stretch'][shown]]}`, {CAMERA_NAMES[str(sweep['cameras'][0])]}: the trial whose errors "
-        "are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
+        name=inputs.experiment.name,
+        about=inputs.about + f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
+        f"`{inputs.samples[sweep.stretch[shown]]}`, {Camera(sweep.cameras[0]).words}: the trial whose errors are "
+        "nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
         "the truth, orange the estimate at the value at the cursor, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
-        edition=f"{made.config.data.name} {made.config.scale.name}",
+        edition=inputs.edition,
     ) as rec:
-        rec.curves(table, x=timeline, y=y, by=by, styles=styles)
+        rec.curves(dict(table), x=timeline, y=y, by=by, styles=styles)
         rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)
         rec.skeleton("world/estimate", found, bones, index=index, colour="orange", thickness_mm=6.0)
         rec.skeleton("world/sphere", globe, wires, index={timeline: at[:1]}, thickness_mm=1.0)
         rec.blueprint(
             recordings.Columns(
                 recordings.Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)),
-                recordings.Rows(
-                    recordings.Plot(name=plot, headroom=0.3),
-                    recordings.Notes(),
-                    shares=(3, 2),
-                ),
+                recordings.Rows(recordings.Plot(name=plot, headroom=0.3), recordings.Notes(), shares=(3, 2)),
                 shares=(1, 1),
             )
         )

@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.core.limb_chain import WALKER14
-from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE
+from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE
 from pipeline.core.statistics import rank_correlation
-from pipeline.studies.figure_inputs import Made, Tables
-from pipeline.studies.limbs.figures.limb_paths import CAMERA_COLOURS, CAMERA_NAMES, quartiles
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.presentation import (
+    EYE_MM,
+    OUTSIDE,
+    RADIUS_MM,
+    increasing,
+    path_bones,
+    quartiles,
+    sphere,
+    trial_columns,
+)
+from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.reconstructibility import (
+    STARTS,
+    LimbReconstructibilities,
+    Reading,
+    ReconstructibilitySweep,
+)
 from pipeline.studies.limbs.scores import SUCCESS
-from pipeline.studies.limbs.trials import STARTS
-from pipeline.studies.options import ReconstructibilitySweep
+from pipeline.studies.study import Figure
 
 EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
 """Of the bins of reconstructibility; what is larger goes into the last one."""
@@ -24,78 +44,213 @@ EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
 WINDOW = 8
 """The running median is over the n / 8 trials that are nearest in rank, 5 at least."""
 
-
-def tables(made: Made) -> Tables:
-    """``table``: every trial; ``table_bins``, ``table_running``: of all cameras, over reconstructibility.
-
-    ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
-    optimisation from other starts; ``table_matrices``: whether the programmes' matrices are positive definite.
-    """
-    sweep = made.sweep.arrays
-    cameras, trials = sweep["limb_error"].shape
-    eta = np.minimum(reconstructibility_of(made), EDGES[-1])
-    error = sweep["limb_error"]
-    names = np.array(WALKER14.limbs)
-    scores = {
-        name: sweep[name].ravel()
-        for name in (
-            "mirror_margin", "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective",
-            "lower_bound", "truth_objective", "impostor_objective", "light", "taken_impostor",
-        )
-    }  # fmt: skip
-    return {
-        "table": (
-            {
-                "trial": np.tile(np.arange(trials), cameras),
-                "clip": np.tile(np.array(made.walkers)[sweep["stretch"]], cameras),
-                "limb": np.tile(names[sweep["limb"]], cameras),
-                "camera": np.repeat(sweep["cameras"], trials),
-                "reconstructibility": reconstructibility_of(made).ravel(),
-                "reconstructibility_angle": sweep["reconstructibility_angle"].ravel(),
-                **scores,
-            },
-            ["camera", "trial"],
-        ),
-        "table_bins": (_bins(eta.ravel(), error.ravel(), sweep["taken_impostor"].ravel()), []),
-        "table_running": (_running(eta.ravel(), error.ravel()), []),
-        "table_correlation": (_correlations(sweep), ["camera"]),
-        "table_refinement": (
-            {
-                "start": np.array(STARTS),
-                "limb_error_median": np.median(sweep["refined_error"], axis=(0, 1)),
-                "reprojection_error_px_median": np.median(sweep["refined_px"], axis=(0, 1)),
-                "converged_share": sweep["refined_converged"].mean(axis=(0, 1)),
-                "success": (sweep["refined_error"] < SUCCESS).mean(axis=(0, 1)),
-                "trials": np.full(len(STARTS), sweep["refined_px"][..., 0].size),
-            },
-            [],
-        ),
-        "table_matrices": (
-            {
-                "camera": sweep["cameras"],
-                "numerically_singular_share": (sweep["eigenvalue_ratio"] < _ROUNDING).mean(axis=1),
-                "trials": np.full(cameras, trials),
-            },
-            ["camera"],
-        ),
-    }
-
-
-_ROUNDING = 1e-8
+ROUNDING = 1e-8
 """Smallest to largest eigenvalue below which a matrix is singular: the root of the machine's precision, about."""
 
+RANGE = (1e-2, 1e3)
+"""Of reconstructibility, as the recording shows it."""
 
-def _options(made: Made) -> ReconstructibilitySweep:
-    assert isinstance(made.config.sweep, ReconstructibilitySweep)
-    return made.config.sweep
+PATHS = {"truth": ("green", 1.0), "impostor": ("orange", 1.0), "estimate": ("amber", OUTSIDE)}
+"""Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
 
-
-def reconstructibility_of(made: Made) -> np.ndarray:
-    """Reconstructibility (C, T) by the reading that was asked for."""
-    return np.asarray(made.sweep.arrays[f"reconstructibility_{_options(made).reading}"])
+Inputs = FigureInputs[LimbStretches, TrajectoryBasis, LimbReconstructibilities]
 
 
-def _bins(eta: np.ndarray, error: np.ndarray, impostor: np.ndarray) -> dict[str, np.ndarray]:
+@dataclass(kw_only=True)
+class LimbScatter(Figure):
+    """Error of each trial against reconstructibility."""
+
+    model = TrajectoryBasisModel
+    sweep = ReconstructibilitySweep
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: every trial; ``table_bins``, ``table_running``: of all cameras, over reconstructibility.
+
+        ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
+        optimisation from other starts; ``table_matrices``: whether the programmes' matrices are positive definite.
+        """
+        sweep = inputs.sweep
+        cameras, trials = sweep.limb_error.shape
+        given = sweep.by(_options(inputs).reading).ravel()
+        eta, error = np.minimum(given, EDGES[-1]), sweep.limb_error.ravel()
+        scores = (
+            "mirror_margin", "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective",
+            "lower_bound", "truth_objective", "impostor_objective", "light", "taken_impostor",
+        )  # fmt: skip
+        starts = {
+            "start": STARTS,
+            "limb_error_median": np.median(sweep.refined_error, axis=(0, 1)),
+            "reprojection_error_px_median": np.median(sweep.refined_px, axis=(0, 1)),
+            "converged_share": sweep.refined_converged.mean(axis=(0, 1)),
+            "success": (sweep.refined_error < SUCCESS).mean(axis=(0, 1)),
+            "trials": np.full(len(STARTS), sweep.refined_px[..., 0].size),
+        }
+        return {
+            "table": tidy(
+                {
+                    **trial_columns(inputs.samples, sweep.stretch, sweep.limb, (cameras, trials)),
+                    "camera": np.repeat(sweep.cameras, trials),
+                    "reconstructibility": given,
+                    "reconstructibility_angle": sweep.reconstructibility_angle.ravel(),
+                    **{name: getattr(sweep, name).ravel() for name in scores},
+                },
+                by=["camera", "trial"],
+            ),
+            "table_bins": _bins(eta, error, sweep.taken_impostor.ravel()),
+            "table_running": _running(eta, error),
+            "table_correlation": _correlations(sweep),
+            "table_refinement": pd.DataFrame(starts),
+            "table_matrices": tidy(
+                {
+                    "camera": sweep.cameras,
+                    "numerically_singular_share": (sweep.eigenvalue_ratio < ROUNDING).mean(axis=1),
+                    "trials": np.full(cameras, trials),
+                },
+                by=["camera"],
+            ),
+        }
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw the error of every trial against reconstructibility, with the running median, and the mirror margin."""
+        options = _options(inputs)
+        table, running, correlation = (tables[f"table{name}"] for name in ("", "_running", "_correlation"))
+        cameras = [Camera(name) for name in inputs.sweep.cameras]
+
+        shown = table.assign(
+            **{name: table[name].clip(1e-2, EDGES[-1]) for name in ("reconstructibility", "mirror_margin")}
+        )
+        line = pictures.Series(
+            x=running["reconstructibility"].clip(lower=1e-2),
+            y=running["limb_error_median"],
+            colour="black",
+        )
+        reading = "" if options.reading is Reading.vector else " of angles, as printed"
+        overall = correlation[correlation["camera"] == "all"].iloc[0]
+        panel = partial(
+            pictures.Panel, y="limb_error", xscale="log", ylim=(0.0, 1.05 * table["limb_error"].max())
+        )
+        panels = [
+            panel(
+                x="reconstructibility",
+                series=[line],
+                xlabel=rf"Reconstructibility $\eta_a${reading}",
+                ylabel="3D error / limb length",
+                references=[("x", 1.0, "")],
+            ),
+            panel(
+                x="mirror_margin",
+                legend=(),
+                xlabel=r"Margin of the mirror $J(-s)\,/\,J(s)$",
+                references=[("x", MARGIN_GREEN_ABOVE, "")],
+            ),
+        ]
+        green = table[table["light"] == "green"]
+        right = (
+            f": {100 * (green['limb_error'] < SUCCESS).mean():.0f} % of those {len(green)} err by less than "
+            f"{SUCCESS:g}"
+            if len(green)
+            else ""
+        )
+        pictures.draw_lines(
+            stem,
+            panels,
+            shown,
+            by="camera",
+            styles={c: pictures.Style(c.words, c.colour, line="points") for c in cameras},
+            columns=2,
+            caption=f"{inputs.caption} {options.trials} limbs, each before {len(cameras)} cameras at "
+            f"{options.distance_mm / 1000:g} m. Error: mean distance of relative trajectories over the limb's length. "
+            "(a) Line: running median; dotted: $\\eta_a$ = 1; rank correlation "
+            f"{overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b) What can "
+            f"be known without the truth; dotted: {MARGIN_GREEN_ABOVE:g}, above which a limb is called green{right}. "
+            f"{100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log the running median over log eta, and the limb at the cursor, a good and a bad one on their spheres."""
+        sweep, running = inputs.sweep, tables["table_running"]
+        eta = np.clip(sweep.by(_options(inputs).reading), *RANGE).ravel()
+        paths = RADIUS_MM * sweep.paths.reshape(eta.size, *sweep.paths.shape[2:])
+        error = sweep.limb_error.ravel()
+        at, rows = increasing(1000.0 * np.log10(eta))
+        bones = path_bones(paths.shape[2])
+        # The good one has the lowest error of those that are clearly reconstructible, or of all where none is.
+        clear = eta >= min(GREEN_ABOVE, float(np.quantile(eta, 0.9)))
+        shown = {
+            "good": int(np.flatnonzero(clear)[np.argmin(error[clear])]),
+            "impostor": int(np.argmax(error)),
+        }
+
+        def words(trial: int) -> str:
+            camera, number = divmod(trial, sweep.limb_error.shape[1])
+            return (
+                f"{WALKER14.limbs[sweep.limb[number]]} of {inputs.samples[sweep.stretch[number]]}, "
+                f"{Camera(sweep.cameras[camera]).words}, eta {eta[trial]:.2f}, error {error[trial]:.2f}, margin "
+                f"{sweep.mirror_margin.ravel()[trial]:.2f} ({sweep.light.ravel()[trial]})"
+            )
+
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about
+            + "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of one metre: "
+            "green the truth, orange the impostor, amber the estimate, drawn "
+            f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(shown['good'])}\n- impostor: "
+            f"{words(shown['impostor'])}\n- at the cursor: the trial with that reconstructibility.\n\n"
+            "The cursor counts 1000 log10 of eta: 0 is eta = 1, 301 is 2, 1000 is 10.\n",
+            timeline="log10_eta_per_mille",
+            edition=inputs.edition,
+        ) as rec:
+            middle_at, middle_rows = increasing(
+                1000.0 * np.log10(np.clip(running["reconstructibility"].to_numpy(), *RANGE))
+            )
+            for which, label, colour, width in (
+                ("median", "running median", "blue", 1.25),
+                ("low", "lower quartile", "grey", 0.5),
+                ("high", "upper quartile", "grey", 0.5),
+            ):
+                rec.curve(
+                    f"curves/limb_error/{which}",
+                    middle_at,
+                    running[f"limb_error_{which}"].to_numpy()[middle_rows],
+                    label=label,
+                    colour=colour,
+                    width=width,
+                )
+            globe, wires = sphere()
+            first = {"log10_eta_per_mille": at[:1]}
+            for where, chosen in {**{k: np.array([v]) for k, v in shown.items()}, "cursor": rows}.items():
+                index = {"log10_eta_per_mille": at} if where == "cursor" else first
+                for part, (name, (colour, scale)) in enumerate(PATHS.items()):
+                    rec.skeleton(
+                        f"world/{where}/{name}",
+                        scale * paths[chosen, part],
+                        bones,
+                        index=index,
+                        colour=colour,
+                        thickness_mm=6.0,
+                    )
+                rec.skeleton(f"world/{where}/sphere", globe, wires, index=first, thickness_mm=1.0)
+            spaces = [
+                recordings.Space3D(
+                    name=name, origin=f"world/{where}", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)
+                )
+                for where, name in (
+                    ("good", "a good one"),
+                    ("impostor", "the impostor taken"),
+                    ("cursor", "at the cursor"),
+                )
+            ]
+            plot = recordings.Plot(name="error / length over 1000 log10 of eta", origin="curves/limb_error")
+            below = recordings.Columns(plot, recordings.Notes(), shares=(2, 1))
+            rec.blueprint(recordings.Rows(recordings.Columns(*spaces), below, shares=(3, 2)))
+
+
+def _options(inputs: Inputs) -> ReconstructibilitySweep:
+    return cast(ReconstructibilitySweep, inputs.experiment.sweep)
+
+
+def _bins(eta: np.ndarray, error: np.ndarray, impostor: np.ndarray) -> pd.DataFrame:
     """One row to each bin that has trials."""
     rows: list[dict[str, Any]] = []
     for low, high in pairwise(EDGES):
@@ -114,115 +269,44 @@ def _bins(eta: np.ndarray, error: np.ndarray, impostor: np.ndarray) -> dict[str,
                     "taken_impostor": impostor[here].mean(),
                 }
             )
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return pd.DataFrame(rows)
 
 
-def _running(values: np.ndarray, error: np.ndarray) -> dict[str, np.ndarray]:
+def _running(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
     """Median and quartiles of the error of the trials that are nearest in rank, at every trial."""
     order = np.argsort(values, kind="stable")
     count = len(values)
     width = min(count, max(5, count // WINDOW))
     starts = np.clip(np.arange(count) - width // 2, 0, count - width)
-    near = error[order][starts[:, None] + np.arange(width)]
-    middle, low, high = quartiles(near)
-    return {
-        "reconstructibility": values[order],
-        "limb_error_median": middle,
-        "limb_error_low": low,
-        "limb_error_high": high,
-    }
-
-
-def _correlations(sweep: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    rows = []
-    for camera in [*map(str, sweep["cameras"]), "all"]:
-        here = slice(None) if camera == "all" else sweep["cameras"] == camera
-        error = sweep["limb_error"][here].ravel()
-        predicted_by = {
-            "spearman_vector": "reconstructibility_vector",
-            "spearman_angle": "reconstructibility_angle",
-            "spearman_margin": "mirror_margin",
+    middle, low, high = quartiles(error[order][starts[:, None] + np.arange(width)])
+    return pd.DataFrame(
+        {
+            "reconstructibility": values[order],
+            "limb_error_median": middle,
+            "limb_error_low": low,
+            "limb_error_high": high,
         }
-        row: dict[str, Any] = {"camera": camera}
-        row |= {name: rank_correlation(sweep[by][here].ravel(), error) for name, by in predicted_by.items()}
-        mirror = (sweep["error_up_to_mirror"][here] < SUCCESS).mean()
-        row |= {"success": (error < SUCCESS).mean(), "success_up_to_mirror": mirror, "trials": error.size}
-        rows.append(row)
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
-
-
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """Error of every trial against reconstructibility, with the running median, and against the mirror margin."""
-    from pipeline import pictures
-
-    columns, running = made_tables["table"][0], made_tables["table_running"][0]
-    cameras = [str(camera) for camera in made.sweep.arrays["cameras"]]
-
-    def dots(column: str, named: bool) -> list[pictures.Series]:
-        return [
-            pictures.Series(
-                x=np.clip(columns[column][columns["camera"] == camera], 1e-2, EDGES[-1]),
-                y=columns["limb_error"][columns["camera"] == camera],
-                line="points",
-                label=CAMERA_NAMES[camera] if named else "",
-                colour=CAMERA_COLOURS[camera],
-            )
-            for camera in cameras
-        ]
-
-    line = pictures.Series(
-        x=np.maximum(running["reconstructibility"], 1e-2),
-        y=running["limb_error_median"],
-        label="",
-        colour="black",
-    )
-    top = 1.05 * float(columns["limb_error"].max())
-    reading = "" if _options(made).reading == "vector" else " of angles, as printed"
-    correlation = made_tables["table_correlation"][0]
-    overall = correlation["camera"] == "all"
-    panels = [
-        pictures.Panel(
-            series=[*dots("reconstructibility", True), line],
-            xlabel=rf"Reconstructibility $\eta_a${reading}",
-            ylabel="3D error / limb length",
-            xscale="log",
-            ylim=(0.0, top),
-            references=[("x", 1.0, "")],
-        ),
-        pictures.Panel(
-            series=dots("mirror_margin", False),
-            xlabel=r"Margin of the mirror $J(-s)\,/\,J(s)$",
-            xscale="log",
-            ylim=(0.0, top),
-            references=[("x", MARGIN_GREEN_ABOVE, "")],
-        ),
-    ]
-    proved = columns["proved"].mean()
-    green = columns["light"] == "green"
-    right = (
-        f": {100 * (columns['limb_error'][green] < SUCCESS).mean():.0f} % of those {green.sum()} err by less than "
-        f"{SUCCESS:g}"
-        if green.any()
-        else ""
-    )
-    pictures.draw_lines(
-        stem,
-        panels,
-        columns=2,
-        caption=f"{made.caption} {made.sweep.arrays['limb_error'].shape[1]} limbs, each before "
-        f"{len(cameras)} cameras at {_options(made).distance_mm / 1000:g} m. Error: mean distance of "
-        "relative trajectories over the limb's length. (a) Line: running median; dotted: $\\eta_a$ = 1; rank "
-        f"correlation {float(correlation['spearman_vector'][overall][0]):.2f} (of angles, as printed: "
-        f"{float(correlation['spearman_angle'][overall][0]):.2f}). (b) What can be known without the truth; dotted: "
-        f"{MARGIN_GREEN_ABOVE:g}, above which a limb is called green{right}. {100 * proved:.1f} % of the programmes "
-        "are proved to be solved.",
     )
 
 
-def recordings(made: Made, made_tables: Tables, folder: Path) -> None:
-    """Running median over log eta; truth, impostor and estimate of the trial at the cursor, of a good and a bad one."""
-    from pipeline.studies.limbs.figures import (
-        limb_scatter_recording,  # drawing is slow to import, and not always wanted
-    )
-
-    limb_scatter_recording.record(made, made_tables["table_running"][0], reconstructibility_of(made), folder)
+def _correlations(sweep: LimbReconstructibilities) -> pd.DataFrame:
+    """One row to each camera, and one to all."""
+    predictors = {
+        "spearman_vector": sweep.reconstructibility_vector,
+        "spearman_angle": sweep.reconstructibility_angle,
+        "spearman_margin": sweep.mirror_margin,
+    }
+    rows: list[dict[str, Any]] = []
+    for camera in [*map(str, sweep.cameras), "all"]:
+        here = (sweep.cameras == camera) | (camera == "all")
+        error = sweep.limb_error[here].ravel()
+        rows.append(
+            {
+                "camera": camera,
+                **{name: rank_correlation(by[here].ravel(), error) for name, by in predictors.items()},
+                "success": (error < SUCCESS).mean(),
+                "success_up_to_mirror": (sweep.error_up_to_mirror[here] < SUCCESS).mean(),
+                "trials": error.size,
+            }
+        )
+    return pd.DataFrame(rows).sort_values("camera", ignore_index=True)

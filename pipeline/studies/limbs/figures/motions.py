@@ -2,102 +2,250 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import cast
 
 import numpy as np
+import pandas as pd
 
+from pipeline import pictures, recordings
 from pipeline.core.limb_chain import WALKER14
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import Made, Tables
-from pipeline.studies.limbs.figures.motions_recording import (
-    ROOT,
-    TRACED,
-    lights,
-    options_of,
-    recordings,
-    shown,
-    upright_mm,
-)
-
-__all__ = ["picture", "recordings", "tables"]
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.presentation import entity_name, lights
+from pipeline.studies.limbs.model import TrajectoryBasis, TrajectoryBasisModel
+from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsSweep
+from pipeline.studies.limbs.trials import ROOT
+from pipeline.studies.study import Figure
+from pipeline.validation import require_range
 
 LIMBS = WALKER14.limbs
-CHILDREN = WALKER14.ends[:, 1]
+
 VIEWS = {"from its left": np.pi / 2, "half right": -np.pi / 4}
 """The other views of the picture: how far around the camera's own azimuth they stand, rad."""
+
+TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
+"""Joints whose whole trajectories are drawn."""
+
+LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
+"""Colours of limbs in the recording."""
 
 MOST = 1e6
 """Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
 
-OF_LIMBS = (
-    "proved", "objective", "best_objective", "lower_bound", "limb_error", "components", "length_ratio",
-)  # fmt: skip
-"""What the table of limbs takes from the sweep as it is."""
+Inputs = FigureInputs[LimbStretches, TrajectoryBasis, Motions]
 
 
-def tables(made: Made) -> Tables:
-    """``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``."""
-    options_of(made)
-    sweep = made.sweep.arrays
-    cameras, stretch, error = sweep["cameras"], sweep["stretch"], sweep["error_mm"]
-    clips, actions = (made.dataset.arrays[name][stretch] for name in ("clip", "action"))
-    grid = error.shape[:2]
-    of_limbs = (*grid, len(LIMBS))
+@dataclass(kw_only=True)
+class MotionsFigure(Figure):
+    """Images, reconstructions from other views, whole trajectories."""
 
-    def keys(shape: tuple[int, ...]) -> dict[str, np.ndarray]:
-        tail = [1] * (len(shape) - 1)
-        by_camera = cameras.reshape(1, -1, *[1] * (len(shape) - 2))
+    model = TrajectoryBasisModel
+    sweep = MotionsSweep
+
+    instants: int = 4
+    shown: list[str] = field(  # the first clip whose action says so is drawn
+        default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
+    )
+
+    def validate(self, experiment: Experiment) -> None:
+        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        require_range("figure.instants", self.instants, at_least=1)
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``."""
+        sweep = inputs.sweep
+        grid = sweep.error_mm.shape[:2]
+        of_limbs = (*grid, len(LIMBS))
+        error = sweep.error_mm[..., CHILDREN]
+        mean = error.mean(axis=-1)  # (N, C, F)
+        margin = np.minimum(sweep.mirror_margin, MOST)
+        middle_margin = np.median(margin, axis=-1)
+        limbs = np.tile(LIMBS, int(np.prod(grid)))
+        order = ["clip", "camera"]
         return {
-            "clip": np.broadcast_to(clips.reshape(-1, *tail), shape).ravel(),
-            "action": np.broadcast_to(actions.reshape(-1, *tail), shape).ravel(),
-            "camera": np.broadcast_to(by_camera, shape).ravel(),
+            "table": tidy(
+                {
+                    **_keys(inputs, of_limbs),
+                    "joint": limbs,
+                    "error_mm": error.mean(axis=2).ravel(),
+                    "error_sd_mm": error.std(axis=2, ddof=1).ravel(),
+                    "imputed_share": sweep.imputed[..., CHILDREN].mean(axis=2).ravel(),
+                },
+                by=order,
+            ),
+            "table_clips": tidy(
+                {
+                    **_keys(inputs, grid),
+                    "lengths": np.full(np.prod(grid), str(_options(inputs).lengths)),
+                    "error_mm": mean.mean(axis=-1).ravel(),
+                    "error_sd_mm": mean.std(axis=-1, ddof=1).ravel(),
+                    "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm.ravel(),
+                    "length_change_max": sweep.length_change.max(axis=-1).ravel(),
+                    "acceleration_ratio": _acceleration_ratio(sweep.positions, sweep.truth).ravel(),
+                    "reprojection_error_px": sweep.reprojection_error_px.ravel(),
+                    "proved_share": sweep.proved.mean(axis=-1).ravel(),
+                    "light": lights(middle_margin).ravel(),
+                    "mirror_margin_median": middle_margin.ravel(),
+                    "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST).ravel(),
+                },
+                by=order,
+            ),
+            "table_limbs": tidy(
+                {
+                    **_keys(inputs, of_limbs),
+                    "limb": limbs,
+                    "reconstructibility": np.minimum(sweep.reconstructibility, MOST).ravel(),
+                    "mirror_margin": margin.ravel(),
+                    "light": lights(margin).ravel(),
+                    "mirrored": sweep.mirrored.ravel(),
+                    "proved": sweep.proved.ravel(),
+                    "objective": sweep.objective.ravel(),
+                    "best_objective": sweep.best_objective.ravel(),
+                    "lower_bound": sweep.lower_bound.ravel(),
+                    "limb_error": sweep.limb_error.ravel(),
+                    "components": sweep.components.ravel(),
+                    "length_ratio": sweep.length_ratio.ravel(),
+                },
+                by=order,
+            ),
         }
 
-    hung = error[..., CHILDREN]
-    mean = hung.mean(axis=-1)  # (N, C, F)
-    margin = np.minimum(sweep["mirror_margin"], MOST)
-    middle_margin = np.median(margin, axis=-1)
-    return {
-        "table": (
-            {
-                **keys(of_limbs),
-                "joint": np.tile(LIMBS, grid[0] * grid[1]),
-                "error_mm": hung.mean(axis=2).ravel(),
-                "error_sd_mm": hung.std(axis=2, ddof=1).ravel(),
-                "imputed_share": sweep["imputed"][..., CHILDREN].mean(axis=2).ravel(),
-            },
-            ["clip", "camera"],
-        ),
-        "table_clips": (
-            {
-                **keys(grid),
-                "lengths": np.full(np.prod(grid), made.sweep.notes["lengths"]),
-                "error_mm": mean.mean(axis=-1).ravel(),
-                "error_sd_mm": mean.std(axis=-1, ddof=1).ravel(),
-                "error_up_to_mirror_mm": sweep["error_up_to_mirror_mm"].ravel(),
-                "length_change_max": sweep["length_change"].max(axis=-1).ravel(),
-                "acceleration_ratio": _acceleration_ratio(sweep["positions"], sweep["truth"]).ravel(),
-                "reprojection_error_px": sweep["reprojection_error_px"].ravel(),
-                "proved_share": sweep["proved"].mean(axis=-1).ravel(),
-                "light": lights(middle_margin).ravel(),
-                "mirror_margin_median": middle_margin.ravel(),
-                "reconstructibility": np.minimum(sweep["reconstructibility_of_clip"], MOST).ravel(),
-            },
-            ["clip", "camera"],
-        ),
-        "table_limbs": (
-            {
-                **keys(of_limbs),
-                "limb": np.tile(LIMBS, grid[0] * grid[1]),
-                "reconstructibility": np.minimum(sweep["reconstructibility"], MOST).ravel(),
-                "mirror_margin": margin.ravel(),
-                "light": lights(margin).ravel(),
-                "mirrored": sweep["mirrored"].ravel(),
-                **{name: sweep[name].ravel() for name in OF_LIMBS},
-            },
-            ["clip", "camera"],
-        ),
+    def chosen(self, inputs: Inputs) -> list[int]:
+        """Return which clips are drawn: of each word the first whose action says so; if none does, the first."""
+        actions = [str(action).lower() for action in inputs.dataset.action[inputs.sweep.stretch]]
+        found = [
+            next((n for n, action in enumerate(actions) if word.lower() in action), None)
+            for word in self.shown
+        ]
+        return list(dict.fromkeys(n for n in found if n is not None)) or [0]
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw a row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
+        options, sweep = _options(inputs), inputs.sweep
+        of_clips = tables["table_clips"].set_index(["clip", "camera"])
+        clips = inputs.dataset.clip[sweep.stretch]
+        middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
+        instants = np.unique(np.rint(middles).astype(int))
+        light = lights(sweep.mirror_margin)
+        traced = [WALKER15.index(joint) for joint in TRACED]
+        drawn = [LIMBS.index(WALKER15.joints[child]) for _, child in WALKER15.bones]
+        rows = []
+        for n in self.chosen(inputs):
+            row = []
+            for c, camera in enumerate(map(str, sweep.cameras)):
+                truth, positions = sweep.truth[n], sweep.positions[n, c]
+                angles = [sweep.azimuth_rad[n, c] + turn for turn in VIEWS.values()]
+                paths = [across(p[:, traced], angles[0]).swapaxes(0, 1) for p in (truth, positions)]
+                of_clip = of_clips.loc[(clips[n], camera)]
+                action = of_clip["action"].split(" - ")[0].split(",")[0]
+                row.append(
+                    pictures.MotionBlock(
+                        title=f"{action.capitalize()}, {camera} camera: {of_clip['error_mm']:.0f} mm",
+                        image=options.upright_mm(sweep.images[n, c, instants]),
+                        truth=np.stack([across(truth[instants], angle) for angle in angles]),
+                        reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
+                        paths_true=paths[0],
+                        paths=paths[1],
+                        confidence=tuple(light[n, c, drawn].tolist()),
+                    )
+                )
+            rows.append(row)
+        means = tables["table_clips"].groupby("camera")["error_mm"].mean()
+        pictures.draw_motions(
+            stem,
+            rows,
+            WALKER15.bones,
+            views=list(VIEWS),
+            caption=f"{inputs.caption} Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
+            f"the image {options.noise_px:g} px"
+            + ("; knees and elbows flex one way" if options.use_hinges else "")
+            + ("; mirrors of limbs in doubt tried" if options.try_mirrors else "")
+            + ". Each title gives the mean error of the joints relative to the pelvis; over all "
+            f"{len(sweep.stretch)} clips it is "
+            + ", ".join(f"{means[camera]:.0f} mm ({camera})" for camera in map(str, sweep.cameras))
+            + ". Colours: how far the other mirror of a limb is from being as smooth. Right: wrists and ankles from "
+            "the first of the other views, true ones thin.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log every clip shown from every camera: truth, reconstruction by lights, image, whole trajectories."""
+        sweep, options = inputs.sweep, _options(inputs)
+        numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
+        light = lights(sweep.mirror_margin)
+        words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
+        index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
+        with recordings.Recording(
+            folder / "recording.rrd",
+            name=inputs.experiment.name,
+            about=inputs.about
+            + "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
+            "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<light>`, "
+            "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
+            "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
+            "| clip | action | from | camera | error | light |\n|---|---|---|---|---|---|\n"
+            + _lines(inputs, tables["table_clips"], words),
+            edition=inputs.edition,
+        ) as rec:
+            for n in numbers:
+                shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
+                truth = sweep.truth[n] - shift
+                rec.skeleton(f"world/truth/{words[n]}", truth, WALKER15.bones, index=index)
+                _trace(rec, f"world/trajectories/truth/{words[n]}", truth, "original")
+                for c, camera in enumerate(cameras):
+                    positions = sweep.positions[n, c] - shift
+                    for name, colour in LIGHT_COLOURS.items():
+                        entity = f"world/reconstructed/{camera}/{words[n]}/{name}"
+                        _limbs_of(rec, entity, positions, light[n, c] == name, index, colour)
+                    _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
+                    image = options.upright_mm(sweep.images[n, c])
+                    rec.image_points(f"image/{camera}/{words[n]}", image, WALKER15.bones, index=index)
+            first = words[numbers[0]]
+            columns = []
+            for camera, azimuth in zip(cameras, sweep.azimuth_rad[numbers[0]], strict=True):
+                angle = float(azimuth) + np.pi / 3
+                paths = ("world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
+                         f"world/trajectories/{camera}")  # fmt: skip
+                space = recordings.Space3D(
+                    name=f"{camera} camera, seen from its left",
+                    contents=paths,
+                    shown=tuple(f"{path}/{first}" for path in paths),
+                    eye_mm=(-2600.0 * float(np.sin(angle)), 2600.0 * float(np.cos(angle)), 1500.0),
+                )
+                image_view = recordings.Image2D(
+                    name=f"image of the {camera} camera",
+                    contents=(f"image/{camera}",),
+                    shown=(f"image/{camera}/{first}",),
+                )
+                columns.append(recordings.Rows(space, image_view, shares=(3, 2)))
+            layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
+            rec.blueprint(layout, playing=True)
+
+
+def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
+    """Return positions (…, 3) as a far camera at an azimuth sees them: (…, 2) to the right and up, mm."""
+    right = -np.cos(azimuth_rad) * positions[..., 0] - np.sin(azimuth_rad) * positions[..., 1]
+    return np.stack([right, positions[..., 2]], axis=-1)
+
+
+def _options(inputs: Inputs) -> MotionsSweep:
+    return cast(MotionsSweep, inputs.experiment.sweep)
+
+
+def _keys(inputs: Inputs, shape: Sequence[int]) -> dict[str, np.ndarray]:
+    """Columns that say which clip and camera a row of (N, C, …) is of."""
+    further = [1] * (len(shape) - 2)
+    stretch = inputs.sweep.stretch
+    columns = {
+        "clip": inputs.dataset.clip[stretch].reshape(-1, 1, *further),
+        "action": inputs.dataset.action[stretch].reshape(-1, 1, *further),
+        "camera": inputs.sweep.cameras.reshape(-1, *further),
     }
+    return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}
 
 
 def _acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -108,62 +256,41 @@ def _acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(power[0] / power[1][:, None]))
 
 
-def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
-    """Positions (…, 3) as a far camera at an azimuth sees them: (…, 2) to the right and up, mm."""
-    right = -np.cos(azimuth_rad) * positions[..., 0] - np.sin(azimuth_rad) * positions[..., 1]
-    return np.stack([right, positions[..., 2]], axis=-1)
-
-
-def picture(made: Made, made_tables: Tables, stem: Path) -> None:
-    """A row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
-    from pipeline import pictures
-
-    options, report = options_of(made)
-    sweep = made.sweep.arrays
-    cameras = [str(camera) for camera in sweep["cameras"]]
-    of_clips = made_tables["table_clips"][0]
-    frames = sweep["truth"].shape[1]
-    instants = np.unique(
-        np.rint((np.arange(report.instants) + 0.5) * (frames - 1) / report.instants).astype(int)
-    )
-    light = lights(sweep["mirror_margin"])
-    traced = [WALKER15.index(joint) for joint in TRACED]
-    rows = []
-    for n in shown(made):
-        row = []
-        for c, camera in enumerate(cameras):
-            truth, positions = sweep["truth"][n], sweep["positions"][n, c]
-            angles = [sweep["azimuth_rad"][n, c] + turn for turn in VIEWS.values()]
-            paths = [across(p[:, traced], angles[0]).swapaxes(0, 1) for p in (truth, positions)]
-            number = n * len(cameras) + c
-            action = str(of_clips["action"][number]).split(" - ")[0].split(",")[0]
-            row.append(
-                pictures.MotionBlock(
-                    title=f"{action.capitalize()}, {camera} camera: {of_clips['error_mm'][number]:.0f} mm",
-                    image=upright_mm(made, sweep["images"][n, c, instants]),
-                    truth=np.stack([across(truth[instants], angle) for angle in angles]),
-                    reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
-                    paths_true=paths[0],
-                    paths=paths[1],
-                    confidence=tuple(
-                        str(light[n, c, LIMBS.index(WALKER15.joints[j])]) for _, j in WALKER15.bones
-                    ),
-                )
+def _lines(inputs: Inputs, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
+    """Rows of the description: what each clip shown is, and how far it is off."""
+    lines = []
+    for n, name in words.items():
+        stretch = inputs.sweep.stretch[n]
+        start = inputs.dataset.start_s[stretch]
+        rows = of_clips[of_clips["clip"] == inputs.dataset.clip[stretch]].set_index("camera")
+        for camera, row in rows.loc[list(inputs.sweep.cameras)].iterrows():
+            lines.append(
+                f"| {name} | {row['action']} | {start:.1f} s | {camera} | {row['error_mm']:.0f} mm | {row['light']} |\n"
             )
-        rows.append(row)
-    errors = [of_clips["error_mm"][of_clips["camera"] == camera].mean() for camera in cameras]
-    pictures.draw_motions(
-        stem,
-        rows,
-        WALKER15.bones,
-        views=list(VIEWS),
-        caption=f"{made.caption} Lengths: {made.sweep.notes['lengths']}; root: {options.root.replace('_', ' ')}; "
-        f"noise of the image {options.noise_px:g} px"
-        + ("; knees and elbows flex one way" if options.use_hinges else "")
-        + ("; mirrors of limbs in doubt tried" if options.try_mirrors else "")
-        + ". Each title gives the mean error of the joints relative to the pelvis; over all "
-        f"{len(sweep['stretch'])} clips it is "
-        + ", ".join(f"{error:.0f} mm ({camera})" for error, camera in zip(errors, cameras, strict=True))
-        + ". Colours: how far the other mirror of a limb is from being as smooth. Right: wrists and ankles from the "
-        "first of the other views, true ones thin.",
-    )
+    return "".join(lines)
+
+
+def _limbs_of(
+    rec: recordings.Recording,
+    entity: str,
+    positions: np.ndarray,
+    which: np.ndarray,
+    index: dict[str, np.ndarray],
+    colour: str,
+) -> None:
+    """Add those limbs (14,) of a skeleton that have one light, if there are any."""
+    if not which.any():
+        return
+    bones = [(int(parent), int(child)) for parent, child in WALKER14.ends[which]]
+    apart = np.full_like(positions, np.nan)
+    held = sorted({joint for bone in bones for joint in bone})
+    apart[:, held] = positions[:, held]
+    rec.skeleton(entity, apart, bones, index=index, colour=colour, thickness_mm=9.0)
+
+
+def _trace(rec: recordings.Recording, entity: str, positions: np.ndarray, colour: str) -> None:
+    """Add whole trajectories of wrists and ankles: one row at the beginning, which stands for all times."""
+    frames = len(positions)
+    points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])
+    steps = [(k * frames + t, k * frames + t + 1) for k in range(len(TRACED)) for t in range(frames - 1)]
+    rec.skeleton(entity, points[None], steps, index={"time": np.zeros(1)}, colour=colour, thickness_mm=2.0)

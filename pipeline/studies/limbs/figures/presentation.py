@@ -1,11 +1,13 @@
-"""Limbs as paths on their sphere, for recordings; names and colours that figures on limbs share."""
+"""How figures of limbs name and draw what is swept, and limbs as paths on their sphere."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-CAMERA_NAMES = {"still": "still camera", "moving": "moving camera", "shaky": "shaky camera"}
-CAMERA_COLOURS = {"still": "orange", "moving": "purple", "shaky": "blue"}
+from pipeline.core.limb_chain import WALKER14
+from pipeline.core.reconstructibility import light_of_mirror_margin
 
 ADJUST_NAMES = {
     "global": "one radius for all frames",
@@ -13,6 +15,9 @@ ADJUST_NAMES = {
     "per_frame": "longer where a ray misses",
 }
 ADJUST_COLOURS = {"global": "blue", "robust": "green", "per_frame": "orange"}
+
+ANKLE_HEIGHT_MM = 80.0
+"""Of the joint above the sole, about; only for showing people on the ground."""
 
 LEAST = 1e-3
 """On logarithmic axes, errors are drawn as at least so much."""
@@ -30,7 +35,7 @@ OUTSIDE = 1.03
 def sphere(
     meridians: int = 8, parallels: int = 5, steps: int = 48
 ) -> tuple[np.ndarray, list[tuple[int, int]]]:
-    """Points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined.
+    """Return the points (1, J, 3), mm, of a sphere of wire, and the pairs of them that are joined.
 
     Parameters
     ----------
@@ -50,18 +55,51 @@ def sphere(
 
 
 def path_bones(frames: int) -> list[tuple[int, int]]:
-    """Pairs of successive frames of a path."""
+    """Return the pairs of successive frames of a path."""
     return [(f, f + 1) for f in range(frames - 1)]
 
 
 def quartiles(values: np.ndarray, axis: int = -1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Median, lower and upper quartile along an axis."""
+    """Return the median, the lower and the upper quartile along an axis."""
     low, middle, high = np.quantile(values, [0.25, 0.5, 0.75], axis=axis)
     return middle, low, high
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Whole numbers that increase, and the places of the values that they are nearest to, the first of equal ones."""
+    """Return whole numbers that increase, and the places of the values next to them, the first of equal ones."""
     order = np.argsort(values, kind="stable")
     whole, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
     return whole, order[first]
+
+
+def entity_name(name: str) -> str:
+    """Return a clip's name as the path of a recording's entity can hold it."""
+    return "".join(ch if ch.isalnum() else "_" for ch in name)
+
+
+def lights(margins: np.ndarray) -> np.ndarray:
+    """Return green, amber or red for each mirror margin, of any shape."""
+    flat = [light_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
+    return np.array(flat).reshape(np.shape(margins))
+
+
+def trial_columns(
+    samples: Sequence[str], stretch: np.ndarray, limb: np.ndarray, shape: Sequence[int]
+) -> dict[str, np.ndarray]:
+    """Return the columns that say which trial a row is of.
+
+    Parameters
+    ----------
+    samples : sequence of str
+        Clip of each stretch.
+    stretch, limb : (T,) int
+        Of each trial.
+    shape : sequence of int
+        Of the rows before they are flattened, trials last.
+    """
+    columns = {
+        "trial": np.arange(len(stretch)),
+        "clip": np.array(samples)[stretch],
+        "limb": np.array(WALKER14.limbs)[limb],
+    }
+    return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}

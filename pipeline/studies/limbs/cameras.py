@@ -1,0 +1,124 @@
+"""The camera paths of all trials, and the options that place a camera.
+
+A further path is a member of `Camera`, its colour, and what `Camera.follow` does for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from pipeline.core import camera_paths
+from pipeline.core.pinhole import Pinhole
+from pipeline.studies.study import Sweep
+from pipeline.validation import require_distinct, require_range
+
+
+class Camera(StrEnum):
+    """How the camera moves."""
+
+    still = "still"
+    """Fixed in place and direction."""
+    moving = "moving"
+    """Walking around at constant distance and speed, turned to the middle of the motion."""
+    shaky = "shaky"
+    """The same in somebody's hand."""
+
+    @property
+    def words(self) -> str:
+        """Name for captions and legends."""
+        return f"{self} camera"
+
+    @property
+    def colour(self) -> str:
+        """Colour of its lines in pictures and recordings."""
+        return {Camera.still: "orange", Camera.moving: "purple", Camera.shaky: "blue"}[self]
+
+    def follow(
+        self,
+        root: np.ndarray,
+        generator: np.random.Generator,
+        *,
+        distance_mm: float,
+        px_per_mm: float,
+        around_rad: float,
+        azimuth_rad: float | None = None,
+    ) -> Pinhole:
+        """Return the camera, looking at the mean place of a moving root from one side.
+
+        Parameters
+        ----------
+        root : (F, 3)
+            Trajectory, mm.
+        generator : numpy.random.Generator
+            For the side, the way round and the hand.
+        distance_mm : float
+        px_per_mm : float
+            Size of the image of what stands at the distance.
+        around_rad : float
+            How far a camera that moves walks around.
+        azimuth_rad : float, optional
+            Of its middle position; drawn if not given.
+        """
+        side = generator.uniform(-np.pi, np.pi) if azimuth_rad is None else azimuth_rad
+        way = generator.choice([-1.0, 1.0])
+        middle = np.nanmean(root, axis=0)
+        camera = camera_paths.around(
+            len(root),
+            target=middle,
+            sweep_rad=0.0 if self is Camera.still else way * around_rad,
+            distance_mm=distance_mm,
+            azimuth_rad=side,
+            px_per_mm=px_per_mm,
+        )
+        if self is Camera.shaky:
+            return camera_paths.hand_held(generator, camera, target=middle)
+        return camera
+
+
+@dataclass(kw_only=True)
+class CameraSweep(Sweep):
+    """A sweep over motion that is seen by perspective cameras."""
+
+    draws_random_numbers = True
+
+    cameras: list[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
+    distance_mm: float = 4000.0
+    focal_px: float = 1000.0
+    around_deg: float = 60.0  # how far a moving or shaky camera walks around
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_distinct("sweep.cameras", self.cameras)
+        require_range("sweep.distance_mm", self.distance_mm, at_least=1)
+        require_range("sweep.focal_px", self.focal_px, at_least=1)
+        require_range("sweep.around_deg", self.around_deg)
+
+    @property
+    def px_per_mm(self) -> float:
+        """Size of the image of what stands at the camera's distance."""
+        return self.focal_px / self.distance_mm
+
+    def camera(
+        self,
+        kind: Camera,
+        root: np.ndarray,
+        generator: np.random.Generator,
+        *,
+        azimuth_rad: float | None = None,
+    ) -> Pinhole:
+        """Return a camera on a root (F, 3), mm, as `Camera.follow`."""
+        return kind.follow(
+            root,
+            generator,
+            distance_mm=self.distance_mm,
+            px_per_mm=self.px_per_mm,
+            around_rad=float(np.radians(self.around_deg)),
+            azimuth_rad=azimuth_rad,
+        )
+
+    def upright_mm(self, image: np.ndarray) -> np.ndarray:
+        """Return an image (…, 2), px, to the right and up in mm at the camera's distance."""
+        return np.asarray(image * (self.distance_mm / self.focal_px) * [1.0, -1.0])

@@ -1,0 +1,105 @@
+"""Stretches of equal length out of clips of varied motion, as limbs that hang on each other: park2011 section 3."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.clips.varied import VARIED, VariedClips
+from pipeline.core.limb_chain import WALKER14, relative_trajectories
+from pipeline.core.resampling import frames_at_rate, interpolate
+from pipeline.studies.study import Dataset
+from pipeline.validation import InvalidInput, require_range
+
+
+@dataclass(frozen=True)
+class LimbStretches:
+    """Stretches of clips.
+
+    Attributes
+    ----------
+    positions : (N, F, 15, 3)
+        Millimetres.
+    lengths_mm, length_sd_mm : (N, 14)
+        Of the limbs in the order of `limb_chain.WALKER14`, mean and standard deviation over frames.
+    start_s : (N,)
+        Where in its clip each stretch begins.
+    person, clip, action, source : (N,) text
+    frame_rate_hz : float
+    words : str
+        How many stretches there are, for captions.
+    remarks : list of str
+    """
+
+    positions: np.ndarray
+    lengths_mm: np.ndarray
+    length_sd_mm: np.ndarray
+    start_s: np.ndarray
+    person: np.ndarray
+    clip: np.ndarray
+    action: np.ndarray
+    source: np.ndarray
+    frame_rate_hz: float
+    words: str
+    remarks: list[str]
+
+    def place(self, number: int) -> str:
+        """Return what tells a stretch from all others whatever else is in the data set, for its generators."""
+        return f"{self.source[number]}:{self.clip[number]}:{self.start_s[number]:g}"
+
+
+@dataclass(kw_only=True)
+class LimbDataset(Dataset):
+    """Stretches of equal length."""
+
+    corpus = VARIED
+
+    frames: int = 100
+    frame_rate_hz: float = 30.0
+    stretches: int = 2  # of each clip, evenly over it; fewer where it is too short
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("dataset.frames", self.frames, at_least=3)
+        require_range("dataset.frame_rate_hz", self.frame_rate_hz, above=0)
+        require_range("dataset.stretches", self.stretches, at_least=1)
+
+    def build(self, clips: VariedClips, *, workers: int) -> LimbStretches:
+        """Return the stretches of all clips that are long enough."""
+        stretches, clip_of, starts, short = [], [], [], []
+        for number in range(len(clips)):
+            motion = clips.motion(number)
+            at = frames_at_rate(len(motion), float(clips.frame_rate_hz[number]), self.frame_rate_hz)
+            positions = interpolate(motion, at)
+            spare = len(positions) - self.frames
+            if spare < 0:
+                short.append(str(clips.clip[number]))
+                continue
+            count = min(self.stretches, 1 + spare // (self.frames // 2))
+            for start in np.unique(np.linspace(0, spare, count).round().astype(int)):
+                stretches.append(positions[start : start + self.frames])
+                clip_of.append(number)
+                starts.append(start / self.frame_rate_hz)
+        if not stretches:
+            raise InvalidInput(
+                "no clip is long enough",
+                where="dataset.frames",
+                expected=f"{self.frames} frames at {self.frame_rate_hz:g} Hz",
+            )
+        relative = [relative_trajectories(WALKER14, positions) for positions in stretches]
+        lengths = np.linalg.norm(np.stack(relative), axis=-1)
+        remark = f"{len(short)} clips are shorter than {self.frames} frames"
+        return LimbStretches(
+            positions=np.stack(stretches),
+            lengths_mm=lengths.mean(axis=1),
+            length_sd_mm=lengths.std(axis=1),
+            start_s=np.array(starts),
+            person=clips.person[clip_of],
+            clip=clips.clip[clip_of],
+            action=clips.action[clip_of],
+            source=clips.source[clip_of],
+            frame_rate_hz=self.frame_rate_hz,
+            words=f"{len(stretches)} stretches of {self.frames} frames out of {len(set(clip_of))} clips",
+            remarks=[f"{remark} (e.g. {short[0]})"] if short else [],
+        )

@@ -1,0 +1,81 @@
+"""Error of one limb against the error of its parent's trajectory: park2011 figure 3b."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from pipeline.core.articulated_trajectory import Smoothness
+from pipeline.core.reconstructibility import reconstructibility
+from pipeline.seeding import derive_generator
+from pipeline.studies.limbs.scores import distance, limb_score, true_signs
+from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, certificate, measured
+from pipeline.studies.limbs.trials import Adjustment, LimbInputs, LimbTrial, wrong_trajectory
+from pipeline.validation import require_increasing, require_range
+
+
+@dataclass(frozen=True, kw_only=True)
+class RootErrors(SweptErrors):
+    """Errors (C, V, T), the values those of the parent's error over the limb's length.
+
+    Attributes
+    ----------
+    child_error_ratio, parent_error_ratio : (C, V, T)
+        Mean distances from the true trajectories, over the limb's length.
+    reconstructibility : (C, V, T)
+        eta_a about the wrong parent.
+    """
+
+    child_error_ratio: np.ndarray
+    parent_error_ratio: np.ndarray
+    reconstructibility: np.ndarray
+
+
+@dataclass(kw_only=True)
+class RootErrorSweep(ErrorSweep):
+    """Error against error of the parent trajectory, in radii."""
+
+    in_the_basis = True
+
+    ratios: list[float] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5])
+    smooth: bool = True  # the error is in the trajectory basis; else it is white
+    noise_px: float = 0.0
+    adjust: Adjustment = Adjustment.per_frame
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        super().validate()
+        require_increasing("sweep.ratios", self.ratios, at_least=0)
+        require_range("sweep.noise_px", self.noise_px, at_least=0)
+
+    def measure(self, inputs: LimbInputs) -> RootErrors:
+        """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""
+        smoothness = inputs.model_options.fixed_smoothness()
+
+        def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
+            return [self._errors(trial, smoothness, ratio, inputs.seed) for ratio in self.ratios]
+
+        found = measured(self, inputs, [len(self.ratios)], errors_of)
+        return RootErrors(values=np.array(self.ratios), **found)
+
+    def _errors(self, trial: LimbTrial, smoothness: Smoothness, ratio: float, seed: int) -> dict[str, Any]:
+        generator = derive_generator(seed, f"sweep:root_error:{trial.number}")
+        components = smoothness.components if self.smooth else None
+        wrong = wrong_trajectory(generator, len(trial.parent), ratio * trial.length, components=components)
+        parent = trial.parent + wrong
+        choice = self.choose(trial, smoothness, adjust=self.adjust, noise_px=self.noise_px, parent=parent)
+        used, hits = choice.used, choice.hits
+        signs = true_signs(choice, trial.child - parent)[used]
+        eta = reconstructibility(
+            smoothness.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs
+        )
+        return {
+            **vars(limb_score(trial, choice, parent=parent)),
+            "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,
+            "parent_error_ratio": distance(parent, trial.parent) / trial.length,
+            "reconstructibility": eta.ratio,
+            **certificate(choice),
+            "paths": np.stack([trial.relative, parent + choice.relative - trial.parent]) / trial.length,
+        }
