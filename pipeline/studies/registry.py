@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipeline.studies import actions, face_off, limbs, measures, walks
-from pipeline.studies.actions import measures as of_actions
-from pipeline.studies.limbs import measures as of_limbs
 from pipeline.studies.study import NoSweep, Study
-from pipeline.studies.walks import measures as of_walks
 
 STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, face_off.STUDY)
 
@@ -17,7 +14,7 @@ GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options that the studies fill."""
 
 
-MEASURES = measures.registry(measures, of_walks, of_actions, of_limbs)
+MEASURES = measures.registry(measures, *(study.measures for study in STUDIES if study.measures))
 """The measures of all studies, by name."""
 
 

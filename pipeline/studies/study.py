@@ -23,6 +23,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
@@ -232,6 +233,8 @@ class Study:
         Of the folder.
     datasets, models, sweeps, figures : dict
         Option classes by name: ``sweep=known_view`` chooses ``sweeps["known_view"]``.
+    measures : module, optional
+        What the claims of its papers measure in its tables.
     """
 
     name: str
@@ -239,3 +242,4 @@ class Study:
     models: dict[str, type[Model]] = field(default_factory=dict)
     sweeps: dict[str, type[Sweep]] = field(default_factory=dict)
     figures: dict[str, type[Figure]] = field(default_factory=dict)
+    measures: ModuleType | None = None

@@ -1,5 +1,6 @@
 """Actions: performances synchronized and learnt as a prior for tracking, mozerov2006."""
 
+from pipeline.studies.actions import measures
 from pipeline.studies.actions.dataset import PostureDataset
 from pipeline.studies.actions.figures.action_model import ActionModelFigure
 from pipeline.studies.actions.figures.posture_samples import PostureSamples
@@ -34,4 +35,5 @@ STUDY = Study(
         "variance_left": VarianceLeft,
         "tracking": TrackingError,
     },
+    measures=measures,
 )

@@ -1,5 +1,6 @@
 """Limbs: articulated motion from one camera by trajectory bases, park2011."""
 
+from pipeline.studies.limbs import measures
 from pipeline.studies.limbs.dataset import LimbDataset
 from pipeline.studies.limbs.figures.limb_errors import LimbErrors
 from pipeline.studies.limbs.figures.limb_scatter import LimbScatter
@@ -32,4 +33,5 @@ STUDY = Study(
         "proofs": ProofsFigure,
         "motions": MotionsFigure,
     },
+    measures=measures,
 )

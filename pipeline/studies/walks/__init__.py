@@ -1,6 +1,7 @@
 """Walks: periodic 3D motion from 2D by Fourier series and eigenwalkers, zhang2004 and zhang2007."""
 
 from pipeline.studies.study import Study
+from pipeline.studies.walks import measures
 from pipeline.studies.walks.dataset import FourierDataset
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
 from pipeline.studies.walks.figures.postures import Postures
@@ -23,4 +24,5 @@ STUDY = Study(
         "view_errors": ViewErrors,
         "view_angles": ViewAngleEstimates,
     },
+    measures=measures,
 )
