@@ -108,8 +108,6 @@ def peer(one: Clip, *, analytic: bool) -> np.ndarray:
         charts=one.charts,
         basis=one.basis,
         penalty=np.zeros((limbs, size)),
-        loss="squared",
-        scale_px=1.0,
     )
     paths = starting_paths(
         one.start, one.basis, weights=None, charts=one.charts, cutoff=None, called=[""] * len(PARENTS)

@@ -2,10 +2,10 @@
 
 Symbols
 -------
-``e``      residuals, ``J`` their derivative by all unknowns, ``W`` weights of the loss
-``H``      J^T W J + penalty, the Gauss-Newton approximation of the curvature, or the curvature; ``g`` the gradient
-``S``      sum of A^T w A over all joints that a limb carries, 3 x 3 in each frame; A the derivative of the
-           reprojection; of the exact curvature, the sum of second derivatives of the joints' losses
+``e``      residuals, ``J`` their derivative by all unknowns
+``H``      J^T J + penalty, the Gauss-Newton approximation of the curvature, or the curvature; ``g`` the gradient
+``S``      sum of A^T A over all joints that a limb carries, 3 x 3 in each frame; A the derivative of the
+           reprojection; of the exact curvature, the sum of second derivatives of the joints' squared distances
 ``t``      derivative of a limb by one of its angles in a frame; ``Theta`` the trajectory basis
 
 Why J is never formed: the image of a joint depends only on the limbs between it and the root, and a frame's angle only
@@ -46,7 +46,7 @@ class LimbEquations:
     gradient : (L, N)
         g.
     scale : (L, N)
-        Diagonal of J^T W J + penalty, which is never negative.
+        Diagonal of J^T J + penalty, which is never negative.
     rows : tuple of (N, n, N)
         For each limb its blocks of H with itself and with the n - 1 limbs that carry it, the nearest first.
     lines : tuple of tuple of int

@@ -12,10 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.core.refinement.reprojection import LOSSES
 from pipeline.core.refinement.spherical import SphericalTrajectory, continuous_angles, fit
 from pipeline.core.trajectory_basis import cosine_basis, soft_ridge
-from pipeline.validation import InvalidInput, require_choice, require_finite, require_range, require_shape
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _START_PENALTY = 1e-4
 """Penalty of the highest coefficient at the start, against frames of weight one: keeps gaps from swinging."""
@@ -91,9 +90,8 @@ def check_lengths(lengths: np.ndarray, called: Sequence[str]) -> None:
         require_range(f"length of joint {name}", length, above=0.0, unit="mm")
 
 
-def check_options(loss: str, positive: dict[str, float | None], max_iterations: int) -> None:
-    """Validate that the loss is known, numbers that must be positive are, and an iteration is allowed."""
-    require_choice("loss", loss, LOSSES)
+def check_options(positive: dict[str, float | None], max_iterations: int) -> None:
+    """Validate that numbers that must be positive are, and an iteration is allowed."""
     for name, value in positive.items():
         if value is not None:
             require_range(name, value, above=0.0)

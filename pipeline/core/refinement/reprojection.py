@@ -5,7 +5,6 @@ Symbols
 ``X_R``    root trajectory; ``X_j`` trajectory of joint j; ``r`` length of a limb, mm
 ``x``      seen image of a joint, ``x_hat`` its reprojection, px
 ``Theta``  trajectory basis, F x K; ``a`` coefficients of a limb's two angles
-``rho``    loss of a squared distance; ``c`` the distance in px from which a robust loss grows more slowly
 ``L``      limbs, one to each joint but the root, each after its parent; ``N`` unknowns of a limb, 2 K or 2 K + 1
 
 Unknowns are (L, N): the coefficients of theta, those of phi and, where lengths are free, the logarithm of the length
@@ -14,7 +13,6 @@ over the given one.  Inside, limbs come before frames, so that everything about 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,27 +20,6 @@ import numpy as np
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement.spherical import curvatures, tangents, to_directions
 from pipeline.validation import InvalidInput
-
-
-def _squared(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return s, np.ones_like(s), np.zeros_like(s)
-
-
-def _huber(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    root = np.sqrt(np.maximum(s, 1.0))
-    return np.where(s <= 1.0, s, 2.0 * root - 1.0), 1.0 / root, np.where(s <= 1.0, 0.0, -0.5 / root**3)
-
-
-def _cauchy(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return np.log1p(s), 1.0 / (1.0 + s), -1.0 / (1.0 + s) ** 2
-
-
-LOSSES: dict[str, Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
-    "squared": _squared,
-    "huber": _huber,
-    "cauchy": _cauchy,
-}
-"""rho and its first two derivatives, of the squared distance in units of c."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +48,6 @@ class Observations:
         Theta.
     penalty : (L, N)
         Weight of the square of each unknown, px².
-    loss : str
-        One of `LOSSES`.
-    scale_px : float
-        c.
     """
 
     images: np.ndarray
@@ -87,13 +60,11 @@ class Observations:
     charts: np.ndarray
     basis: np.ndarray
     penalty: np.ndarray
-    loss: str
-    scale_px: float
 
 
 @dataclass(frozen=True)
 class Linearisation:
-    """First and second order of the reprojection and its loss at given unknowns.
+    """First and second order of the reprojection at given unknowns.
 
     Attributes
     ----------
@@ -104,9 +75,9 @@ class Linearisation:
     movement : (L, F, C, 3)
         Derivative of the limb by its theta, its phi and, where lengths are free, the logarithm of its length, mm.
     pull : (L, F, 3)
-        Derivative of the joint's loss by its position, px² per mm.
+        Derivative of half the joint's squared distance by its position, px² per mm.
     square, bend : (L, F, 3, 3)
-        Second derivative of the joint's loss by its position, px² per mm², after Gauss and Newton and exactly.
+        Second derivative of the same, px² per mm², after Gauss and Newton and exactly.
     turning : (L, F, C, C, 3)
         Second derivative of the limb by the same numbers as `movement`, mm.
     """
@@ -130,8 +101,6 @@ def observe(
     charts: np.ndarray,
     basis: np.ndarray,
     penalty: np.ndarray,
-    loss: str,
-    scale_px: float,
 ) -> Observations:
     """Observations from images in the order of the house, with what is not known marked as not seen.
 
@@ -143,7 +112,7 @@ def observe(
         One, or one for each frame; NaN where it is not known.
     root : (F, 3)
         mm; NaN where it is not known.
-    parents, lengths, charts, basis, penalty, loss, scale_px
+    parents, lengths, charts, basis, penalty
         As in `Observations`.
 
     Raises
@@ -170,8 +139,6 @@ def observe(
         charts=charts,
         basis=basis,
         penalty=penalty,
-        loss=loss,
-        scale_px=scale_px,
     )
 
 
@@ -225,26 +192,19 @@ def _reprojection(given: Observations, positions: np.ndarray) -> tuple[np.ndarra
 
 
 def cost(given: Observations, unknowns: np.ndarray) -> float:
-    """Half the sum of losses over all joints and frames, and of penalties, px² [park2011 5].
+    """Half the sum of squared distances over all joints and frames, and of penalties, px² [park2011 5].
 
     Infinite if any joint that was seen stands behind its camera.
     """
     positions = forward(given, relative(given, unknowns))
     if behind(given, positions).any():
         return float("inf")
-    loss, _, _ = _losses(given, residuals(given, positions))
-    return 0.5 * (float(loss.sum()) + float((given.penalty * unknowns**2).sum()))
-
-
-def _losses(given: Observations, differences: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Losses (L, F) of residuals (L, F, 2), and their first two derivatives by the squared residual."""
-    unit = given.scale_px**2
-    value, slope, change = LOSSES[given.loss]((differences**2).sum(axis=-1) / unit)
-    return unit * value, np.where(given.seen, slope, 0.0), np.where(given.seen, change / unit, 0.0)
+    squares = float((residuals(given, positions) ** 2).sum())
+    return 0.5 * (squares + float((given.penalty * unknowns**2).sum()))
 
 
 def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
-    """Residuals, losses and their derivatives, as far as they belong to one frame and one limb."""
+    """Residuals and derivatives of them and of half their squares, as far as they belong to one frame and one limb."""
     limbs = relative(given, unknowns)
     positions = forward(given, limbs)
     image, depth = _reprojection(given, positions)
@@ -252,18 +212,11 @@ def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
     by_position = given.projection[:, :2] - image[..., None] * towards
     by_position = np.where(given.seen[..., None, None], by_position / depth[..., None], 0.0)
     off = np.where(given.seen[..., None], image - given.images, 0.0)
-    _, slope, change = _losses(given, off)
-    along = np.einsum("lfyx,lfy->lfx", by_position, off)
-    pull = slope[..., None] * along
+    pull = np.einsum("lfyx,lfy->lfx", by_position, off)
+    square = np.swapaxes(by_position, -1, -2) @ by_position
     # The reprojection's own second derivative is -(A p^T + p A^T) / depth, p the third row of the projection.
     crossed = pull[..., None] * (towards / depth[..., None])
-    square = np.swapaxes(by_position, -1, -2) @ (slope[..., None, None] * by_position)
-    bend = (
-        square
-        + 2.0 * change[..., None, None] * along[..., None] * along[..., None, :]
-        - crossed
-        - np.swapaxes(crossed, -1, -2)
-    )
+    bend = square - crossed - np.swapaxes(crossed, -1, -2)
     theta, phi = angles(given, unknowns)
     lengths = lengths_mm(given, unknowns)[:, None, None, None]
     triples = list(zip(theta, phi, given.charts, strict=True))

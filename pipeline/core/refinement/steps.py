@@ -65,7 +65,7 @@ class Refinement:
     reprojection_error_before_px, reprojection_error_px : float
         Root mean square of those distances at the start, which already lies in the basis, and at the end.
     cost : float
-        Half the sum of losses and penalties, px².
+        Half the sum of squared distances and penalties, px².
     converged : bool
     n_iterations : int
         Steps that were tried, the refused ones included.
@@ -102,8 +102,6 @@ def refine(
     basis: np.ndarray | int,
     charts: np.ndarray | None = None,
     free_lengths: bool = False,
-    loss: str = "squared",
-    scale_px: float = 1.0,
     cutoff: float | None = None,
     components: Sequence[int] | None = None,
     max_iterations: int = 500,
@@ -133,10 +131,6 @@ def refine(
         the pole of each is farthest from the limb's path.
     free_lengths : bool
         Whether the logarithms of lengths are unknowns too, within a factor of `LENGTH_FACTOR`.
-    loss : {"squared", "huber", "cauchy"}
-        Of the distance of reprojection and image; the latter two believe distant images less.
-    scale_px : float
-        Distance from which they do.
     cutoff : float, optional
         k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
         pixels to the radian; a hard basis by default.
@@ -166,8 +160,7 @@ def refine(
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
     lengths = np.array(lengths, dtype=float)
     check_lengths(lengths, called)
-    positive = {"scale_px": scale_px, "cutoff": cutoff, "tolerance": tolerance}
-    check_options(loss, positive, max_iterations)
+    check_options({"cutoff": cutoff, "tolerance": tolerance}, max_iterations)
     rows = basis_rows(basis, frames)
     paths = starting_paths(directions, rows, charts=charts, cutoff=cutoff, called=called)
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
@@ -182,8 +175,6 @@ def refine(
         charts=np.stack([path.chart for path in paths]),
         basis=rows,
         penalty=np.zeros_like(unknowns),
-        loss=loss,
-        scale_px=float(scale_px),
     )
     _check_start(given, unknowns, called)
     if cutoff is not None:
