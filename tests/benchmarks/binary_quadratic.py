@@ -20,7 +20,7 @@ import numpy as np
 from pipeline.core.binary_quadratic import BinarySolution, minimise
 from pipeline.core.binary_quadratic import descent as sign_search
 from pipeline.core.binary_quadratic.candidates import programme_of
-from pipeline.core.trajectory_basis import cosine_basis, soft_basis
+from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis
 from tests.benchmarks.tables import Row
 
 LIMIT_S = 5.0
@@ -306,7 +306,10 @@ def run() -> list[Row]:
             (cosine_basis(frames, components), limb(frames, seed, noise_px=1.0)) for seed in range(LIMBS)
         ]
         rows.append(_row(f"F = {frames}, K = {components}, 1 px", problems, 1.0, None))
-    soft = [(soft_basis(100, 40, 10.0), limb(100, seed, noise_px=1.0)) for seed in range(LIMBS)]
+    soft = [
+        (TrajectoryBasis(40, 10.0).rows(100, np.ones(100, dtype=bool)), limb(100, seed, noise_px=1.0))
+        for seed in range(LIMBS)
+    ]
     rows.append(_row("F = 100, soft, 1 px", soft, 1.0, None))
     for camera in ("shaky", "distant"):
         problems = [

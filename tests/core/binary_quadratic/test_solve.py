@@ -19,7 +19,7 @@ from pipeline.core.binary_quadratic import descent as sign_search
 from pipeline.core.binary_quadratic.candidates import Programme, programme_of
 from pipeline.core.binary_quadratic.kernels import compiled
 from pipeline.core.binary_quadratic.searches import BoxSearch, SuffixSearch
-from pipeline.core.trajectory_basis import cosine_basis, restricted, soft_basis, soft_ridge
+from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis, restricted, soft_ridge
 from pipeline.validation import InvalidInput
 from tests.benchmarks.binary_quadratic import by_scip, limb
 from tests.strategies import seeds
@@ -50,9 +50,8 @@ def basis_of(generator: np.random.Generator, frames: int, style: str) -> np.ndar
     components = int(generator.integers(1, frames + 1))
     ridge = soft_ridge(components, generator.uniform(0.5, 5)) if style.startswith("soft") else None
     if not style.endswith("gaps"):
-        return cosine_basis(frames, components) if ridge is None else soft_basis(
-            frames, components, generator.uniform(0.5, 5)
-        )  # fmt: skip
+        cutoff = None if ridge is None else generator.uniform(0.5, 5)
+        return TrajectoryBasis(components, cutoff).rows(frames, np.ones(frames, dtype=bool))
     whole = 2 * frames
     observed = generator.permutation(np.arange(whole) < frames)
     # One more would not be determined by the frames of an unlucky draw.
@@ -173,7 +172,7 @@ def test_relaxed_frames_are_at_their_best_between_the_candidates(seed: int) -> N
     """Against enumeration of the signs, and bounded least squares for the rest."""
     generator = np.random.default_rng(seed)
     middle, half_chord = generator.standard_normal((2, 8, 3))
-    basis = cosine_basis(8, 3) if seed % 2 else soft_basis(8, 6, 2.0)
+    basis = cosine_basis(8, 3) if seed % 2 else TrajectoryBasis(6, 2.0).rows(8, np.ones(8, dtype=bool))
     lengths = np.linalg.norm(half_chord, axis=1)
     below = np.sort(lengths)[3]
     found = minimise(basis, middle, half_chord, relax_below=float(below), time_limit_s=20.0)
