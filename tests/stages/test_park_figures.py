@@ -12,6 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pipeline.studies.limbs.figures.limb_paths import increasing
+from pipeline.studies.options import (
+    LimbSweep,
+    MissingDataSweep,
+    ProofSweep,
+    RadiusScaleSweep,
+    ReconstructibilitySweep,
+    RootErrorSweep,
+    TrajectoryBasisModel,
+)
 
 from pipeline import recordings
 from pipeline.__main__ import compose
@@ -25,15 +34,6 @@ from pipeline.storage.store import Artefact, Store
 from pipeline.studies.limbs import limb_errors, missing_data, proofs, reconstructibility
 from pipeline.studies.limbs.scores import limb_score, true_signs
 from pipeline.studies.limbs.trials import choose, fixed_smoothness, limb_trial, smoothness, wrong_trajectory
-from pipeline.studies.options import (
-    LimbSweep,
-    MissingDataSweep,
-    ProofSweep,
-    RadiusScaleSweep,
-    ReconstructibilitySweep,
-    RootErrorSweep,
-    TrajectoryBasisModel,
-)
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 

@@ -22,7 +22,7 @@ from pipeline.studies.registry import MEASURES
 from pipeline.validation import InvalidInput
 from tests.call_graph import CallGraph
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 PAPER_FILES = {path.stem: path for path in sorted((ROOT / "conf" / "paper").glob("*.yaml"))}
 EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
 CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]

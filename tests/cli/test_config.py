@@ -19,7 +19,7 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import Figure, Grid, NoSweep
 from pipeline.validation import InvalidInput
 
-CONF = Path(__file__).resolve().parent.parent / "conf"
+CONF = Path(__file__).resolve().parents[2] / "conf"
 
 
 def option_files(group: str) -> list[str]:

@@ -26,8 +26,8 @@ from pipeline.synthetic.walkers import WalkingPopulation, walking_population
 from pipeline.validation import InvalidInput
 from tests.processes import WAIT_S, python, started
 
-ROOT = Path(__file__).resolve().parent.parent
-FIXTURES = Path(__file__).resolve().parent / "fixtures"
+ROOT = Path(__file__).resolve().parents[2]
+FIXTURES = ROOT / "tests" / "fixtures"
 RATE_HZ = 60.0
 QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
 

@@ -1,4 +1,4 @@
-"""Published tables in, verdicts out; and threads that change nothing."""
+"""Published tables in, verdicts out."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from pipeline import papers
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies.ledger import judge_figure, judge_folder, write_claims
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 SPECTRUM = {
@@ -101,19 +100,3 @@ def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
     assert told[0] == told[2]
     assert told[1] == told[3]
     assert "reproduced" not in {*told[0].values(), *told[1].values()}
-
-
-@pytest.mark.parametrize("workers", [1, 2, 5])
-def test_threads_keep_the_order(workers: int) -> None:
-    assert map_threads(lambda n: n * n, range(20), workers) == [n * n for n in range(20)]
-
-
-@pytest.mark.parametrize("workers", [1, 3])
-def test_the_first_error_comes_through(workers: int) -> None:
-    def fail(n: int) -> int:
-        if n == 3:
-            raise ValueError("three")
-        return n
-
-    with pytest.raises(ValueError, match="three"):
-        map_threads(fail, range(6), workers)

@@ -539,7 +539,7 @@ def test_a_recording_is_found_here_then_in_the_mirror(case: Case) -> None:
 
 
 def test_the_projects_own_table_is_sound() -> None:
-    sources = Path(__file__).parents[1] / "data" / "sources.csv"
+    sources = Path(__file__).parents[2] / "data" / "sources.csv"
     rows = read_sources(sources)
     assert [row["path"] for row in rows] == sorted(row["path"] for row in rows)
     assert {row["source"] for row in rows} == {"cmu", "biomechzoo", "hdm05", "kinectgait"}
@@ -561,7 +561,7 @@ def test_the_projects_own_table_is_sound() -> None:
 
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
 def test_the_mirror_holds_every_recording(tmp_path: Path) -> None:
-    sources, mirror = Path(__file__).parents[1] / "data" / "sources.csv", Path(os.environ["MOCAP_MIRROR"])
+    sources, mirror = Path(__file__).parents[2] / "data" / "sources.csv", Path(os.environ["MOCAP_MIRROR"])
     report = fetch(sources, tmp_path, mirror=mirror, opener=no_network)
     assert (report.failed, report.without_address) == ([], [])
     assert len(report.fetched) == len(read_sources(sources))
