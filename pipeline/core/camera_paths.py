@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_finite, require_range
 
 DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
 """A camera at four metres with a focal length of 1000 px."""
@@ -141,11 +141,8 @@ def hand_held(
     """
     if camera.frames is None or camera.intrinsics.ndim > 2 or camera.centre.ndim < 2:
         raise InvalidInput("a path to shake has one K and a centre for each frame")
-    for what, value in (("sway", sway_mm), ("tremor", tremor_mm)):
-        if not 0.0 <= value < np.inf:
-            raise InvalidInput(
-                f"the {what} of a hand is negative or no number", expected="mm >= 0", received=f"{value:g}"
-            )
+    require_range("sway_mm", sway_mm, at_least=0.0)
+    require_range("tremor_mm", tremor_mm, at_least=0.0)
     frames = camera.frames
     target = _target(frames, target)
     waves = np.cos(np.pi * np.arange(1, SWAY_WAVES + 1) * (np.arange(frames)[:, None] + 0.5) / frames)
@@ -187,8 +184,7 @@ def parallel(
 
 
 def _target(frames: int, target: np.ndarray) -> np.ndarray:
-    if frames < 1:
-        raise InvalidInput("a camera path has no frames", expected="1 or more", received=str(frames))
+    require_range("frames", frames, at_least=1)
     target = np.asarray(target, dtype=float)
     if target.shape not in ((3,), (frames, 3)) or not np.isfinite(target).all():
         raise InvalidInput(
@@ -198,10 +194,6 @@ def _target(frames: int, target: np.ndarray) -> np.ndarray:
 
 
 def _refuse_sizes(distance_mm: float, px_per_mm: float, *others: float) -> None:
-    for what, value in (("distance", distance_mm), ("size of the image", px_per_mm)):
-        if not 0.0 < value < np.inf:
-            raise InvalidInput(
-                f"the {what} of a camera is not positive", expected="> 0", received=f"{value:g}"
-            )
-    if not np.isfinite(others).all():
-        raise InvalidInput("an angle or the height of a camera is no number")
+    require_range("distance_mm", distance_mm, above=0.0)
+    require_range("px_per_mm", px_per_mm, above=0.0)
+    require_finite("angles and height", others)

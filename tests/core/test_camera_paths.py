@@ -138,10 +138,10 @@ def test_projection_by_rows_is_that_of_the_pinhole(seed: int) -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"frames": 0}, r"has no frames \(expected 1 or more, received 0\)"),
-        ({"distance_mm": 0.0}, r"distance of a camera is not positive \(expected > 0, received 0\)"),
-        ({"px_per_mm": np.nan}, "size of the image of a camera is not positive"),
-        ({"azimuth_rad": np.nan}, "an angle or the height of a camera is no number"),
+        ({"frames": 0}, r"frames must be at least 1 \(got 0\)"),
+        ({"distance_mm": 0.0}, r"distance_mm must be above 0 \(got 0\)"),
+        ({"px_per_mm": np.nan}, "px_per_mm must be above 0"),
+        ({"azimuth_rad": np.nan}, "angles and height must be finite"),
         ({"target": np.zeros(2)}, r"no target \(expected finite \(3,\) or \(4, 3\), received \(2,\)\)"),
         ({"target": np.full(3, np.nan)}, "has no target"),
     ],
@@ -157,7 +157,7 @@ def test_a_hand_without_a_path_is_refused() -> None:
     with pytest.raises(InvalidInput, match="one K and a centre for each frame"):
         hand_held(np.random.default_rng(0), one, target=TARGET)
     path = still(3, target=TARGET)
-    with pytest.raises(InvalidInput, match="the tremor of a hand is negative"):
+    with pytest.raises(InvalidInput, match="tremor_mm must be at least 0"):
         hand_held(np.random.default_rng(0), path, target=TARGET, tremor_mm=-1.0)
     zooming = Pinhole(np.stack([path.intrinsics] * 3), path.rotation, path.centre)
     with pytest.raises(InvalidInput, match="one K"):

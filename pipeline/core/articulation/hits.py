@@ -16,12 +16,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from pipeline.core.articulation.rays import Rays, cast_rays
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice, require_range
 
 Adjustment = Literal["per_frame", "global", "robust"]
 
@@ -102,11 +102,7 @@ class RayHits:
         """
         signs = np.asarray(signs, dtype=float)
         if signs.shape != self.status.shape or not (np.abs(signs) == 1.0).all():
-            raise InvalidInput(
-                "no sign for each frame",
-                expected=f"{len(self.status)} of +1 and -1",
-                received=str(signs.shape),
-            )
+            raise InvalidInput("must be +1 or -1 for each frame", where="signs", received=str(signs.shape))
         return self.middle + signs[:, None] * self.half_chord
 
     def resolved(self) -> RayHits:
@@ -159,8 +155,7 @@ def ray_sphere(
     >>> hits.far.tolist(), hits.near.tolist()
     ([[-3.0, 0.0, 4.0]], [[-3.0, 0.0, -4.0]])
     """
-    if not 0.0 <= radius < np.inf:
-        raise InvalidInput("the radius is no length", expected="mm, 0 or more", received=f"{radius:g}")
+    require_range("radius", radius, at_least=0.0, unit="mm")
     rays = cast_rays(cameras, pixels, parents)
     distance = rays.distance
     given = np.isfinite(distance)
@@ -197,13 +192,7 @@ def _half(radius: float, distance: np.ndarray) -> np.ndarray:
 
 
 def _adjusted(distance: np.ndarray, radius: float, adjust: Adjustment) -> float:
-    match adjust:
-        case "per_frame":
-            return radius
-        case "global":
-            return max(radius, float(distance.max()))
-        case "robust":
-            return max(radius, float(np.quantile(distance, ROBUST_QUANTILE)))
-    raise InvalidInput(
-        "no such adjustment of the radius", expected="per_frame, global or robust", received=str(adjust)
-    )
+    require_choice("adjust", adjust, get_args(Adjustment))
+    if adjust == "per_frame":
+        return radius
+    return max(radius, float(np.quantile(distance, 1.0 if adjust == "global" else ROBUST_QUANTILE)))

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 _NO_CENTRE = 1e-12
 """Sine of the angle between the image plane's axes and the axis ahead, below which a camera has no centre."""
@@ -114,25 +114,16 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
 
 def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> tuple[np.ndarray, ...]:
     cameras, pixels, parents = (np.asarray(a, dtype=float) for a in (cameras, pixels, parents))
-    frames = len(pixels) if pixels.ndim else 0
+    frames = len(require_shape("pixels", pixels, ("F", 2)))
+    require_range("frames", frames, at_least=1)
     if cameras.shape == (3, 4):
         cameras = np.broadcast_to(cameras, (frames, 3, 4))
-    for what, array, shape in (
-        ("pixels", pixels, "2"),
-        ("cameras", cameras, "3, 4"),
-        ("parents", parents, "3"),
-    ):
-        if not frames or str(array.shape) != f"({frames}, {shape})":
-            raise InvalidInput(
-                f"the {what} of the rays have the wrong shape",
-                expected=f"({frames or 'F'}, {shape})",
-                received=str(array.shape),
-            )
-    return cameras, pixels, parents
+    require_shape("cameras", cameras, (frames, 3, 4))
+    return cameras, pixels, require_shape("parents", parents, (frames, 3))
 
 
 def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np.ndarray) -> np.ndarray:
-    """det M (n,) of the cameras of these frames, or a InvalidInput that names one that has no rays."""
+    """det M (n,) of the cameras of these frames, after refusing those that have no rays."""
     across = np.cross(M[:, 0], M[:, 1])
     det = (across * M[:, 2]).sum(axis=1)
     sizes = np.linalg.norm(M, axis=2)

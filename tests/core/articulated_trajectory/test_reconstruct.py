@@ -589,12 +589,12 @@ def _unknown_camera(one: Scene) -> dict[str, Any]:
         (_unknown_camera, r"limb sternum: no ray meets the sphere .*60 of 60 frames missing"),
         (lambda one: {"images": np.full_like(one.images, np.nan)}, "limb sternum: no ray meets the sphere"),
         (lambda one: {"root": np.full_like(one.root, np.nan)}, "limb sternum: no ray meets the sphere"),
-        (lambda one: {"lengths": -one.lengths}, "limb sternum: the radius is no length"),
+        (lambda one: {"lengths": -one.lengths}, "radius must be at least 0"),
         (
             lambda one: {"basis": TrajectoryBasis(61)},
             r"limb sternum, components: must be at most 60|components must be .*60",
         ),
-        (lambda one: {"adjust": "never"}, "limb sternum: no such adjustment of the radius"),
+        (lambda one: {"adjust": "never"}, "adjust must be one of"),
         (lambda one: {"noise_px": -1.0}, "noise_px"),
         (lambda one: {"time_limit_s": np.nan}, "time_limit_s"),
         (
