@@ -88,15 +88,15 @@ def test_a_camera_that_shakes_is_better_than_one_that_stands(folder: Path) -> No
     assert means["shaky"] < means["still"]
 
 
-def test_bounds_are_below_what_was_taken_and_lights_follow_margins(folder: Path) -> None:
+def test_bounds_are_below_what_was_taken_and_confidence_follows_margins(folder: Path) -> None:
     limbs = read(folder, "table_limbs")
     assert (limbs["lower_bound"] <= limbs["best_objective"] * (1 + 1e-9)).all()
     assert (limbs["best_objective"] <= limbs["objective"] * (1 + 1e-9)).all()
     proved = limbs["proved"]
     assert proved.any()
     np.testing.assert_allclose(limbs["lower_bound"][proved], limbs["best_objective"][proved], rtol=1e-3)
-    for light, low, high in (("red", 0.0, 1.25), ("amber", 1.25, 2.0), ("green", 2.0, np.inf)):
-        margin = of(limbs, "mirror_margin", light=light)
+    for confidence, low, high in (("red", 0.0, 1.25), ("amber", 1.25, 2.0), ("green", 2.0, np.inf)):
+        margin = of(limbs, "mirror_margin", confidence=confidence)
         assert ((margin >= low) & (margin <= high)).all()
 
 

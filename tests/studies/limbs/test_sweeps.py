@@ -53,7 +53,7 @@ def limbs() -> LimbStretches:
 @settings(max_examples=10)
 def test_the_candidates_of_a_trial_hold_its_truth(limbs: LimbStretches, number: int, camera: Camera) -> None:
     trial = ANY.trial(limbs, number, camera, 1)
-    choice = ANY.choose(trial, HARD.fixed_smoothness(), time_limit_s=0.0)
+    choice = ANY.choose(trial, HARD.fixed_basis(), time_limit_s=0.0)
     signs = true_signs(choice, trial.relative)
     nearest = choice.hits.middle + signs[:, None] * choice.hits.half_chord
     # Synthetic bodies keep their lengths to a hundredth; where a ray is nearly tangent that moves the candidates.
@@ -169,7 +169,7 @@ def test_a_radius_too_small_is_harmless_and_too_large_is_not(limbs: LimbStretche
 
 
 def test_what_is_missing_is_as_much_as_was_asked_for_and_never_the_root(limbs: LimbStretches) -> None:
-    scene = MissingDataSweep(trials=1).scene(limbs, HARD.fixed_smoothness(), 0, 1)
+    scene = MissingDataSweep(trials=1).scene(limbs, HARD.fixed_basis(), 0, 1)
     for fraction in (0.0, 0.05, 0.5):
         for pattern in Pattern:
             hidden = scene.hidden(pattern, fraction, 1)
@@ -210,9 +210,7 @@ def test_limbs_choose_their_components_where_the_basis_has_none(limbs: LimbStret
     assert np.isfinite(found.limb_error).all()
     assert not np.array_equal(found.objective, fixed.objective)
     trials = [options.trial(limbs, number, Camera.shaky, 7) for number in range(4)]
-    chosen = {
-        options.choose(trial, by_rule.smoothness(), noise_px=1.0).smoothness.components for trial in trials
-    }
+    chosen = {options.choose(trial, by_rule.limb_basis(), noise_px=1.0).basis.components for trial in trials}
     assert len(chosen) > 1
 
 
