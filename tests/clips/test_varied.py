@@ -27,4 +27,6 @@ def test_a_gap_leaves_the_longest_stretch(bends: Path) -> None:
     broken = rows["a_2.trc"]
     assert (broken["first_frame"], broken["last_frame"]) in ((0, 29), (60, broken["frames"] - 1))
     assert broken["last_frame"] - broken["first_frame"] + 1 >= broken["frames"] - 60 - 30
-    assert len(made.motion(list(made.clip).index("a_2.trc"))) == 1 + broken["last_frame"] - broken["first_frame"]
+    assert (
+        len(made.motion(list(made.clip).index("a_2.trc"))) == 1 + broken["last_frame"] - broken["first_frame"]
+    )

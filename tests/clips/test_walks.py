@@ -42,7 +42,9 @@ def test_the_embedded_population_walks_steadily() -> None:
     assert not set(synthetic_walks(options, 12, 1).frequency_hz) & set(walks.frequency_hz)
 
 
-@pytest.mark.parametrize(("option", "where"), [("population", "data.population"), ("walkers", "data.walkers")])
+@pytest.mark.parametrize(
+    ("option", "where"), [("population", "data.population"), ("walkers", "data.walkers")]
+)
 def test_a_population_of_nobody_is_refused(option: str, where: str) -> None:
     with pytest.raises(InvalidInput, match=rf"^{where}: no walkers"):
         synthetic_walks(SyntheticData(name="synthetic", **{option: -1 if option == "walkers" else 0}), 1, 1)
