@@ -1,1 +1,1 @@
-"""What a data set names becomes clips that can be used: steady walks, performances of an action, varied motion."""
+"""Usable clips of a data set: steady walks, performances of an action, varied motion."""

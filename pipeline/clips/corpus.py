@@ -1,4 +1,4 @@
-"""Which recordings a data set names, and where they are: the table of public ones, or the user's folder."""
+"""Recordings that a data set names: those of the table of public recordings, or of the user's folder."""
 
 from __future__ import annotations
 
@@ -22,13 +22,29 @@ from pipeline.validation import InvalidInput
 
 @dataclass(frozen=True)
 class Clip:
-    """One recording to be ingested; `mismatch` says how it is not the one that the table lists, if it is not."""
+    """One recording to be ingested.
+
+    Attributes
+    ----------
+    name, person, source, action : str
+    path : Path or None
+        None if the file is listed but not on this machine.
+    sha256 : str
+        Digest of the file (an AMC with its ASF) when it was found; empty if it is not on this machine.
+    mapping : SourceMapping
+    frame_rate_hz : float
+        0: the file's own.
+    units : str
+        Empty: the file's own.
+    mismatch : str
+        Why the file is not the recording that the table lists; empty if it is.
+    """
 
     name: str
     person: str
     source: str
     action: str
-    path: Path | None  # None: listed, but not on this machine
+    path: Path | None
     sha256: str
     mapping: SourceMapping
     frame_rate_hz: float
@@ -37,12 +53,18 @@ class Clip:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What an artefact made of this clip depends on; where it lies on this machine is no part of it."""
+        """What an artefact made of this clip depends on, which the folder of the file is not."""
         return {**asdict(self), "path": self.path.name if self.path else None, "mapping": self.mapping}
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
-    """What the file holds, and its joints: positions (T, 15, 3) mm and where they are valid (T, 15)."""
+    """Return the content of the file, its joints' positions (T, 15, 3), mm, and where they are valid (T, 15).
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing, differs from the table, changed since it was found, or cannot be read.
+    """
     if clip.path is None:
         raise InvalidInput("not on this machine", expected="`make data` to fetch it")
     if clip.mismatch:
@@ -55,16 +77,16 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Listing:
-    """The table of public recordings, and where they may lie on this machine.
+    """The table of public recordings and the folders that may hold them.
 
     Attributes
     ----------
     table : Path
         ``data/sources.csv``.
     raw : Path
-        Folder that ``make data`` fills.
+        Folder of ``make data``.
     mirror : Path or None
-        A folder that holds the same files; read where `raw` lacks one.
+        A folder of the same files, used for those that `raw` lacks.
     skeletons : mapping of str to SourceMapping
         By the table's skeleton column.
     same_person : sequence of sequence of str
@@ -106,7 +128,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
 
 
 def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> list[Clip]:
-    """Clips of the table, each of those on this machine with its digest, which reads the whole file."""
+    """Return the clips of the table; hashes the files of those on this machine."""
     listed = fetch.read_sources(listing.table)
     digests = {row["path"]: row["sha256"] for row in listed}
     rows = [
@@ -144,7 +166,7 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
 
 
 def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
-    """How a file, or the skeleton read with it, differs from what the table lists as `name`; empty if not."""
+    """Return how a file, or the skeleton read with it, differs from what the table lists; empty if it does not."""
     top = path.parents[len(PurePosixPath(name).parts) - 1]
     for file in _read_together(path):
         listed_as = Path(os.path.relpath(file, top)).as_posix()
@@ -183,19 +205,14 @@ def folder_clips(
     InvalidInput
         If there is no such folder, no motion capture in it, or a pattern is not one.
     """
-    if not path:
-        raise InvalidInput("no folder is given", expected="data.path=<folder>", received="nothing")
     folder = Path(path)
-    if not folder.is_dir():
-        raise InvalidInput("there is no such folder", where=path)
+    if not path or not folder.is_dir():
+        raise InvalidInput("must be a folder that exists", where="data.path", received=path or "nothing")
     try:
         files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
     except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
         raise InvalidInput(
-            "not a pattern below the folder",
-            where="data.pattern",
-            expected="**/*.c3d, say",
-            received=pattern,
+            "must be a pattern such as **/*.c3d", where="data.pattern", received=pattern
         ) from None
     readable = [p for p in files if p.suffix.lower() in formats.READERS]
     if not readable:
@@ -232,7 +249,7 @@ def folder_clips(
 
 
 def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
-    """At most so many clips, people taking turns, in the order given; all if there is no limit."""
+    """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
     if limit <= 0 or limit >= len(clips):
         return clips
     turns: dict[str, int] = {}
@@ -245,29 +262,29 @@ def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
 
 
 def first_people(clips: list[Clip], limit: int) -> list[Clip]:
-    """Return the clips of the first so many people; all if there is no limit."""
+    """Return the clips of the first `limit` people; all if the limit is 0."""
     people = list(dict.fromkeys(clip.person for clip in clips))
-    chosen = set(people[:limit] if limit > 0 else people)
+    chosen = people[:limit] if limit > 0 else people
     return [clip for clip in clips if clip.person in chosen]
 
 
 def _digest(path: Path) -> str:
-    """sha256 of a recording; of an AMC together with its skeleton, which it cannot be read without."""
+    """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
     digests = [_sha256_of(file) for file in _read_together(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
 def _read_together(path: Path) -> list[Path]:
-    """The files that a recording is read from: itself, and of an AMC its skeleton."""
+    """Return the files that a recording is read from: itself and, for an AMC, its skeleton."""
     files = [path]
     if path.suffix.lower() == ".amc":
-        with suppress(InvalidInput):  # without its skeleton the clip is refused when it is read, by name
+        with suppress(InvalidInput):  # a missing skeleton is refused when the clip is read
             files.append(acclaim.skeleton_of(path))
     return files
 
 
 def _sha256_of(path: Path) -> str:
-    """sha256 of a file, read once in a process as long as its size and time of change stay the same."""
+    """Return the sha256 of a file, cached by its size and time of change."""
     try:
         stat = path.stat()
         return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)

@@ -1,39 +1,43 @@
-"""Kinds of clips that a figure may be made of, and what the ingest stage hands on of them.
+"""The kinds of clips that a figure may be made of, and what all of them have in common.
 
 A data set names a corpus for each kind: walks (zhang2004, zhang2007), performances of one action (mozerov2006),
-clips of varied motion (park2011).  How each becomes usable is in the module of its name.
+varied motion (park2011).  The module of each kind decides which part of a clip is usable.  Every clip gets a row in
+the report, kept or refused, with the reason.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip
+from pipeline.clips.corpus import Clip, read_clip
+from pipeline.core import walking
+from pipeline.threads import map_threads
+from pipeline.validation import InvalidInput
 
 
 @dataclass(frozen=True, kw_only=True)
 class Clips:
-    """Usable clips end to end, and the report on every clip, used or refused.
+    """Usable clips, concatenated in time, and the report on all clips.
 
     Attributes
     ----------
     positions : (sum of T, 15, 3)
         Millimetres.
     first : (W + 1,) int
-        Where each clip starts.
+        First frame of each clip, and the number of all frames.
     frame_rate_hz, leg_length_mm : (W,)
     person, clip, source : (W,) text
     report : list of dict
-        A row for every clip: what was cut, kept or refused, and why.
+        One row per clip, kept or refused, with the reason.
     report_columns : list of str
-        Its columns in order.
+        Columns of the report in order.
     inputs : dict
-        sha256 of each recording that was read, by clip.
+        sha256 of each recording, by clip.
     """
 
     positions: np.ndarray
@@ -56,15 +60,57 @@ class Clips:
 
 
 @dataclass(frozen=True)
+class RawClip:
+    """A clip before its usable part is selected.
+
+    Attributes
+    ----------
+    row : dict
+        Its row of the report so far.
+    positions : (T, 15, 3)
+        Millimetres.
+    frame_rate_hz : float
+    valid : (T, 15) bool or None
+        None: where the positions are finite.
+    notes : sequence of str
+        Remarks of the reader of the file.
+    """
+
+    row: dict[str, Any]
+    positions: np.ndarray
+    frame_rate_hz: float
+    valid: np.ndarray | None = None
+    notes: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class PreparedClip:
+    """A usable clip, or the report row of a refused one.
+
+    Attributes
+    ----------
+    row : dict
+        Its row of the report.
+    positions : (T, 15, 3) or None
+        Millimetres; None if the clip is refused.
+    frame_rate_hz : float
+    """
+
+    row: dict[str, Any]
+    positions: np.ndarray | None = None
+    frame_rate_hz: float = 0.0
+
+
+@dataclass(frozen=True)
 class Request:
-    """What the ingest stage is asked for.
+    """A request to the ingest stage.
 
     Attributes
     ----------
     options : dict
         Everything that the result depends on.
     make : callable
-        Makes the clips.
+        Returns the clips.
     """
 
     options: dict[str, Any]
@@ -77,13 +123,13 @@ class Corpus(ABC):
     Attributes
     ----------
     name : str
-        ``"walks"``, ``"performances"`` or ``"clips"``: also the option of a data set that chooses them.
+        ``"walks"``, ``"performances"`` or ``"clips"``: the option of a data set that chooses them.
     words : str
-        What a data set without any lacks.
+        Plural noun for messages.
     sample : str
-        What names the samples in ``arrays.npz``.
+        Name of the array of clip names in ``arrays.npz``.
     world : str
-        How the world of a recording lies.
+        Description of the world frame in recordings.
     """
 
     name: str
@@ -98,23 +144,105 @@ class Corpus(ABC):
 
     @abstractmethod
     def synthetic(self, data: Any, seed: int, workers: int) -> Request:
-        """Return the request for the embedded people."""
+        """Return the request for synthetic clips."""
 
     @abstractmethod
     def recorded(self, data: Any, clips: Sequence[Clip], workers: int) -> Request:
-        """Return the request for recordings."""
+        """Return the request for recorded clips."""
 
 
-def packed_clips(
-    rows: Sequence[dict[str, Any]], positions: Sequence[np.ndarray], rates_hz: Sequence[float]
-) -> dict[str, np.ndarray]:
-    """Return the array fields of `Clips` from the report's rows of the clips that are kept."""
+def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:
+    """Return a row of the report: what is known of its columns, and nothing in all others."""
+    return {name: known.get(name, "") for name in columns}
+
+
+def prepare(
+    raw: RawClip, gap_s: float, select: Callable[[walking.BridgedClip, dict[str, Any]], np.ndarray]
+) -> PreparedClip:
+    """Bridge the gaps of a clip that are no longer than `gap_s` seconds, and select its usable part.
+
+    Parameters
+    ----------
+    raw : RawClip
+    gap_s : float
+    select : callable
+        Given the bridged clip and the row, returns the positions to keep, (T', 15, 3) mm, and enters what it finds
+        into the row; raises InvalidInput to refuse the clip.
+    """
+    row = raw.row | {"frames": len(raw.positions), "verdict": "refused"}
+    valid = np.isfinite(raw.positions).all(axis=-1) if raw.valid is None else raw.valid
+    try:
+        walking.require_millimetres(raw.positions)
+        row["leg_length_mm"] = walking.leg_length(raw.positions)
+        bridged = walking.bridge_gaps(raw.positions, valid, raw.frame_rate_hz, gap_s=gap_s)
+        row["bridged_values"] = bridged.n_filled
+        kept = select(bridged, row)
+    except InvalidInput as refusal:
+        return PreparedClip(row | {"reason": str(refusal)})
+    return PreparedClip(row | {"verdict": "kept"}, kept, raw.frame_rate_hz)
+
+
+def read_and_prepare(
+    clips: Iterable[Clip],
+    columns: Sequence[str],
+    prepare_one: Callable[[RawClip], PreparedClip],
+    workers: int,
+) -> list[PreparedClip]:
+    """Read recordings and prepare each; one that cannot be read becomes a refused row of the report."""
+
+    def one(clip: Clip) -> PreparedClip:
+        row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
+        try:
+            motion, positions, valid = read_clip(clip)
+            return prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
+        except InvalidInput as refusal:
+            # Readers name the file by its path, which must not get into a published report.
+            reason = str(refusal).replace(str(clip.path), clip.name)
+            return PreparedClip(row | {"verdict": "refused", "reason": reason})
+
+    return map_threads(one, clips, workers)
+
+
+def collect(
+    prepared: Sequence[PreparedClip], columns: Sequence[str], clips: Sequence[Clip] = (), *, at_least: int = 1
+) -> dict[str, Any]:
+    """Return the fields of `Clips`.
+
+    Parameters
+    ----------
+    prepared : sequence of PreparedClip
+    columns : sequence of str
+        Columns of the report.
+    clips : sequence of Clip
+        The recordings that were read.
+    at_least : int
+        Fewer usable clips are refused.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer; the sentence gives the reasons of the first three refusals.
+    """
+    kept = [clip for clip in prepared if clip.positions is not None]
+    rows = [clip.row for clip in kept]
+    if len(kept) < at_least:
+        refused = [f"{clip.row['clip']}: {clip.row['reason']}" for clip in prepared if clip.positions is None]
+        reasons = "; ".join(refused[:3]) + (f"; and {len(refused) - 3} more" if len(refused) > 3 else "")
+        raise InvalidInput(
+            f"{len(kept) or 'none'} of the {len(prepared)} clips can be used",
+            expected=f"{at_least} or more",
+            received=reasons,
+        )
+    positions = [clip.positions for clip in kept if clip.positions is not None]
     return {
         "positions": np.concatenate(positions),
         "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
-        "frame_rate_hz": np.array(rates_hz),
+        "frame_rate_hz": np.array([clip.frame_rate_hz for clip in kept]),
         **{
             name: np.array([row[name] for row in rows])
             for name in ("person", "clip", "source", "leg_length_mm")
         },
+        "report": [clip.row for clip in prepared],
+        "report_columns": list(columns),
+        "inputs": {clip.name: clip.sha256 for clip in clips if clip.path},
     }

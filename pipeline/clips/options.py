@@ -17,16 +17,16 @@ from pipeline.validation import InvalidInput, require_range
 
 
 class Cut(StrEnum):
-    """What a performance is."""
+    """Which part of a recording is one performance."""
 
     whole = "whole"
-    """A clip."""
+    """The recording."""
     cycles = "cycles"
-    """The cycle in the middle of a steady walk."""
+    """The middle cycle of a steady walk."""
 
 
 class Locomotion(StrEnum):
-    """How people walked."""
+    """Where people walked."""
 
     auto = "auto"
     overground = "overground"
@@ -34,7 +34,7 @@ class Locomotion(StrEnum):
 
 
 class HorizontalPath(StrEnum):
-    """The horizontal path that is taken out of a walk."""
+    """Model of the horizontal path that is subtracted from a walk."""
 
     cubic = "cubic"
     moving_average = "moving_average"
@@ -71,7 +71,7 @@ class RecordedPerformances(NamedClips):
 
 @dataclass(kw_only=True)
 class SyntheticPerformances:
-    """Bending to the floor, each performance at a rate of its own that is known [mozerov2006 section 4]."""
+    """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
     performances: int = 40
     subjects: int = 5
@@ -84,7 +84,7 @@ class SyntheticPerformances:
 
 @dataclass(kw_only=True)
 class SyntheticClips:
-    """Walking, bending and bodies of smooth angles in turn: motion with known answers for park2011."""
+    """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
 
     clips: int = 12
     seconds: float = 6.8
@@ -95,7 +95,7 @@ class SyntheticClips:
 
 @dataclass(kw_only=True)
 class Steady:
-    """What counts as steady walking, and as a usable Fourier series of it."""
+    """Criteria of steady walking, and of a usable Fourier series of it."""
 
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
@@ -105,7 +105,7 @@ class Steady:
     gap_s: float = 0.1  # longer gaps end a stretch, shorter ones are bridged
     fundamental_share: float = 0.6
     residual_share: float = 0.15
-    frequency_ratio: float = 1.6  # to the population's median, leg length allowed for
+    frequency_ratio: float = 1.6  # to the population's median, at equal Froude number
 
 
 @dataclass(kw_only=True)
@@ -113,7 +113,7 @@ class Data:
     """Where clips come from."""
 
     knows_true_course: ClassVar[bool] = False
-    """Whether the true course of an action is known beside its performances."""
+    """Whether the true phase of the performances is known."""
 
     name: str
     walkers: int = 0  # at most so many people; 0: all
@@ -145,7 +145,7 @@ class Data:
 
 @dataclass(kw_only=True)
 class SyntheticData(Data):
-    """The embedded population."""
+    """Synthetic people."""
 
     knows_true_course: ClassVar[bool] = True
 
@@ -157,13 +157,37 @@ class SyntheticData(Data):
     performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
     clips: SyntheticClips = field(default_factory=SyntheticClips)
 
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        super().validate()
+        require_range("data.population", self.population, at_least=1)
+        require_range("data.clips.clips", self.clips.clips, at_least=1)
+
     def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
-        """Return the request for embedded people."""
+        """Return the request for synthetic people."""
         return corpus.synthetic(self, seed, workers)
 
 
 @dataclass(kw_only=True)
-class RecordedData(Data):
+class Recordings(Data):
+    """Options of every data set of recordings."""
+
+    steady: Steady = field(default_factory=Steady)
+    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
+    clips: NamedClips = field(default_factory=NamedClips)
+
+    def named(self, corpus: Corpus) -> NamedClips:
+        """Return which recordings hold clips of one kind."""
+        return {"walks": self.walks, "performances": self.performances, "clips": self.clips}[corpus.name]
+
+    @property
+    def walks(self) -> NamedWalks:
+        """Which recordings hold walks."""
+        return NamedWalks(limit=self.walkers)
+
+
+@dataclass(kw_only=True)
+class RecordedData(Recordings):
     """Public recordings listed in `data/sources.csv`."""
 
     sources: list[str]  # of walks
@@ -173,36 +197,29 @@ class RecordedData(Data):
     mirror: str = ""  # a folder that holds the same files; read where raw lacks one
     skeletons: dict[str, SourceMapping] = field(default_factory=dict)  # by the table's skeleton column
     same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
-    steady: Steady = field(default_factory=Steady)
-    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
-    clips: NamedClips = field(default_factory=NamedClips)
+
+    @property
+    def walks(self) -> NamedWalks:
+        """Which recordings hold walks."""
+        return NamedWalks(sources=self.sources, action=self.action, limit=self.walkers)
 
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput if no source is named for this kind of clips."""
-        if not self._named(corpus).sources:
+        if not self.named(corpus).sources:
             raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", where="data")
 
     def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
         """Return the request for the recordings of the table, those that are not on this machine last."""
         self.require(corpus)
-        listing = Listing(
-            Path(self.table),
-            Path(self.raw),
-            Path(self.mirror) if self.mirror else None,
-            self.skeletons,
-            self.same_person,
-        )
-        named = self._named(corpus)
+        mirror = Path(self.mirror) if self.mirror else None
+        listing = Listing(Path(self.table), Path(self.raw), mirror, self.skeletons, self.same_person)
+        named = self.named(corpus)
         present, absent = listed_clips(listing, named.sources, named.action)
         return corpus.recorded(self, named.choose(present) + absent, workers)
 
-    def _named(self, corpus: Corpus) -> NamedClips:
-        walks = NamedWalks(sources=self.sources, action=self.action, limit=self.walkers)
-        return {"walks": walks, "performances": self.performances, "clips": self.clips}[corpus.name]
-
 
 @dataclass(kw_only=True)
-class FolderData(Data):
+class FolderData(Recordings):
     """The user's own files."""
 
     path: str = ""
@@ -210,9 +227,6 @@ class FolderData(Data):
     person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
     frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
     units: str = ""  # for files that do not say: mm, cm, m, in
-    steady: Steady = field(default_factory=Steady)
-    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
-    clips: NamedClips = field(default_factory=NamedClips)
 
     def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
         """Return the request for the files below the folder."""
@@ -224,6 +238,4 @@ class FolderData(Data):
             frame_rate_hz=self.frame_rate_hz,
             units=self.units,
         )
-        walks = NamedWalks(limit=self.walkers)
-        chosen = {"walks": walks, "performances": self.performances, "clips": self.clips}[corpus.name]
-        return corpus.recorded(self, chosen.choose(clips), workers)
+        return corpus.recorded(self, self.named(corpus).choose(clips), workers)

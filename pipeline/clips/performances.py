@@ -1,35 +1,41 @@
-"""Performances of one action: whole recordings, cycles cut out of walks, or synthetic bending.
-
-Every clip ends in the report, kept or refused, with the reason; nothing is dropped in silence.
-"""
+"""Performances of one action: whole recordings, cycles of walks, or synthetic bending."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip, read_clip
-from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
+from pipeline.clips.corpus import Clip
+from pipeline.clips.kinds import (
+    Clips,
+    Corpus,
+    PreparedClip,
+    RawClip,
+    Request,
+    collect,
+    prepare,
+    read_and_prepare,
+    report_row,
+)  # fmt: skip
 from pipeline.clips.options import (
     Cut,
-    FolderData,
-    RecordedData,
     RecordedPerformances,
+    Recordings,
     Steady,
     SyntheticData,
     SyntheticPerformances,
 )
 from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
 from pipeline.clips.walks import steady_walk
-from pipeline.core import fourier, posture, walking
+from pipeline.core import fourier, posture
 from pipeline.core.resampling import interpolate
+from pipeline.core.walking import BridgedClip
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
@@ -38,7 +44,10 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 LEAST_FRAMES = 8
-"""Of a performance: fewer show no course of an action."""
+"""Fewest frames of a performance."""
+
+LEAST_PERFORMANCES = 3
+"""Fewest performances from which an action model is learnt."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,26 +57,17 @@ class Performances(Clips):
     Attributes
     ----------
     phase : (sum of T,), optional
-        True course of the action at each frame, where it is known.
+        True phase of the action at each frame, 0 to 1, where it is known.
     moving_phase : (2,), optional
-        The course between which the actor moves.
+        Phases between which the actor moves.
     """
 
     phase: np.ndarray | None = None
     moving_phase: np.ndarray | None = None
 
 
-@dataclass(frozen=True)
-class Performance:
-    """One performance, or the row of the report that says why there is none."""
-
-    row: dict[str, Any]
-    positions: np.ndarray | None
-    frame_rate_hz: float
-
-
 def synthetic_performances(options: SyntheticPerformances, seed: int) -> Performances:
-    """Return synthetic bending; its phase is the truth that synchronization is to find."""
+    """Return synthetic bending with its true phase, which synchronization is to recover."""
     count = min(options.limit or options.performances, options.performances)
     made = bending_performances(
         derive_generator(seed, "ingest"),
@@ -80,56 +80,33 @@ def synthetic_performances(options: SyntheticPerformances, seed: int) -> Perform
     )
     performances = []
     for number, (positions, subject) in enumerate(zip(made.positions_mm, made.subject, strict=True)):
-        row = dict.fromkeys(REPORT_COLUMNS, "") | {
-            "clip": f"bending_{number + 1:03d}",
-            "person": f"subject_{int(subject) + 1}",
-            "source": "synthetic",
-        }
-        whole = np.ones(positions.shape[:2], dtype=bool)
-        performances.append(_performance(row, positions, whole, options.frame_rate_hz, gap_s=0.0))
-    return dataclasses.replace(
-        _packed(performances, inputs={}),
-        phase=np.concatenate(made.phase),
-        moving_phase=np.array(made.moving_phase),
-    )
+        row = report_row(
+            REPORT_COLUMNS,
+            clip=f"bending_{number + 1:03d}",
+            person=f"subject_{int(subject) + 1}",
+            source="synthetic",
+        )
+        performances.append(_whole_clip(RawClip(row, positions, options.frame_rate_hz)))
+    fields = collect(performances, REPORT_COLUMNS, at_least=LEAST_PERFORMANCES)
+    return Performances(**fields, phase=np.concatenate(made.phase), moving_phase=np.array(made.moving_phase))
 
 
 def recorded_performances(
-    clips: Iterable[Clip], options: RecordedPerformances, steady: Steady, workers: int
+    clips: Sequence[Clip], options: RecordedPerformances, steady: Steady, workers: int
 ) -> Performances:
     """Return recorded performances."""
 
-    def one(clip: Clip) -> Performance:
-        row = dict.fromkeys(REPORT_COLUMNS, "") | {
-            "clip": clip.name,
-            "person": clip.person,
-            "source": clip.source,
-        }
-        try:
-            motion, positions, valid = read_clip(clip)
-            if options.cut is Cut.cycles:
-                return _middle_cycle(row, positions, valid, motion.frame_rate_hz, steady)
-            return _performance(row, positions, valid, motion.frame_rate_hz, gap_s=steady.gap_s)
-        except InvalidInput as refusal:
-            # Readers name the file by its path; the report is kept, and shown to others, without it.
-            reason = str(refusal).replace(str(clip.path), clip.name)
-            return Performance(row | {"verdict": "refused", "reason": reason}, None, 0.0)
+    def one(raw: RawClip) -> PreparedClip:
+        return _middle_cycle(raw, steady) if options.cut is Cut.cycles else _whole_clip(raw, steady.gap_s)
 
-    clips = list(clips)
-    inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
-    return _packed(map_threads(one, clips, workers), inputs=inputs)
+    performances = read_and_prepare(clips, REPORT_COLUMNS, one, workers)
+    return Performances(**collect(performances, REPORT_COLUMNS, clips, at_least=LEAST_PERFORMANCES))
 
 
-def _performance(
-    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
-) -> Performance:
-    """A whole clip as one performance, with its row of the report."""
-    row = row | {"frames": len(positions), "verdict": "refused"}
-    try:
-        walking.require_millimetres(positions)
-        row["leg_length_mm"] = walking.leg_length(positions)
-        bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
-        row["bridged_values"] = bridged.n_filled
+def _whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
+    """Return a clip as one performance, from the first to the last frame that shows all joints."""
+
+    def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         frames = np.flatnonzero(bridged.whole)
         first, last = (int(frames[0]), int(frames[-1])) if frames.size else (0, -1)
         if last - first + 1 < LEAST_FRAMES:
@@ -147,20 +124,18 @@ def _performance(
             )
         kept = bridged.positions[first : last + 1]
         posture.postures(kept)  # refuses what leaves a posture undefined
-    except InvalidInput as refusal:
-        return Performance(row | {"reason": str(refusal)}, None, frame_rate_hz)
-    row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / frame_rate_hz}
-    return Performance(row | {"verdict": "kept"}, kept, frame_rate_hz)
+        row |= {"first_frame": first, "last_frame": last, "seconds": (last - first) / raw.frame_rate_hz}
+        return kept
+
+    return prepare(raw, gap_s, select)
 
 
-def _middle_cycle(
-    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, steady: Steady
-) -> Performance:
-    """The cycle in the middle of a steady walk, from phase zero to phase zero, as its treadmill equivalent."""
-    walk = steady_walk(row | dict.fromkeys(WALK_COLUMNS, "") | row, positions, valid, frame_rate_hz, steady)
+def _middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
+    """Return the middle cycle of a steady walk, from phase zero to phase zero, as its treadmill equivalent."""
+    walk = steady_walk(dataclasses.replace(raw, row=report_row(WALK_COLUMNS, **raw.row)), steady)
     if walk.positions is None:
-        kept = {name: walk.row[name] for name in REPORT_COLUMNS if name in walk.row}
-        return Performance(row | kept, None, frame_rate_hz)
+        return PreparedClip(raw.row | {name: walk.row[name] for name in REPORT_COLUMNS if name in walk.row})
+    frame_rate_hz = raw.frame_rate_hz
     series = fourier.represent(walk.positions, frame_rate_hz)
     period = frame_rate_hz / series.frequency_hz
     length = len(walk.positions) - 1
@@ -172,36 +147,17 @@ def _middle_cycle(
         start = max(0.0, length - period)
     count = round(period) + 1
     cycle = interpolate(walk.positions, np.linspace(start, start + period, count))
-    offset = int(walk.row["first_frame"])
-    made = _performance(row, cycle, np.ones(cycle.shape[:2], dtype=bool), frame_rate_hz, gap_s=0.0)
+    made = _whole_clip(RawClip(raw.row, cycle, frame_rate_hz))
     if made.positions is None:
         return made
+    offset = int(walk.row["first_frame"])
     placed = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
-    kept = {"frames": len(positions), "bridged_values": walk.row["bridged_values"], **placed}
-    return Performance(made.row | kept, made.positions, frame_rate_hz)
-
-
-def _packed(performances: list[Performance], *, inputs: dict[str, str]) -> Performances:
-    kept = [p for p in performances if p.positions is not None]
-    rows = [p.row for p in performances]
-    if len(kept) < 3:
-        reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows if row["reason"])
-        raise InvalidInput(
-            "too few performances to learn an action from",
-            expected="3 or more",
-            received=f"{len(kept)} of {len(rows)}" + (f" ({reasons[:300]})" if reasons else ""),
-        )
-    positions = [p.positions for p in kept if p.positions is not None]
-    return Performances(
-        **packed_clips([p.row for p in kept], positions, [p.frame_rate_hz for p in kept]),
-        report=rows,
-        report_columns=list(REPORT_COLUMNS),
-        inputs=inputs,
-    )
+    of_walk = {"frames": len(raw.positions), "bridged_values": walk.row["bridged_values"], **placed}
+    return dataclasses.replace(made, row=made.row | of_walk)
 
 
 class PerformancesCorpus(Corpus):
-    """Performances of one action: mozerov2006."""
+    """Performances of one action (mozerov2006)."""
 
     name = "performances"
     words = "performances of one action"
@@ -214,7 +170,7 @@ class PerformancesCorpus(Corpus):
         chosen = data.performances
         return Request({"performances": chosen, "seed": seed}, lambda: synthetic_performances(chosen, seed))
 
-    def recorded(self, data: RecordedData | FolderData, clips: Sequence[Clip], workers: int) -> Request:
+    def recorded(self, data: Recordings, clips: Sequence[Clip], workers: int) -> Request:
         """Return the request for recorded performances."""
         wanted, steady = data.performances, data.steady
         options = {"performances": wanted, "steady": steady, "clips": [clip.identity for clip in clips]}
@@ -222,4 +178,4 @@ class PerformancesCorpus(Corpus):
 
 
 PERFORMANCES = PerformancesCorpus()
-"""The one corpus of performances."""
+"""The corpus of performances."""

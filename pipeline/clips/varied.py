@@ -1,25 +1,31 @@
-"""Clips of varied motion: recorded, or synthetic with known answers.
-
-Every clip ends in the report, kept or refused, with the reason; nothing is dropped in silence.
-"""
+"""Clips of varied motion: recorded, or synthetic with a known answer."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip, read_clip
-from pipeline.clips.kinds import Clips, Corpus, Request, packed_clips
-from pipeline.clips.options import FolderData, RecordedData, SyntheticClips, SyntheticData
-from pipeline.core import walking
+from pipeline.clips.corpus import Clip
+from pipeline.clips.kinds import (
+    Clips,
+    Corpus,
+    PreparedClip,
+    RawClip,
+    Request,
+    collect,
+    prepare,
+    read_and_prepare,
+    report_row,
+)  # fmt: skip
+from pipeline.clips.options import Recordings, SyntheticClips, SyntheticData
+from pipeline.core.walking import BridgedClip
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
 from pipeline.synthetic.limbs import synthetic_body
 from pipeline.synthetic.walkers import walking_population
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
@@ -28,7 +34,9 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 LEAST_FRAMES = 8
-"""Of a clip: fewer show no motion."""
+"""Fewest frames of a clip."""
+
+SYNTHETIC_KINDS = ("walking", "bending", "smooth angles")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,111 +51,82 @@ class VariedClips(Clips):
     action: np.ndarray
 
 
-@dataclass(frozen=True)
-class VariedClip:
-    """A clip, or the row of the report that says why there is none."""
-
-    row: dict[str, Any]
-    positions: np.ndarray | None
-    frame_rate_hz: float
-
-
 def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
-    """Return synthetic clips: walking, bending and bodies of smooth angles in turn."""
+    """Return synthetic clips: walking, bending and bodies of smooth joint angles in turn."""
     count = min(options.limit or options.clips, options.clips)
-    if count < 1:
-        raise InvalidInput("no clips", where="data.clips.clips", expected="1 or more", received=str(count))
-    generator = derive_generator(seed, "ingest")
-    kinds = ("walking", "bending", "smooth angles")
-    of_kind = {kind: len(range(number, count, len(kinds))) for number, kind in enumerate(kinds)}
+    of_kind = {kind: len(range(k, count, len(SYNTHETIC_KINDS))) for k, kind in enumerate(SYNTHETIC_KINDS)}
+    bodies = _bodies(of_kind, options, derive_generator(seed, "ingest"))
+    made = []
+    for number in range(count):
+        turn, k = divmod(number, len(SYNTHETIC_KINDS))
+        kind = SYNTHETIC_KINDS[k]
+        row = report_row(
+            REPORT_COLUMNS,
+            clip=f"{kind.replace(' ', '_')}_{turn + 1:03d}",
+            person=f"synthetic_{number + 1:03d}",
+            source="synthetic",
+            action=kind,
+        )
+        made.append(_longest_stretch(RawClip(row, bodies[kind][turn], options.frame_rate_hz)))
+    return _varied(made)
+
+
+def _bodies(
+    of_kind: Mapping[str, int], options: SyntheticClips, generator: np.random.Generator
+) -> dict[str, list[np.ndarray]]:
+    """Return as many motions (T, 15, 3), mm, of each kind as are asked for."""
     frames = round(options.seconds * options.frame_rate_hz) + 1
-    bodies: dict[str, list[np.ndarray]] = {"smooth angles": [], "walking": [], "bending": []}
-    if of_kind["walking"]:
-        male = of_kind["walking"] // 2
-        walkers = walking_population(
+    walking: list[np.ndarray] = []
+    bending: list[np.ndarray] = []
+    if count := of_kind["walking"]:
+        population = walking_population(
             generator,
-            male=male,
-            female=of_kind["walking"] - male,
+            male=count // 2,
+            female=count - count // 2,
             duration_s=options.seconds + 1 / options.frame_rate_hz,
             frame_rate_hz=options.frame_rate_hz,
         )
-        bodies["walking"] = [np.asarray(p[:frames]) for p in walkers.positions_mm]
-    if of_kind["bending"]:
-        benders = bending_performances(
+        walking = [np.asarray(p[:frames]) for p in population.positions_mm]
+    if count := of_kind["bending"]:
+        performances = bending_performances(
             generator,
-            performances=of_kind["bending"],
-            subjects=of_kind["bending"],
+            performances=count,
+            subjects=count,
             frames_mean=frames,
             frame_rate_hz=options.frame_rate_hz,
         )
-        bodies["bending"] = list(benders.positions_mm)
-    bodies["smooth angles"] = [
+        bending = list(performances.positions_mm)
+    smooth = [
         synthetic_body(generator, frames, bandwidth=options.bandwidth).positions_mm
         for _ in range(of_kind["smooth angles"])
     ]
-    made = []
-    for number in range(count):
-        kind = kinds[number % len(kinds)]
-        positions = bodies[kind][number // len(kinds)]
-        row = dict.fromkeys(REPORT_COLUMNS, "") | {
-            "clip": f"{kind.replace(' ', '_')}_{number // len(kinds) + 1:03d}",
-            "person": f"synthetic_{number + 1:03d}",
-            "source": "synthetic",
-            "action": kind,
-        }
-        whole = np.ones(positions.shape[:2], dtype=bool)
-        made.append(_clip(row, positions, whole, options.frame_rate_hz, gap_s=0.0))
-    return _packed(made, inputs={})
+    return {"walking": walking, "bending": bending, "smooth angles": smooth}
 
 
-def recorded_clips(clips: Iterable[Clip], gap_s: float, workers: int) -> VariedClips:
-    """Return recorded clips: of each the longest stretch that shows all joints."""
-
-    def one(clip: Clip) -> VariedClip:
-        row = dict.fromkeys(REPORT_COLUMNS, "") | {
-            "clip": clip.name,
-            "person": clip.person,
-            "source": clip.source,
-            "action": clip.action,
-        }
-        try:
-            motion, positions, valid = read_clip(clip)
-            return _clip(row, positions, valid, motion.frame_rate_hz, gap_s=gap_s)
-        except InvalidInput as refusal:
-            # Readers name the file by its path; the report is kept, and shown to others, without it.
-            reason = str(refusal).replace(str(clip.path), clip.name)
-            return VariedClip(row | {"verdict": "refused", "reason": reason}, None, 0.0)
-
-    clips = list(clips)
-    inputs = {clip.name: clip.sha256 for clip in clips if clip.path}
-    return _packed(map_threads(one, clips, workers), inputs=inputs)
+def recorded_clips(clips: Sequence[Clip], gap_s: float, workers: int) -> VariedClips:
+    """Return the longest stretch of each recording that shows all joints."""
+    prepared = read_and_prepare(clips, REPORT_COLUMNS, lambda raw: _longest_stretch(raw, gap_s), workers)
+    return _varied(prepared, clips)
 
 
-def _clip(
-    row: dict[str, Any], positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float, *, gap_s: float
-) -> VariedClip:
-    row = row | {"frames": len(positions), "verdict": "refused"}
-    try:
-        walking.require_millimetres(positions)
-        row["leg_length_mm"] = walking.leg_length(positions)
-        bridged = walking.bridge_gaps(positions, valid, frame_rate_hz, gap_s=gap_s)
-        row["bridged_values"] = bridged.n_filled
-        first, stop = _longest(bridged.whole)
+def _longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
+    def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
+        first, stop = _longest_run(bridged.whole)
         if stop - first < LEAST_FRAMES:
             raise InvalidInput(
                 "too short a stretch shows all joints",
                 expected=f"{LEAST_FRAMES} frames",
                 received=str(stop - first),
             )
-    except InvalidInput as refusal:
-        return VariedClip(row | {"reason": str(refusal)}, None, frame_rate_hz)
-    seconds = (stop - first - 1) / frame_rate_hz
-    row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds, "verdict": "kept"}
-    return VariedClip(row, bridged.positions[first:stop], frame_rate_hz)
+        seconds = (stop - first - 1) / raw.frame_rate_hz
+        row |= {"first_frame": first, "last_frame": stop - 1, "seconds": seconds}
+        return bridged.positions[first:stop]
+
+    return prepare(raw, gap_s, select)
 
 
-def _longest(whole: np.ndarray) -> tuple[int, int]:
-    """First frame of the longest run of True, and the frame after its last."""
+def _longest_run(whole: np.ndarray) -> tuple[int, int]:
+    """Return the first index of the longest run of True, and the index after its last; 0, 0 if there is none."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(int), [0]])))
     if not edges.size:
         return 0, 0
@@ -156,24 +135,13 @@ def _longest(whole: np.ndarray) -> tuple[int, int]:
     return int(starts[longest]), int(stops[longest])
 
 
-def _packed(made: list[VariedClip], *, inputs: dict[str, str]) -> VariedClips:
-    kept = [clip for clip in made if clip.positions is not None]
-    rows = [clip.row for clip in made]
-    if not kept:
-        reasons = "; ".join(f"{row['clip']}: {row['reason']}" for row in rows[:3])
-        raise InvalidInput(f"none of the {len(rows)} clips can be used", received=reasons)
-    positions = [clip.positions for clip in kept if clip.positions is not None]
-    return VariedClips(
-        **packed_clips([clip.row for clip in kept], positions, [clip.frame_rate_hz for clip in kept]),
-        action=np.array([clip.row["action"] for clip in kept]),
-        report=rows,
-        report_columns=list(REPORT_COLUMNS),
-        inputs=inputs,
-    )
+def _varied(made: list[PreparedClip], clips: Sequence[Clip] = ()) -> VariedClips:
+    action = np.array([clip.row["action"] for clip in made if clip.positions is not None])
+    return VariedClips(**collect(made, REPORT_COLUMNS, clips), action=action)
 
 
 class VariedCorpus(Corpus):
-    """Clips of varied motion: park2011."""
+    """Clips of varied motion (park2011)."""
 
     name = "clips"
     words = "varied motion"
@@ -186,7 +154,7 @@ class VariedCorpus(Corpus):
         chosen = data.clips
         return Request({"clips": chosen, "seed": seed}, lambda: synthetic_clips(chosen, seed))
 
-    def recorded(self, data: RecordedData | FolderData, clips: Sequence[Clip], workers: int) -> Request:
+    def recorded(self, data: Recordings, clips: Sequence[Clip], workers: int) -> Request:
         """Return the request for recorded clips."""
         gap_s = data.steady.gap_s
         options = {"gap_s": gap_s, "clips": [clip.identity for clip in clips]}
@@ -194,4 +162,4 @@ class VariedCorpus(Corpus):
 
 
 VARIED = VariedCorpus()
-"""The one corpus of varied motion."""
+"""The corpus of varied motion."""

@@ -14,12 +14,12 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from pipeline.studies.options import FourierDataset, SyntheticData
 
 from pipeline.core import camera, linear_model, reconstruction, viewpoint
 from pipeline.skeleton import SourceMapping
 from pipeline.stages import dataset, ingest
 from pipeline.storage.store import Artefact, Store
-from pipeline.studies.options import FourierDataset, SyntheticData
 from tests.benchmarks.inputs import NOISE_VARIANCE_MM2, VIEWS_RAD, samples, split_by_sex
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, exponent

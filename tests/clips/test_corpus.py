@@ -5,14 +5,23 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from pipeline.clips.corpus import Clip, Listing, folder_clips, listed_clips, read_clip
-from pipeline.skeleton import WALKER15, SourceMapping
+from pipeline.clips.corpus import (
+    Clip,
+    Listing,
+    first_people,
+    folder_clips,
+    in_turn,
+    listed_clips,
+    read_clip,
+)
 from pipeline.validation import InvalidInput
+from tests.own_files import OWN_JOINTS, write_table
 
 FIXTURES = Path(__file__).resolve().parent.parent / "fixtures"
 FILES = {
@@ -21,18 +30,6 @@ FILES = {
     "zoo/a.c3d": "c3d_intel_reals.c3d",
 }
 """Listed files, and the fixtures that they are copies of."""
-OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in WALKER15.joints})
-
-
-def write_table(path: Path, contents: Mapping[str, bytes]) -> Path:
-    """List files by their content."""
-    rows = ["path,source,subject,trial,action,frame_rate_hz,skeleton,bytes,sha256,address,origin"]
-    for name, content in contents.items():
-        action = "skeleton" if name.endswith(".asf") else "walk"
-        sha256 = hashlib.sha256(content).hexdigest()
-        rows.append(f"{name},here,{Path(name).stem},{name},{action},60,any,{len(content)},{sha256},,")
-    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    return path
 
 
 @pytest.fixture
@@ -152,3 +149,32 @@ def test_a_table_without_digests_is_refused(tmp_path: Path, listing: Listing) ->
     listing.table.write_text("path,source,bytes\nzoo/a.c3d,here,1\n", encoding="utf-8")
     with pytest.raises(InvalidInput, match="has no column 'sha256'"):
         present(listing)
+
+
+# --- which of many ----------------------------------------------------------------------------------------
+
+PEOPLE = st.lists(st.sampled_from("abc"), max_size=12)
+
+
+def clips_of(people: list[str]) -> list[Clip]:
+    """One clip for each name, numbered."""
+    return [Clip(str(n), who, "folder", "", None, "", OWN_JOINTS, 0.0, "") for n, who in enumerate(people)]
+
+
+@given(PEOPLE, st.integers(0, 14))
+def test_people_take_turns_until_the_limit(people: list[str], limit: int) -> None:
+    clips = clips_of(people)
+    chosen = in_turn(clips, limit)
+    assert [c.name for c in chosen] == [c.name for c in clips if c in chosen], "in the order given"
+    assert len(chosen) == (min(limit, len(clips)) if limit else len(clips))
+    counts = [sum(c.person == who for c in chosen) for who in set(people)]
+    have = [people.count(who) for who in set(people)]
+    for mine, all_mine in zip(counts, have, strict=True):
+        assert mine == all_mine or mine >= max(counts) - 1, "nobody waits while another goes twice"
+
+
+@given(PEOPLE, st.integers(0, 4))
+def test_a_limit_of_people_keeps_all_clips_of_the_first(people: list[str], limit: int) -> None:
+    chosen = first_people(clips_of(people), limit)
+    first = list(dict.fromkeys(people))[: limit or None]
+    assert [int(c.name) for c in chosen] == [n for n, who in enumerate(people) if who in first]

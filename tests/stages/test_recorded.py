@@ -7,13 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from pipeline.__main__ import compose
-from pipeline.cli.figures import Outcome
+from pipeline.cli.compose import compose
+from pipeline.cli.summary import Outcome
+from pipeline.clips.options import RecordedData
 from pipeline.stages import dataset, ingest, model
 from pipeline.storage import tables
 from pipeline.storage.store import Store
-from pipeline.studies.options import RecordedData
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -47,24 +48,34 @@ def test_the_optical_recordings_make_a_figure_and_every_clip_has_a_verdict(
 
 
 def test_the_same_man_under_two_numbers_never_straddles_a_fold(mocap_mirror: Path, tmp_path: Path) -> None:
-    options = compose(["experiment=zhang2007_fig2", "data=cmu", f"data.mirror={mocap_mirror}"]).data
-    assert isinstance(options, RecordedData)
-    assert ["cmu12", "cmu37"] in options.same_person
-    rows = tables.read_rows(ROOT / options.table)
+    experiment = compose(
+        ["experiment=zhang2007_fig2", "data=cmu", "dataset.walks=all", f"data.mirror={mocap_mirror}"]
+    )
+    data = experiment.data
+    assert isinstance(data, RecordedData)
+    assert ["cmu12", "cmu37"] in data.same_person
+    rows = tables.read_rows(ROOT / data.table)
     few = [row for row in rows if row["subject"] in ("cmu12", "cmu37", "cmu07", "cmu08")]
-    options.table = str(tmp_path / "sources.csv")
-    tables.write(Path(options.table), {name: [row[name] for row in few] for name in few[0]}, sort_by=["path"])
-    config = compose(["experiment=zhang2007_fig2", "dataset.walks=all"])
+    data.table = str(tmp_path / "sources.csv")
+    tables.write(Path(data.table), {name: [row[name] for row in few] for name in few[0]}, sort_by=["path"])
     store = Store(tmp_path)
-    walks = ingest.run(options, config.skeleton, 2007, 2, store)
-    samples = dataset.run(config.dataset, walks, 2, store)
-    learnt = model.run(config.model, samples, 2, store)
-    person, clip = samples.arrays["person"], samples.arrays["clip"]
-    subjects = {name: name.split("_")[0] for name in map(str, clip)}
-    assert {"12", "37"} <= set(subjects.values())
-    assert {str(p) for p, c in zip(person, clip, strict=True) if subjects[str(c)] in ("12", "37")} == {
-        "cmu12"
-    }
-    for r, who in enumerate(person):
-        others = learnt.arrays["samples"][person != who]
-        np.testing.assert_allclose(learnt.arrays["fold_mean"][r], others.mean(axis=0), atol=1e-9)
+    kept = dataset.run(experiment, ingest.run(experiment, store), store)
+    samples, learnt = kept.value, model.run(experiment, kept, store).value
+    subject = [str(clip).split("_")[0] for clip in samples.clip]
+    assert {"12", "37"} <= set(subject)
+    one_man = {str(p) for p, s in zip(samples.person, subject, strict=True) if s in ("12", "37")}
+    assert one_man == {"cmu12"}
+    for r, who in enumerate(samples.person):
+        others = learnt.samples[samples.person != who]
+        np.testing.assert_allclose(learnt.fold_mean[r], others.mean(axis=0), atol=1e-9)
+
+
+@pytest.mark.parametrize(("data", "count", "people"), [("hdm05", 32, 5), ("hdm05_squat", 52, 5)])
+def test_the_recorded_actions_are_read_whole(
+    data: str, count: int, people: int, mocap_mirror: Path, tmp_path: Path
+) -> None:
+    experiment = compose(["experiment=mozerov2006_fig3", f"data={data}", f"data.mirror={mocap_mirror}"])
+    made = ingest.run(experiment, Store(tmp_path)).value
+    assert len(made) == count
+    assert len(set(made.person)) == people
+    assert set(made.frame_rate_hz) == {120.0}

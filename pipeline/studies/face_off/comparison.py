@@ -19,7 +19,7 @@ from pipeline.clips.walks import Walks
 from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.resampling import interpolate
 from pipeline.seeding import derive_generator
-from pipeline.studies.actions.observed_joints import MOST_OCCLUDED, occlusion
+from pipeline.studies.actions.observed_joints import occlusion, require_occlusion
 from pipeline.studies.actions.tracking_conditions import tracked
 from pipeline.studies.face_off.methods import PELVIS, SeenWalk, by_articulation, by_eigenwalkers, mean_walker
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
@@ -132,8 +132,8 @@ class FaceOffSweep(CameraSweep):
         super().validate()
         require_increasing("sweep.view_angle_deg", self.view_angle_deg, at_least=-180, at_most=180)
         require_increasing("sweep.noise_px", self.noise_px, at_least=0)
-        require_increasing("sweep.occluded", self.occluded, at_least=0, at_most=MOST_OCCLUDED)
-        require_range("sweep.occlusion_frames", self.occlusion_frames, at_least=1)
+        require_increasing("sweep.occluded", self.occluded)
+        require_occlusion(self.occluded, self.occlusion_frames)
         require_range("sweep.varied_view_deg", self.varied_view_deg, at_least=-180, at_most=180)
         for name, least in (
             ("walkers", 0),

@@ -27,7 +27,7 @@ from pipeline.studies.study import SweepInputs, scaled
 from pipeline.validation import require_range
 
 Adjustment = StrEnum("Adjustment", {"per_frame": "per_frame", "global": "global", "robust": "robust"})
-"""What is done where a ray misses the sphere of a limb."""
+Adjustment.__doc__ = """What is done where a ray misses the sphere of a limb."""
 
 LimbInputs = SweepInputs[VariedClips, LimbStretches, BasisFit]
 

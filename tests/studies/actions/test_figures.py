@@ -394,7 +394,7 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
         ("model.dimensions=40", r"model.dimensions must be at least 0 and at most 37 \(got 40\)"),
         ("model.key_frames=0", r"model.key_frames must be at least 1"),
         ("model.steps=[-1,1]", r"model.steps must hold 0 and none above 1"),
-        ("data.performances.limit=1", r"too few performances .*3 or more, received 1 of 1"),
+        ("data.performances.limit=1", r"1 of the 1 clips can be used .*3 or more"),
     ],
 )
 def test_options_that_cannot_be_are_refused_in_a_sentence(store: Store, override: str, words: str) -> None:

@@ -1,0 +1,91 @@
+"""Performances of one action: what is cut, what is refused and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.clips.options import (
+    Cut,
+    FolderData,
+    Locomotion,
+    RecordedPerformances,
+    Steady,
+    SyntheticPerformances,
+)
+from pipeline.clips.performances import PERFORMANCES, Performances, synthetic_performances
+from pipeline.core import fourier
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15
+from pipeline.synthetic.walkers import walking_population
+from pipeline.validation import InvalidInput
+from tests.own_files import OWN_JOINTS
+
+
+def performances(folder: Path, **options: Any) -> Performances:
+    """Performances in a folder of files."""
+    data = FolderData(name="folder", path=str(folder), **options)
+    made = data.request(PERFORMANCES, OWN_JOINTS, 1, 2).make()
+    assert isinstance(made, Performances)
+    return made
+
+
+def test_synthetic_performances_carry_their_truth() -> None:
+    options = SyntheticPerformances(performances=7, subjects=3, frames_mean=60.0)
+    made = synthetic_performances(options, 11)
+    assert made.phase is not None
+    assert len(made) == 7
+    assert len(set(made.person)) == 3
+    assert len(made.phase) == len(made.positions) == made.first[-1]
+    for a, b in zip(made.first[:-1], made.first[1:], strict=True):
+        phase = made.phase[a:b]
+        assert (np.diff(phase) > 0).all()
+        assert phase[0] == pytest.approx(0.0, abs=1e-9)
+        assert phase[-1] == pytest.approx(1.0, abs=1e-9)
+    assert [row["verdict"] for row in made.report] == ["kept"] * 7
+    assert len(synthetic_performances(SyntheticPerformances(limit=3), 11)) == 3
+    other = synthetic_performances(options, 12)
+    assert not np.array_equal(other.positions[:5], made.positions[:5])
+
+
+def test_a_clip_is_a_performance_unless_joints_are_missing_in_its_middle(bends: Path) -> None:
+    made = performances(bends)
+    rows = {row["clip"]: row for row in made.report}
+    assert rows["a_2.trc"]["verdict"] == "refused"
+    assert "missing for too long" in rows["a_2.trc"]["reason"]
+    assert "frame 30" in rows["a_2.trc"]["reason"]
+    assert rows["b_3.trc"]["first_frame"] == 20
+    assert list(made.clip) == ["a_0.trc", "b_1.trc", "b_3.trc"]
+    assert made.phase is None, "nobody knows the true course of a recording"
+
+
+def test_too_few_performances_are_refused_with_the_reasons(bends: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"too few performances.*1 of 2.*missing for too long"):
+        performances(bends, pattern="a_*")
+
+
+def test_the_middle_cycle_of_a_walk_begins_and_ends_at_phase_zero(tmp_path: Path) -> None:
+    people = walking_population(
+        np.random.default_rng(2), male=2, female=2, duration_s=6.0, frame_rate_hz=100.0, marker_noise_mm=0.0
+    )
+    for n, motion in enumerate(people.positions_mm):
+        trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, motion, 100.0)
+    made = performances(
+        tmp_path,
+        performances=RecordedPerformances(cut=Cut.cycles),
+        steady=Steady(locomotion=Locomotion.treadmill),
+    )
+    assert len(made) == 4
+    for n in range(4):
+        cycle = made.motion(n)
+        whole = fourier.represent(people.positions_mm[n], 100.0)
+        assert len(cycle) == round(100.0 / whole.frequency_hz) + 1
+        # The fundamental of left minus right ankle along the walk rises through zero at both ends.
+        ankles = (cycle[:, 11, 1] - cycle[:, 14, 1])[:-1]
+        turn = np.exp(-2j * np.pi * np.arange(len(ankles)) / len(ankles))
+        phase = np.angle((ankles * turn).sum() * 1j)
+        assert abs(phase) < 0.1
+        assert np.linalg.norm(cycle[0] - cycle[-1], axis=-1).mean() < 30.0, "a cycle closes, nearly"

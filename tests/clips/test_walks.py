@@ -1,0 +1,70 @@
+"""Steady walks: of the embedded population, and out of recordings that are refused with a reason or kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.clips.options import FolderData, Locomotion, Steady, SyntheticData
+from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, synthetic_walks
+from pipeline.core import fourier
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15
+from pipeline.synthetic.walkers import walking_population
+from pipeline.validation import InvalidInput
+from tests.own_files import OWN_JOINTS
+
+
+def assert_consistent(walks: Walks) -> None:
+    """Arrays, report and motions are of the same walks."""
+    kept = [row for row in walks.report if row["verdict"] == "kept"]
+    assert [row["clip"] for row in kept] == list(walks.clip)
+    assert all(tuple(row) == REPORT_COLUMNS for row in walks.report)
+    for number in range(len(walks)):
+        motion, rate = walks.motion(number), float(walks.frame_rate_hz[number])
+        series = fourier.represent(motion, rate)
+        assert series.frequency_hz == walks.frequency_hz[number]
+        assert series.residual_fraction == walks.residual_share[number]
+    assert len(walks.positions) == walks.first[-1]
+
+
+def test_the_embedded_population_walks_steadily() -> None:
+    options = SyntheticData(name="synthetic", walkers=5, duration_s=5.0)
+    walks = synthetic_walks(options, 11, 2)
+    assert_consistent(walks)
+    assert list(walks.clip) == [f"synthetic_{r:03d}" for r in range(1, 6)]
+    assert {row["verdict"] for row in walks.report} == {"kept"}
+    assert walks.inputs == {}
+    one = synthetic_walks(options, 11, 1)
+    np.testing.assert_array_equal(one.positions, walks.positions)
+    assert not set(synthetic_walks(options, 12, 1).frequency_hz) & set(walks.frequency_hz)
+
+
+@pytest.mark.parametrize(
+    ("option", "where"), [("population", "data.population"), ("walkers", "data.walkers")]
+)
+def test_a_population_of_nobody_is_refused(option: str, where: str) -> None:
+    with pytest.raises(InvalidInput, match=rf"^{where}: no walkers"):
+        synthetic_walks(SyntheticData(name="synthetic", **{option: -1 if option == "walkers" else 0}), 1, 1)
+
+
+def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:
+    people = walking_population(
+        np.random.default_rng(2), male=2, female=2, duration_s=5.0, frame_rate_hz=60.0
+    )
+    for n, motion in enumerate(people.positions_mm):
+        motion = motion[:60] if n == 3 else motion  # less than a stride and a half
+        trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, motion, 60.0)
+    (tmp_path / "p4_1.trc").write_text("no recording\n")
+    data = FolderData(name="folder", path=str(tmp_path), steady=Steady(locomotion=Locomotion.treadmill))
+    walks = data.request(WALKS, OWN_JOINTS, 1, 2).make()
+    assert isinstance(walks, Walks)
+    assert_consistent(walks)
+    assert list(walks.person) == ["p0", "p1", "p2"]
+    assert set(walks.inputs) == {f"p{n}_1.trc" for n in range(5)}
+    reasons = {row["clip"]: row["reason"] for row in walks.report if row["verdict"] == "refused"}
+    assert set(reasons) == {"p3_1.trc", "p4_1.trc"}
+    assert all(reasons.values())
+    assert str(tmp_path) not in str(walks.report)

@@ -1,0 +1,23 @@
+"""Recordings of synthetic people as files: joints that are the pipeline's own, and tables that list files."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from pipeline.skeleton import WALKER15, SourceMapping
+
+OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in WALKER15.joints})
+"""Of files whose points are the joints."""
+
+
+def write_table(path: Path, contents: Mapping[str, bytes]) -> Path:
+    """List files by their content: walks of the source ``here``, or skeletons; each is a subject of its own."""
+    rows = ["path,source,subject,trial,action,frame_rate_hz,skeleton,bytes,sha256,address,origin"]
+    for name, content in contents.items():
+        action = "skeleton" if name.endswith(".asf") else "walk"
+        sha256 = hashlib.sha256(content).hexdigest()
+        rows.append(f"{name},here,{Path(name).stem},{name},{action},60,any,{len(content)},{sha256},,")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path

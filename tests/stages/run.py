@@ -1,0 +1,43 @@
+"""The four stages before the figure, for one experiment."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from pipeline.cli.compose import compose
+from pipeline.clips.options import Data
+from pipeline.stages import dataset, ingest, model, sweep
+from pipeline.stages.artefacts import Stored
+from pipeline.storage.store import Store
+from pipeline.studies.experiment import Experiment
+
+
+class Stages(NamedTuple):
+    """What the stages made."""
+
+    clips: Any
+    dataset: Any
+    model: Any
+    sweep: Any
+
+
+def smoke(figure: str, *overrides: str, data: Data | None = None) -> Experiment:
+    """An experiment at smoke scale, on data of its own if there are any; validated."""
+    experiment = compose([f"experiment={figure}", "scale=smoke", *overrides])
+    if data is not None:
+        experiment.data = data
+    experiment.validate()
+    return experiment
+
+
+def stored_stages(experiment: Experiment, store: Store) -> tuple[Stored[Any], ...]:
+    """What each stage keeps, with its key."""
+    clips = ingest.run(experiment, store)
+    samples = dataset.run(experiment, clips, store)
+    learnt = model.run(experiment, samples, store)
+    return clips, samples, learnt, sweep.run(experiment, clips, samples, learnt, store)
+
+
+def stages(experiment: Experiment, store: Store) -> Stages:
+    """What the stages made."""
+    return Stages(*(kept.value for kept in stored_stages(experiment, store)))

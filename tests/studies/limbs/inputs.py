@@ -1,0 +1,26 @@
+"""Stretches of synthetic clips, and what a sweep makes of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipeline.cli.compose import compose
+from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.model import TrajectoryBasisModel
+from pipeline.studies.study import Sweep, SweepInputs
+
+
+def stretches_of(name: str) -> LimbStretches:
+    """The data set of a preset at smoke scale."""
+    experiment = compose([f"experiment={name}", "scale=smoke"])
+    corpus = experiment.dataset.corpus
+    clips = experiment.data.request(corpus, experiment.skeleton, experiment.seed, 1).make()
+    found: LimbStretches = experiment.dataset.build(clips, workers=1)
+    return found
+
+
+def measure(
+    sweep: Sweep, stretches: LimbStretches, model: TrajectoryBasisModel, *, workers: int = 1, seed: int = 7
+) -> Any:
+    """What a sweep measures: of the model its options alone are needed."""
+    return sweep.measure(SweepInputs(None, stretches, None, None, model, workers, seed))

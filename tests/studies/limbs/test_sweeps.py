@@ -1,0 +1,324 @@
+"""Sweeps over limbs: trials, park2011 figures 3a to 3d and the share of programmes proved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline import recordings
+from pipeline.cli.compose import compose
+from pipeline.cli.summary import Outcome
+from pipeline.core.statistics import rank_correlation
+from pipeline.storage import tables
+from pipeline.storage.typed import pack
+from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.presentation import increasing
+from pipeline.studies.limbs.missing_data import MissingDataSweep, Pattern
+from pipeline.studies.limbs.model import Basis, TrajectoryBasisModel
+from pipeline.studies.limbs.proofs import ProofSweep
+from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
+from pipeline.studies.limbs.reconstructibility import LimbReconstructibilities, ReconstructibilitySweep
+from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.limbs.scores import limb_score, true_signs
+from pipeline.studies.limbs.trials import ROOT, Adjustment, wrong_trajectory
+from pipeline.studies.study import Sweep
+from pipeline.validation import InvalidInput
+from tests.strategies import seeds
+from tests.studies.limbs.inputs import measure, stretches_of
+
+SHAKY = [Camera.shaky]
+ANY = RootErrorSweep(trials=2, ratios=[0.0, 0.2], cameras=SHAKY)
+HARD = TrajectoryBasisModel()
+SOFT = TrajectoryBasisModel(basis=Basis.soft, softness=8.0)
+
+
+@pytest.fixture(scope="module")
+def limbs() -> LimbStretches:
+    """Stretches of a few synthetic clips."""
+    return stretches_of("park2011_fig3a")
+
+
+# --- trials -----------------------------------------------------------------------------------------------
+
+
+@given(number=st.integers(0, 50), camera=st.sampled_from(list(Camera)))
+@settings(max_examples=10)
+def test_the_candidates_of_a_trial_hold_its_truth(limbs: LimbStretches, number: int, camera: Camera) -> None:
+    trial = ANY.trial(limbs, number, camera, 1)
+    choice = ANY.choose(trial, HARD.fixed_basis(), time_limit_s=0.0)
+    signs = true_signs(choice, trial.relative)
+    nearest = choice.hits.middle + signs[:, None] * choice.hits.half_chord
+    # Synthetic bodies keep their lengths to a hundredth; where a ray is nearly tangent that moves the candidates.
+    assert np.median(np.linalg.norm(nearest - trial.relative, axis=1)) < 0.05 * trial.length
+    score = limb_score(trial, choice)
+    assert 0 <= score.error_up_to_mirror <= score.limb_error
+
+
+def test_a_trial_is_the_same_limb_before_every_camera(limbs: LimbStretches) -> None:
+    trials = {camera: ANY.trial(limbs, 3, camera, 1) for camera in Camera}
+    assert len({(t.stretch, t.limb, t.length) for t in trials.values()}) == 1
+    still, moving, shaky = (trials[camera] for camera in (Camera.still, Camera.moving, Camera.shaky))
+    np.testing.assert_array_equal(still.noise, shaky.noise)
+    assert not np.array_equal(still.images, moving.images)
+    assert not np.ptp(still.view.centre, axis=0).any()
+    assert np.ptp(moving.view.centre, axis=0).max() > 1000.0
+    part = shaky.part(10, 20)
+    np.testing.assert_array_equal(part.view.project(part.child), shaky.images[10:30])
+
+
+@given(seed=seeds, frames=st.integers(20, 60), size=st.floats(0.1, 1e3))
+def test_an_error_of_a_trajectory_has_the_mean_size_asked_for(seed: int, frames: int, size: float) -> None:
+    for components in (None, 5):
+        error = wrong_trajectory(np.random.default_rng(seed), frames, size, components=components)
+        assert np.linalg.norm(error, axis=1).mean() == pytest.approx(size)
+    assert np.linalg.matrix_rank(np.fft.rfft(error, axis=0)) <= 3
+
+
+@given(seed=seeds, count=st.integers(1, 40))
+def test_whole_numbers_increase_and_come_from_where_they_say(seed: int, count: int) -> None:
+    values = np.random.default_rng(seed).normal(0, 10, count)
+    whole, places = increasing(values)
+    assert (np.diff(whole) > 0).all()
+    np.testing.assert_array_equal(whole, np.rint(values[places]))
+    assert set(whole) == set(np.rint(values).astype(int))
+
+
+# --- sweeps -----------------------------------------------------------------------------------------------
+
+
+def every(limbs: LimbStretches, workers: int, seed: int) -> list[dict[str, np.ndarray]]:
+    """The arrays of every sweep but the proofs, as small as it can be."""
+    sweeps: list[tuple[Sweep, TrajectoryBasisModel]] = [
+        (ReconstructibilitySweep(trials=2, refined=1, cameras=SHAKY), HARD),
+        (ANY, HARD),
+        (RadiusScaleSweep(trials=2, scales=[0.1, 1.0, 20.0], cameras=SHAKY), HARD),
+        (MissingDataSweep(trials=1, fractions=[0.0, 0.2], share=1.0), SOFT),
+    ]
+    return [pack(measure(sweep, limbs, model, workers=workers, seed=seed))[0] for sweep, model in sweeps]
+
+
+def test_sweeps_reproduce_over_workers_and_not_over_seeds(limbs: LimbStretches) -> None:
+    first, second = every(limbs, 1, 5), every(limbs, 2, 5)
+    for one, other in zip(first, second, strict=True):
+        for name, values in one.items():
+            np.testing.assert_array_equal(values, other[name], err_msg=name)
+    again = measure(ANY, limbs, HARD, seed=6)
+    assert not np.array_equal(first[1]["limb_error"], again.limb_error)
+    assert first[0]["proved"].all()
+
+
+@pytest.fixture(scope="module")
+def scatter(limbs: LimbStretches) -> LimbReconstructibilities:
+    options = ReconstructibilitySweep(trials=12, cameras=[Camera.still, Camera.shaky], refined=4)
+    found: LimbReconstructibilities = measure(options, limbs, HARD, workers=2, seed=3)
+    return found
+
+
+def test_no_signs_cost_less_than_those_that_are_proved(scatter: LimbReconstructibilities) -> None:
+    proved = scatter.proved
+    assert proved.mean() > 0.8
+    least = scatter.objective * (1 - 1e-5) - 1e-6
+    assert (scatter.truth_objective >= least)[proved].all()
+    assert (scatter.lower_bound <= scatter.objective).all()
+    eta = np.sqrt(scatter.impostor_objective / scatter.truth_objective)
+    np.testing.assert_allclose(eta, scatter.reconstructibility_vector, rtol=1e-6)
+
+
+def test_reconstructibility_predicts_error_and_the_impostor(scatter: LimbReconstructibilities) -> None:
+    eta, error = scatter.reconstructibility_vector.ravel(), scatter.limb_error.ravel()
+    assert rank_correlation(eta, error) < -0.4
+    assert (error[eta > 2] < 0.1).all()
+    taken = scatter.taken_impostor.ravel()
+    assert taken[eta < 0.9].all()
+    assert not taken[eta > 2].any()
+
+
+def test_the_programme_starts_nearer_than_other_starts(scatter: LimbReconstructibilities) -> None:
+    by_start = np.median(scatter.refined_px, axis=(0, 1))
+    assert by_start[0] == by_start.min()
+
+
+def test_a_wrong_parent_makes_the_child_wrong(limbs: LimbStretches) -> None:
+    options = RootErrorSweep(trials=10, ratios=[0.0, 0.1, 0.5], cameras=SHAKY, time_limit_s=1.0)
+    found = measure(options, limbs, HARD, workers=2, seed=1)
+    np.testing.assert_allclose(found.parent_error_ratio[0].T - options.ratios, 0.0, atol=1e-9)
+    middle = np.median(found.child_error_ratio[0], axis=1)
+    assert middle[0] < middle[1] < middle[2]
+    assert found.paths.shape == (3, 2, 100, 3)
+
+
+def test_a_radius_too_small_is_harmless_and_too_large_is_not(limbs: LimbStretches) -> None:
+    options = RadiusScaleSweep(trials=6, scales=[0.01, 0.1, 1.0, 10.0, 100.0], cameras=SHAKY)
+    found = measure(options, limbs, HARD, workers=2, seed=1)
+    error, way = found.limb_error[0], options.adjusts.index(Adjustment["global"])
+    # Adjusted to the same rays, the radius is the same however small it was.
+    np.testing.assert_array_equal(error[0, way], error[1, way])
+    assert (error[3:] > 5.0).all()
+    assert np.median(error[0, way]) < 1.0
+    assert (found.radius_ratio[0, 2:, way] >= 1.0).all()
+    assert (found.adjusted_share[0, 0] > 0.9).all()
+    assert not found.adjusted_share[0, 3:].any()
+
+
+def test_what_is_missing_is_as_much_as_was_asked_for_and_never_the_root(limbs: LimbStretches) -> None:
+    scene = MissingDataSweep(trials=1).scene(limbs, HARD.fixed_basis(), 0, 1)
+    for fraction in (0.0, 0.05, 0.5):
+        for pattern in Pattern:
+            hidden = scene.hidden(pattern, fraction, 1)
+            assert not hidden[:, ROOT].any()
+            counts = np.delete(hidden, ROOT, axis=1).sum(axis=0)
+            assert (counts == round(fraction * 100)).all()
+            if pattern is Pattern.block and fraction:
+                changes = np.abs(np.diff(hidden.astype(int), axis=0)).sum(axis=0)
+                assert (changes <= 2).all(), "one run of frames to a joint"
+    less, more = (scene.hidden(Pattern.random, fraction, 1) for fraction in (0.1, 0.3))
+    assert more[less].all()
+
+
+def test_lengths_hold_between_frames_on_the_sphere_and_not_in_coordinates(limbs: LimbStretches) -> None:
+    options = MissingDataSweep(trials=1, fractions=[0.2], patterns=[Pattern.random], share=1.0)
+    found = measure(options, limbs, SOFT, seed=1)
+    assert found.length_violation.max() < 1e-11
+    assert found.cartesian_length_violation.min() > 1e-3
+    assert (found.relative_error_up_to_mirror <= found.relative_error * 1.1).all()
+
+
+def test_proofs_are_of_the_frames_that_were_asked_for(limbs: LimbStretches) -> None:
+    options = ProofSweep(trials=3, frames=[8, 20], components=[5, 10], noises_px=[0.0, 1.0])
+    found = measure(options, limbs, HARD, workers=2, seed=1)
+    # Ten cosines of eight frames are none.
+    assert len(found.frames) == len(found.timing.seconds) == 3 * 2 * (1 + 2)
+    assert found.proved.all()
+    assert (found.gap == 0.0).all()
+    assert (found.first_objective >= found.objective * (1 - 1e-9)).all()
+    fewer = measure(replace(options, frames=[20], long_share=0.0), limbs, HARD, seed=1)
+    np.testing.assert_array_equal(fewer.objective, found.objective[found.frames == 20])
+
+
+def test_limbs_choose_their_components_where_the_basis_has_none(limbs: LimbStretches) -> None:
+    options = ReconstructibilitySweep(trials=2, refined=1, cameras=SHAKY, noise_px=1.0, time_limit_s=0.0)
+    by_rule = TrajectoryBasisModel(components=0)
+    found, fixed = (measure(options, limbs, model) for model in (by_rule, HARD))
+    assert np.isfinite(found.limb_error).all()
+    assert not np.array_equal(found.objective, fixed.objective)
+    trials = [options.trial(limbs, number, Camera.shaky, 7) for number in range(4)]
+    chosen = {options.choose(trial, by_rule.limb_basis(), noise_px=1.0).basis.components for trial in trials}
+    assert len(chosen) > 1
+
+
+# --- figures ----------------------------------------------------------------------------------------------
+
+
+def test_the_scatter_is_whole(figure: Callable[..., Outcome], tmp_path: Path) -> None:
+    outcome = figure(tmp_path, "park2011_fig3a", "scale=smoke", quick=False)
+    recordings.verify(outcome.folder / "recording.rrd")
+    entities = set(recordings.entities(outcome.folder / "recording.rrd"))
+    wanted = {
+        f"world/{w}/{p}" for w in ("good", "impostor", "cursor") for p in ("truth", "impostor", "estimate")
+    }
+    assert wanted | {"curves/limb_error/median", "about"} <= entities
+    table, bins = (tables.read(outcome.folder / f"{name}.csv") for name in ("table", "table_bins"))
+    assert len(table["trial"]) == bins["trials"].sum() == 12
+    assert set(table["camera"]) == {"still", "moving", "shaky"}
+    assert (bins["reconstructibility_from"] < bins["reconstructibility_to"]).all()
+    assert (outcome.folder / "figure.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("name", "small", "rows", "entities"),
+    [
+        ("fig3b", ["sweep.ratios=[0.0,0.2]"], 8, {"curves/child_error/shaky", "curves/child_error/parent"}),
+        ("fig3c", ["sweep.scales=[0.1,1.0,10.0]"], 36, {"curves/log10_limb_error/global", "world/sphere"}),
+        ("fig3d", ["sweep.fractions=[0.0,0.2]"], 8, {"world/imputed", "image/observed", "bars/block"}),
+        ("proofs", ["sweep.frames=[25,50]"], 8, {"curves/proved_share/k10_noise_0_px"}),
+    ],
+)
+def test_the_other_figures_are_whole(
+    figure: Callable[..., Outcome],
+    tmp_path: Path,
+    name: str,
+    small: list[str],
+    rows: int,
+    entities: set[str],
+) -> None:
+    outcome = figure(tmp_path, f"park2011_{name}", "scale=smoke", *small, quick=False)
+    recordings.verify(outcome.folder / "recording.rrd")
+    assert entities | {"about"} <= set(recordings.entities(outcome.folder / "recording.rrd"))
+    table = tables.read(outcome.folder / "table.csv")
+    assert len(next(iter(table.values()))) == rows
+    assert not any("seconds" in column for column in table), "the table is the same on every machine"
+    assert (outcome.folder / "figure.png").stat().st_size > 10_000
+
+
+# --- options ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (RootErrorSweep(trials=0), r"sweep.trials must be at least 1 \(got 0\)"),
+        (RootErrorSweep(trials=1, ratios=[0.2, 0.1]), r"sweep.ratios must hold some values that increase"),
+        (RootErrorSweep(trials=1, ratios=[]), r"sweep.ratios must .*\(got none\)"),
+        (RootErrorSweep(trials=1, cameras=[]), r"sweep.cameras must .*\(got none\)"),
+        (RootErrorSweep(trials=1, distance_mm=0.0), "sweep.distance_mm must be at least 1"),
+        (RadiusScaleSweep(trials=1, scales=[0.0]), r"sweep.scales\[0\] must be above 0"),
+        (RadiusScaleSweep(trials=1, adjusts=2 * [Adjustment.robust]), "sweep.adjusts must .*each once"),
+        (ReconstructibilitySweep(trials=1, refined=0), "sweep.refined must be at least 1"),
+        (MissingDataSweep(trials=1, fractions=[0.95]), r"sweep.fractions\[0\] must be .* at most 0.9"),
+        (MissingDataSweep(trials=1, patterns=[]), "sweep.patterns"),
+        (MissingDataSweep(trials=1, share=0.0), "sweep.share must be above 0"),
+        (MissingDataSweep(trials=1, noise_px=-1.0), "sweep.noise_px must be at least 0"),
+        (ProofSweep(trials=1, frames=[20], components=[30]), "sweep.components: no programme is left"),
+        (ProofSweep(trials=1, long_share=2.0), "sweep.long_share must be"),
+    ],
+)  # fmt: skip
+def test_options_out_of_range_are_refused(options: Sweep, sentence: str) -> None:
+    with pytest.raises(InvalidInput, match=sentence):
+        options.validate()
+
+
+@pytest.mark.parametrize(
+    ("name", "override", "sentence"),
+    [
+        ("fig3b", "sweep.cameras=[flying]", "sweep.cameras"),
+        ("fig3b", "sweep.adjust=never", "sweep.adjust"),
+        ("fig3a", "sweep.reading=eye", "sweep.reading"),
+        ("fig3d", "sweep.patterns=[stripes]", "sweep.patterns"),
+        ("fig3b", "model.basis=firm", "model.basis"),
+        ("fig3b", "model.components=-1", "model.components must be at least 0"),
+        ("fig3b", "model.components=0", "model.components must be at least 1 for errors in the basis"),
+        ("fig3d", "model.components=0", "model.components must be at least 1 for errors in the basis"),
+        ("proofs", "dataset.frames=100", r"dataset.frames must be at least 200 \(got 100\)"),
+        ("fig3c", "dataset.stretches=0", "dataset.stretches must be at least 1"),
+        ("fig4", "figure.instants=0", "figure.instants must be at least 1"),
+        ("fig4", "sweep.lengths=guessed", "sweep.lengths"),
+        ("fig4", "sweep.root=none", "sweep.root"),
+        ("fig4", "sweep.noise_px=-1", "sweep.noise_px must be at least 0"),
+        ("face_off", "sweep.view_angle_deg=[]", "sweep.view_angle_deg"),
+        ("face_off", "sweep.occluded=[0,0.95]", "sweep.occluded"),
+        ("face_off", "sweep.noise_px=[1,0]", "sweep.noise_px"),
+        ("face_off", "sweep.frames=3", "sweep.frames must be at least 10"),
+        ("face_off", "sweep.noise_variance_mm2=0", "sweep.noise_variance_mm2 must be above 0"),
+    ],
+)
+def test_experiments_that_cannot_be_are_refused_before_anything_runs(
+    say: Callable[..., Any], tmp_path: Path, name: str, override: str, sentence: str
+) -> None:
+    said = say(f"experiment=park2011_{name}", "scale=smoke", f"results={tmp_path}/results", override)
+    assert said.status == 1
+    assert sentence.replace(r"\(", "(").replace(r"\)", ")") in said.err
+    assert not (tmp_path / "results").exists()
+
+
+def test_every_camera_can_be_asked_for_by_name() -> None:
+    sweep = compose(["experiment=park2011_fig3b", "sweep.cameras=[moving,still]"]).sweep
+    assert isinstance(sweep, RootErrorSweep)
+    assert sweep.cameras == [Camera.moving, Camera.still]
