@@ -63,18 +63,20 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
         elif isinstance(node, ast.Import):
             imported |= {alias.name for alias in node.names}
         else:
-            _drop_docstring(node)
+            _drop_docstrings(node)
     imported = {name for name in imported if _path(name)}
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), frozenset(imported - {name})
 
 
-def _drop_docstring(node: ast.AST) -> None:
-    """Remove the docstring of a module, class or function from its syntax tree."""
+def _drop_docstrings(node: ast.AST) -> None:
+    """Remove the docstrings in a module, class or function, those of its attributes too, from its syntax tree."""
     if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-        first = node.body[0] if node.body else None
-        if (
-            isinstance(first, ast.Expr)
-            and isinstance(first.value, ast.Constant)
-            and isinstance(first.value.value, str)
-        ):
-            node.body = node.body[1:] or [ast.Pass()]
+        node.body = [line for line in node.body if not _is_text(line)] or [ast.Pass()]
+
+
+def _is_text(line: ast.stmt) -> bool:
+    return (
+        isinstance(line, ast.Expr)
+        and isinstance(line.value, ast.Constant)
+        and isinstance(line.value.value, str)
+    )

@@ -50,6 +50,9 @@ RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"
 
 def main(names: list[str]) -> int:
     """Exit status after running the named benchmarks, or all of them."""
+    if {"-h", "--help"} & set(names):
+        print(__doc__)
+        return 0
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown:
         print(f"no benchmark {unknown[0]!r} (expected {', '.join(BENCHMARKS)})", file=sys.stderr)

@@ -7,20 +7,18 @@ throughout.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from functools import partial
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
-from pipeline.studies.options import FourierDataset, SyntheticData
 
+from pipeline.clips.options import SyntheticData
+from pipeline.clips.walks import Walks, synthetic_walks
 from pipeline.core import camera, linear_model, reconstruction, viewpoint
-from pipeline.skeleton import SourceMapping
-from pipeline.stages import dataset, ingest
-from pipeline.storage.store import Artefact, Store
-from tests.benchmarks.inputs import NOISE_VARIANCE_MM2, VIEWS_RAD, samples, split_by_sex
+from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
+from tests.benchmarks import inputs
+from tests.benchmarks.inputs import NOISE_VARIANCE_MM2, VIEWS_RAD, split_by_sex
 from tests.benchmarks.tables import Row
 from tests.benchmarks.timing import cpu_seconds, exponent
 
@@ -48,27 +46,19 @@ def _unknown(rows: np.ndarray, folds: Folds, views: np.ndarray) -> None:
 
 def _with_walkers(count: int) -> dict[str, float]:
     """CPU seconds of each stage for so many walkers."""
-    kept: dict[str, Artefact] = {}
+    clips: list[Walks] = []
+    samples: list[FourierSamples] = []
     folds: Folds = []
     seconds = {}
 
     def timed(stage: str, function: Callable[[], None], times: float = 1.0) -> None:
         seconds[stage] = times * cpu_seconds(function)
 
-    with tempfile.TemporaryDirectory() as folder:
-        store = Store(Path(folder))
-        people = split_by_sex(count)
-        data = SyntheticData(name="bench", population=count, male_share=people["male"] / count)
-
-        def first() -> None:
-            kept["ingest"] = ingest.run(data, SourceMapping(name="none"), 2007, 1, store)
-
-        def second() -> None:
-            kept["dataset"] = dataset.run(FourierDataset(), kept["ingest"], 1, store)
-
-        timed("synthesise and ingest", first)
-        timed("dataset", second)
-        rows = linear_model.flatten(kept["dataset"].arrays["coefficients"])
+    people = split_by_sex(count)
+    data = SyntheticData(name="bench", population=count, male_share=people["male"] / count)
+    timed("synthesise and ingest", lambda: clips.append(synthetic_walks(data, 2007, 1)))
+    timed("dataset", lambda: samples.append(FourierDataset().build(clips[0], workers=1)))
+    rows = linear_model.flatten(samples[0].coefficients)
     few = min(FOLDS, count)
     timed(
         "model",
@@ -87,7 +77,7 @@ def run() -> list[Row]:
     rows = [
         _row("walkers", stage, WALKERS, [seconds[stage] for seconds in by_walkers]) for stage in by_walkers[0]
     ]
-    people = samples()
+    people = inputs.samples()
     folds = list(islice(linear_model.leave_one_out(people, 30), FOLDS))
     grids = [np.radians(np.arange(-90.0, 90.5, step)) for step in STEPS_DEG]
     counts = [len(grid) for grid in grids]

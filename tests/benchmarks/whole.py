@@ -1,6 +1,6 @@
 """All of zhang2004 and zhang2007 at full scale from an empty cache, without pictures and recordings.
 
-To hold: under 5 s on two cores and under 1 GB.  Wall seconds, but for `cpu_s`.  `start` is importing the stages
+To hold: under 5 s on two cores and under 1 GB.  Wall seconds, but for `cpu_s`.  `start` is importing the program
 and composing the nine presets; every row is a process of its own.
 """
 
@@ -18,8 +18,7 @@ from pathlib import Path
 from tests.benchmarks.tables import Row
 
 WORKERS = (1, 2)
-OVERRIDES = ("data=synthetic", "scale=full", "report.picture=false", "report.recording=false")
-STAGES = ("ingest", "dataset", "model", "sweep", "report")
+OVERRIDES = ("data=synthetic", "scale=full", "figure.picture=false", "figure.recording=false")
 
 
 def run() -> list[Row]:
@@ -41,19 +40,20 @@ def run() -> list[Row]:
 def _here(workers: int) -> Row:
     """The row, made in this process."""
     started = time.perf_counter()
-    from pipeline.__main__ import compose, presets
+    from pipeline.cli.compose import compose
     from pipeline.cli.figures import make_figure
-    from pipeline.stages import dataset, ingest, model, report, sweep  # noqa: F401
+    from pipeline.cli.presets import presets
+    from pipeline.cli.summary import STAGES
     from pipeline.storage.store import Store
 
     figures = [name for name in presets() if name.startswith("zhang")]
-    configs = [compose([f"experiment={name}", f"workers={workers}", *OVERRIDES]) for name in figures]
+    experiments = [compose([f"experiment={name}", f"workers={workers}", *OVERRIDES]) for name in figures]
     begun = time.perf_counter()
     seconds = dict.fromkeys(STAGES, 0.0)
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder))
-        for name, config in zip(figures, configs, strict=True):
-            outcome = make_figure(config, Path(folder) / "figures" / name, store=store)
+        for name, experiment in zip(figures, experiments, strict=True):
+            outcome = make_figure(experiment, Path(folder) / "figures" / name, store=store)
             for stage in STAGES:
                 seconds[stage] += outcome.seconds[stage]
     ended = time.perf_counter()

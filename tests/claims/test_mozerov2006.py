@@ -7,29 +7,16 @@ is a result, not a test.  The tests at the end hold what follows from the mathem
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from pipeline import papers
-from pipeline.studies.ledger import Tables, judge
+from pipeline.studies.ledger import Tables
+from tests.claims import holding
+
+assert_holds = partial(holding.assert_holds, paper="mozerov2006")
 
 STAGES = {"raw", "linear", "keyframe", "synchronized"}
-
-
-def assert_holds(tables: Tables, *names: str) -> None:
-    """The named claims are reproduced, or at least their direction is."""
-    for verdict in judge([papers.claim(f"mozerov2006_{name}") for name in names], tables, "synthetic"):
-        assert verdict.verdict in ("reproduced", "direction only"), f"{verdict.claim.name}: {verdict.why}"
-
-
-def test_no_claim_about_the_papers_figures_lacks_its_table(synthetic_tables: Tables) -> None:
-    claims = [claim for claim in papers.PAPERS["mozerov2006"].claims if not claim.untestable]
-    verdicts = judge(claims, synthetic_tables, "synthetic")
-    assert [f"{verdict.claim.name}: {verdict.why}" for verdict in verdicts if verdict.ours is None] == []
-
-
-def test_whatever_is_not_reproduced_is_explained(synthetic_tables: Tables) -> None:
-    verdicts = judge(papers.PAPERS["mozerov2006"].claims, synthetic_tables, "synthetic")
-    assert [v.claim.name for v in verdicts if "not explained" in v.why] == []
 
 
 # --- section 2: the human action model ----------------------------------------------------------------------

@@ -7,34 +7,15 @@ is a result, not a test.  The tests at the end hold what follows from the mathem
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from pipeline import papers
 from pipeline.core.limb_chain import WALKER14
-from pipeline.studies.ledger import Tables, judge
+from pipeline.studies.ledger import Tables
+from tests.claims import holding
 
-FEW_ENOUGH = {"park2011_low_reconstructibility_impostor"}
-"""Claims about trials so rare that a small run may have none."""
-
-
-def assert_holds(tables: Tables, *names: str) -> None:
-    """The named claims are reproduced, or at least their direction is."""
-    for verdict in judge([papers.claim(f"park2011_{name}") for name in names], tables, "synthetic"):
-        assert verdict.verdict in ("reproduced", "direction only"), f"{verdict.claim.name}: {verdict.why}"
-
-
-def test_no_claim_about_the_papers_figures_lacks_its_table(synthetic_tables: Tables) -> None:
-    claims = [claim for claim in papers.PAPERS["park2011"].claims if not claim.untestable]
-    verdicts = judge(claims, synthetic_tables, "synthetic")
-    waiting = [
-        f"{v.claim.name}: {v.why}" for v in verdicts if v.ours is None and v.claim.name not in FEW_ENOUGH
-    ]
-    assert waiting == []
-
-
-def test_whatever_is_not_reproduced_is_explained(synthetic_tables: Tables) -> None:
-    verdicts = judge(papers.PAPERS["park2011"].claims, synthetic_tables, "synthetic")
-    assert [v.claim.name for v in verdicts if "not explained" in v.why] == []
+assert_holds = partial(holding.assert_holds, paper="park2011")
 
 
 # --- sections 1 and 2: what an articulated trajectory is ----------------------------------------------------

@@ -7,26 +7,14 @@ is a result, not a test.  The tests at the end hold what follows from the mathem
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from pipeline import papers
-from pipeline.studies.ledger import Tables, judge
+from pipeline.studies.ledger import Tables
+from tests.claims import holding
 
-
-def assert_holds(tables: Tables, *names: str) -> None:
-    """The named claims are reproduced, or at least their direction is."""
-    for verdict in judge([papers.claim(f"zhang2004_{name}") for name in names], tables, "synthetic"):
-        assert verdict.verdict in ("reproduced", "direction only"), f"{verdict.claim.name}: {verdict.why}"
-
-
-def test_no_claim_about_the_papers_figures_lacks_its_table(synthetic_tables: Tables) -> None:
-    claims = [claim for claim in papers.PAPERS["zhang2004"].claims if claim.measure is not None]
-    waiting = [
-        f"{verdict.claim.name}: {verdict.why}"
-        for verdict in judge(claims, synthetic_tables, "synthetic")
-        if verdict.ours is None and verdict.claim.name != "zhang2004_twenty_eight_components"
-    ]
-    assert waiting == [], "a small run may lack a twenty-eighth component, nothing else"
+assert_holds = partial(holding.assert_holds, paper="zhang2004")
 
 
 def test_fifteen_markers_and_the_frequency_make_226_and_151_numbers(synthetic_tables: Tables) -> None:

@@ -7,18 +7,16 @@ is a result, not a test.  The tests at the end hold what follows from the mathem
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from pipeline import papers
-from pipeline.studies.ledger import Tables, judge
+from pipeline.studies.ledger import Tables
+from tests.claims import holding
+
+assert_holds = partial(holding.assert_holds, paper="zhang2007")
 
 LEAST_SQUARES, MAP = "least_squares", "map"
-
-
-def assert_holds(tables: Tables, *names: str) -> None:
-    """The named claims are reproduced, or at least their direction is."""
-    for verdict in judge([papers.claim(f"zhang2007_{name}") for name in names], tables, "synthetic"):
-        assert verdict.verdict in ("reproduced", "direction only"), f"{verdict.claim.name}: {verdict.why}"
 
 
 def rows(tables: Tables, table: str, method: str, column: str) -> np.ndarray:
@@ -27,16 +25,6 @@ def rows(tables: Tables, table: str, method: str, column: str) -> np.ndarray:
     of_method = columns["method"] == method
     order = np.argsort(columns["view_angle_deg"][of_method])
     return np.asarray(columns[column], dtype=float)[of_method][order]
-
-
-def test_no_claim_about_the_papers_figures_lacks_its_table(synthetic_tables: Tables) -> None:
-    claims = [claim for claim in papers.PAPERS["zhang2007"].claims if claim.measure is not None]
-    waiting = [
-        f"{verdict.claim.name}: {verdict.why}"
-        for verdict in judge(claims, synthetic_tables, "synthetic")
-        if verdict.ours is None and verdict.claim.name != "zhang2007_thirty_components"
-    ]
-    assert waiting == [], "a small run may lack a thirtieth component, nothing else"
 
 
 # --- section 2 and 3: the representation ------------------------------------------------------------------

@@ -16,7 +16,7 @@ from pipeline.cli.main import destination
 from pipeline.cli.presets import presets
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
-from pipeline.studies.study import Figure, Grid, NoSweep
+from pipeline.studies.study import Figure, Grid
 from pipeline.validation import InvalidInput
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
@@ -138,41 +138,6 @@ def test_every_option_says_what_it_is(group: str) -> None:
         assert path.read_text(encoding="utf-8").startswith("# "), path.name
 
 
-# --- ranges -----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("start", "stop", "step", "values"),
-    [
-        (-90, 90, 45, [-90, -45, 0, 45, 90]),
-        (0, 1, 0.1, [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]),
-        (0, 0.3, 0.1, [0, 0.1, 0.2, 0.3]),  # 0.3 / 0.1 is a little less than 3
-        (1, 6, 2, [1, 3, 5]),  # whole steps do not reach 6
-        (0, 1, 5, [0]),
-    ],
-)
-def test_a_range_includes_both_ends(start: float, stop: float, step: float, values: list[float]) -> None:
-    np.testing.assert_allclose(Grid(start=start, stop=stop, step=step).values("grid"), values, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("start", "stop", "step", "words"),
-    [
-        (0, 0, 1, r"stop must be above 0 \(got 0\)"),
-        (1, 0, 1, r"stop must be above 1 \(got 0\)"),
-        (0, 1, 0, r"step must be above 0 \(got 0\)"),
-        (0, 1, -1, r"step must be above 0 \(got -1\)"),
-        (0, float("inf"), 1, r"stop must be a finite number \(got inf\)"),
-        (float("nan"), 1, 1, r"start must be a finite number \(got nan\)"),
-        (0, 1, float("nan"), r"step must be above 0 \(got nan\)"),
-        (0, 1, 1e-9, r"number of values of sweep\.view must be at most"),
-    ],
-)
-def test_a_range_without_values_is_refused(start: float, stop: float, step: float, words: str) -> None:
-    with pytest.raises(InvalidInput, match=words):
-        Grid(start=start, stop=stop, step=step).values("sweep.view")
-
-
 # --- slips of the pen -------------------------------------------------------------------------------------
 
 
@@ -276,16 +241,6 @@ def test_a_preset_puts_together_what_belongs_together(name: str) -> None:
     experiment.validate()
     assert isinstance(experiment.figure, Figure)
     assert isinstance(experiment.sweep, experiment.figure.sweep)
-
-
-def test_without_a_sweep_the_model_is_shown() -> None:
-    assert type(compose(["experiment=zhang2007_fig2"]).sweep) is NoSweep
-
-
-def test_options_of_different_studies_are_not_mixed() -> None:
-    mixed = compose(["experiment=zhang2007_fig5", "sweep=unknown_view"])
-    with pytest.raises(InvalidInput, match=r"^sweep: ViewErrors cannot be made with UnknownView"):
-        mixed.validate()
 
 
 def test_an_option_without_a_value_of_its_own_has_no_file() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from pipeline.clips.options import FolderData, Locomotion, Steady, SyntheticData
 from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, synthetic_walks
@@ -13,7 +12,6 @@ from pipeline.core import fourier
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
-from pipeline.validation import InvalidInput
 from tests.own_files import OWN_JOINTS
 
 
@@ -40,14 +38,6 @@ def test_the_embedded_population_walks_steadily() -> None:
     one = synthetic_walks(options, 11, 1)
     np.testing.assert_array_equal(one.positions, walks.positions)
     assert not set(synthetic_walks(options, 12, 1).frequency_hz) & set(walks.frequency_hz)
-
-
-@pytest.mark.parametrize(
-    ("option", "where"), [("population", "data.population"), ("walkers", "data.walkers")]
-)
-def test_a_population_of_nobody_is_refused(option: str, where: str) -> None:
-    with pytest.raises(InvalidInput, match=rf"^{where}: no walkers"):
-        synthetic_walks(SyntheticData(name="synthetic", **{option: -1 if option == "walkers" else 0}), 1, 1)
 
 
 def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:

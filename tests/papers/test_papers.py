@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 from hypothesis import given
@@ -15,9 +14,7 @@ from hypothesis import strategies as st
 from pipeline import papers
 from pipeline.papers import Claim, Interval, Kind, Measure, Verdict, placeholders
 from pipeline.studies import measures
-from pipeline.studies.actions import measures as of_actions
 from pipeline.studies.ledger import TIMING, judge, numbers_of
-from pipeline.studies.limbs import measures as of_limbs
 from pipeline.studies.registry import MEASURES
 from pipeline.validation import InvalidInput
 from tests.call_graph import CallGraph
@@ -205,25 +202,6 @@ def test_no_claim_is_judged_by_the_seconds_of_a_machine() -> None:
 def test_every_measure_is_a_function_with_these_arguments(item: Claim | papers.Quantity) -> None:
     assert item.measure is not None
     measures.check(item.measure, MEASURES, item.name)
-
-
-@pytest.mark.parametrize(
-    ("measure", "complaint"),
-    [
-        (Measure("meen", {"table": "t", "column": "x"}), "no measure 'meen'"),
-        (Measure("mean", {"table": "t"}), "missing a required argument: 'column'"),
-        (Measure("mean", {"table": "t", "column": "x", "by": "y"}), "unexpected keyword argument 'by'"),
-        (Measure("mean", {"table": "t", "column": 3}), "wrong argument 'column' of mean"),
-        (Measure("ratio", {"of": "x", "to": 1}), "wrong argument 'of' of ratio"),
-        (Measure("mean", {"table": "t", "column": "x", "where": "a = 1"}), "is no expression"),
-        (Measure("mean", {"table": "t", "column": "x", "where": "open('f') > 1"}), "is not allowed"),
-        (Measure("mean", {"table": "t", "column": "x", "where": "a.b > 1"}), "is not allowed"),
-        (Measure("total", {"of": (1.0, Measure("meen", {}))}), "no measure 'meen'"),
-    ],
-)
-def test_a_measure_that_no_function_computes_is_refused(measure: Measure, complaint: str) -> None:
-    with pytest.raises(InvalidInput, match=re.escape(complaint)):
-        measures.check(measure, MEASURES, "a claim")
 
 
 QUOTED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d, text in c.why.items() if "{" in text]
@@ -757,105 +735,6 @@ def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) 
 def test_the_verdict_is_the_one_worked_out_in_the_head(name: str, expected: str) -> None:
     (verdict,) = judge([papers.claim(name)], worked_tables(), "synthetic")
     assert verdict.verdict == expected
-
-
-def table(**values: list) -> pd.DataFrame:
-    return pd.DataFrame(values)
-
-
-def test_rows_are_never_dropped_to_make_a_mean() -> None:
-    gap = table(method=[LS, LS], view_angle_deg=[0.0, 1.0], rms_error_mm=[1.0, np.nan])
-    for measure in (measures.mean, measures.median, measures.largest, measures.smallest):
-        assert np.isnan(measure(gap, "rms_error_mm"))
-        assert measure(gap, "rms_error_mm", "view_angle_deg < 1") == 1.0
-        assert np.isnan(measure(gap, "rms_error_mm", "view_angle_deg > 1")), "no rows"
-    assert np.isnan(measures.percent(gap, "rms_error_mm > 0"))
-    assert measures.percent(gap, "rms_error_mm > 0", "view_angle_deg == 0") == 100.0
-    assert np.isnan(measures.variation_percent(gap, "rms_error_mm"))
-    assert np.isnan(measures.at_smallest(gap, "view_angle_deg", "rms_error_mm"))
-
-
-def test_an_entry_that_is_missing_or_there_twice_is_no_number() -> None:
-    stages = table(stage=["raw", "linear", "linear"], variance_left=[1.0, 2.0, 3.0])
-    assert measures.only(stages, "variance_left", "stage == 'raw'") == 1.0
-    assert np.isnan(measures.only(stages, "variance_left", "stage == 'linear'"))
-    assert np.isnan(measures.only(stages, "variance_left", "stage == 'keyframe'"))
-    pairs = table(method=[LS, MAP, LS, MAP], walker=["a", "a", "b", "b"], x=[2.0, 1.0, 2.0, 3.0])
-    assert measures.percent_below(pairs, "x", "walker", MAP, LS) == 50.0
-    assert np.isnan(measures.percent_below(pairs[:3], "x", "walker", MAP, LS)), "b lacks MAP"
-    assert np.isnan(measures.percent_below(pairs[[True] * 4].replace("b", "a"), "x", "walker", MAP, LS))
-    numbers = table(numbers_per_limb=[3], limb_norm_error_max=[1e-3])
-    assert of_actions.free_numbers(numbers, "numbers_per_limb", "limb_norm_error_max") == 3.0
-
-
-def test_variance_between_performances_asks_for_whole_ones_in_any_order() -> None:
-    whole = table(
-        performance=["a"] * 4 + ["b"] * 4,
-        stage=["raw"] * 8,
-        sample=[0, 0, 1, 1] * 2,
-        component=[1, 2] * 4,
-        value=[0.0, 0.0, 3.0, 4.0, 2.0, 0.0, 3.0, 8.0],  # variances 2, 0, 0 and 8
-    )
-    assert of_actions.variance_between(whole, "raw") == 2.5
-    assert of_actions.variance_between(whole.iloc[::-1], "raw") == 2.5
-    for rows in ([0, 1, 2, 4, 5, 6, 7], [0, 1, 2, 3, 3, 4, 5, 6, 7], [0, 1, 2, 3], []):
-        assert np.isnan(of_actions.variance_between(whole.iloc[rows], "raw"))
-    assert np.isnan(of_actions.variance_between(whole.assign(value=[np.nan, *[0.0] * 7]), "raw"))
-
-
-def reconstructibilities(eta: list[float], error: list[float]) -> pd.DataFrame:
-    return table(reconstructibility=eta, limb_error=error)
-
-
-@pytest.mark.parametrize(
-    ("eta", "error", "divided"),
-    [
-        ([0.5, 2.0, 0.25, 8.0], [0.9, 0.01, 0.9, 0.01], 1.0),  # between 0.5 and 2
-        ([1.0, 4.0, 16.0], [0.01, 0.9, 0.01], 8.0),  # one on the wrong side, wherever else two are
-        ([0.5, np.inf], [0.9, 0.01], 0.5),  # no mean with what is without bound
-        ([1.0, 1.0, 4.0], [0.9, 0.01, 0.01], 2.0),  # equal ones are not divided
-        ([0.5, 2.0], [0.9, 0.9], np.nan),  # none is found
-        ([0.5, 2.0], [0.01, 0.01], np.nan),
-        ([1.0, 1.0], [0.9, 0.01], np.nan),
-        ([0.5, np.nan], [0.9, 0.01], np.nan),
-    ],
-)
-def test_found_limbs_are_divided_from_others(eta: list[float], error: list[float], divided: float) -> None:
-    found = of_limbs.dividing_reconstructibility(reconstructibilities(eta, error), 0.1)
-    assert found == pytest.approx(divided, nan_ok=True)
-
-
-@pytest.mark.parametrize(
-    ("errors", "least", "largest"),
-    [
-        ([0.1, 0.1, 0.1, 0.1], 0.01, 100),  # as with the true radius
-        ([0.1, 0.5, 0.1, 5.0], 1.0, 1.0),  # one scale in between is not
-        ([0.9, 0.1, 0.1, 5.0], 0.1, 1.0),
-        ([0.1, 0.1, 0.1, np.nan], np.nan, np.nan),
-    ],
-)
-def test_scales_are_reliable_against_the_true_radius(
-    errors: list[float], least: float, largest: float
-) -> None:
-    scales = table(
-        camera=["still"] * 4,
-        adjust=["global"] * 4,
-        radius_scale=[0.01, 0.1, 1.0, 100.0],
-        limb_error_median=errors,
-    )
-    assert of_limbs.least_reliable_scale(scales, "still", 0.1) == pytest.approx(least, nan_ok=True)
-    assert of_limbs.largest_reliable_scale(scales, "still", 0.1) == pytest.approx(largest, nan_ok=True)
-    assert np.isnan(of_limbs.least_reliable_scale(scales, "shaky", 0.1)), "no such rows"
-
-
-@pytest.mark.parametrize(
-    ("times", "broken"),
-    [([0, 1, 2, 3], 0), ([0, 0, 2, 3], 0), ([1, 1, 2, 3], 1), ([0, 1, 2, 2], 1), ([0, 3, 1, 4], 2)],
-)
-def test_each_broken_constraint_of_time_counts(times: list[int], broken: int) -> None:
-    path = table(sample=[0, 1, 2, 3], rate_to_rate=times)
-    assert of_actions.broken_time_constraints(path) == broken
-    assert of_actions.broken_time_constraints(path.iloc[[2, 0, 3, 1]]) == broken
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------

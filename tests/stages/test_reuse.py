@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pipeline import recordings
+from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.cli.summary import Outcome
-from pipeline.storage import tables
+from pipeline.storage import source_code, tables
 
 STAGES = ("ingest", "dataset", "model", "sweep")
 
@@ -118,3 +120,105 @@ def test_without_a_cache_the_figure_stands_and_is_made_again(
     again = figure(tmp_path, "zhang2007_fig2")
     assert again.reused == ()
     assert made(again.folder, ".csv", ".npz") == before
+
+
+# --- sources ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the package's sources, which keys are made of in place of the package itself."""
+    copy = tmp_path / "pipeline"
+    shutil.copytree(source_code.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(source_code, "PACKAGE", copy)
+    source_code._module.cache_clear()
+    yield copy
+    source_code._module.cache_clear()
+
+
+def reword(path: Path) -> None:
+    """Change every docstring of a module and all of its comments, and nothing else."""
+    tree = ast.parse(path.read_bytes())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            node.value.value = "In other words."
+    path.write_text(f"# Another remark.\n{ast.unparse(tree)}\n", encoding="utf-8")
+
+
+def change(files: list[Path]) -> None:
+    """Add a line of code to modules."""
+    assert files
+    for path in files:
+        path.write_text(f"{path.read_text(encoding='utf-8')}\nCHANGED = 1\n", encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["zhang2007_fig5", "mozerov2006_variance_left", "park2011_fig3b"])
+def test_a_word_changed_anywhere_recomputes_nothing(
+    figure: Callable[..., Outcome], smoke_results: Path, sources: Path, name: str
+) -> None:
+    for path in sources.rglob("*.py"):
+        before = path.read_bytes()
+        reword(path)
+        assert path.read_bytes() != before
+    assert figure(smoke_results, name).reused == STAGES
+
+
+@pytest.mark.parametrize(
+    ("changed", "remade"),
+    [
+        (("studies/limbs", "studies/actions", "studies/face_off"), ()),
+        (("cli", "stages", "papers", "pictures", "recordings"), ()),
+        (("core/articulated_trajectory", "core/synchronization", "core/binary_quadratic"), ()),
+        (("studies/walks/figures",), ()),
+        (("studies/walks/known_view.py",), ("sweep",)),
+        (("core/reconstruction/known_view.py",), ("sweep",)),
+        (("studies/walks/model.py",), ("model", "sweep")),
+        (("studies/walks/dataset.py",), ("dataset", "model", "sweep")),
+        (("clips/walks.py",), STAGES),
+    ],
+)
+def test_changed_code_remakes_what_is_computed_with_it(
+    figure: Callable[..., Outcome],
+    smoke_results: Path,
+    sources: Path,
+    changed: tuple[str, ...],
+    remade: tuple[str, ...],
+) -> None:
+    before = keys(figure(smoke_results, "zhang2007_fig5"))
+    for name in changed:
+        change([sources / name] if name.endswith(".py") else sorted((sources / name).rglob("*.py")))
+    source_code._module.cache_clear()
+    after = keys(figure(smoke_results, "zhang2007_fig5"))
+    assert tuple(stage for stage in STAGES if before[stage] != after[stage]) == remade
+
+
+@pytest.mark.parametrize(
+    ("study", "figures"),
+    [
+        ("walks", ("zhang2004_", "zhang2007_", "park2011_face_off")),
+        ("actions", ("mozerov2006_", "park2011_face_off")),
+        ("limbs", ("park2011_",)),
+        ("face_off", ("park2011_face_off",)),
+    ],
+)
+def test_code_of_a_study_is_in_the_keys_of_its_own_figures(
+    sources: Path, study: str, figures: tuple[str, ...]
+) -> None:
+    experiments = [compose([f"experiment={name}"]) for name in presets()]
+
+    def digests() -> dict[str, list[str]]:
+        source_code._module.cache_clear()
+        return {
+            e.name: [
+                source_code.sources_digest([type(option).__module__])
+                for option in (e.dataset.corpus, e.dataset, e.model, e.sweep)
+            ]
+            for e in experiments
+        }
+
+    before = digests()
+    change(sorted((sources / "studies" / study).rglob("*.py")))
+    after = digests()
+    assert {name for name in before if before[name] != after[name]} == {
+        name for name in before if name.startswith(figures)
+    }

@@ -13,7 +13,7 @@ from pipeline.storage.source_code import sources_digest
 FILES = {
     "__init__.py": '"""The package."""\n',
     "core/__init__.py": '"""Mathematics."""\n',
-    "core/camera.py": '"""Cameras."""\n\nSCALE = 1\n',
+    "core/camera.py": '"""Cameras."""\n\nSCALE = 1\n"""Of an image."""\n',
     "core/unused.py": "VALUE = 1\n",
     "studies/__init__.py": "",
     "studies/walks.py": '''"""Walks."""
@@ -57,6 +57,7 @@ def edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, st
         ("core/unused.py", "1", "2"),
         ("cli.py", "walks", "walks  # a remark"),
         ("core/camera.py", "Cameras.", "Cameras, in other words."),
+        ("core/camera.py", "Of an image.", "Of a picture."),
         ("studies/walks.py", "Return something.", "Return the sum."),
         ("studies/walks.py", "# inside a function", "# late"),
         ("core/__init__.py", '"""Mathematics."""', "from pipeline.core import unused"),

@@ -1,0 +1,215 @@
+"""What a study consists of: grids, sizes that the scale sets, options that fit each other, words that are unique."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields, is_dataclass, replace
+from functools import cache
+from itertools import chain
+from typing import Any, get_type_hints
+
+import numpy as np
+import pytest
+
+from pipeline.cli.compose import compose
+from pipeline.clips.kinds import Corpus
+from pipeline.storage.typed import result_type
+from pipeline.studies import registry
+from pipeline.studies.experiment import Experiment, Scale
+from pipeline.studies.study import Grid, NoSweep, Nothing, SweepInputs
+from pipeline.studies.walks.figures.noise_variance import NoiseVariance
+from pipeline.studies.walks.figures.view_errors import ViewErrors
+from pipeline.studies.walks.known_view import KnownView
+from pipeline.validation import InvalidInput
+
+OPTIONS = [
+    pytest.param(group, option, id=f"{group}={word}")
+    for group in registry.GROUPS
+    for word, option in registry.options(group).items()
+]
+
+
+# --- grids ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "step", "values"),
+    [
+        (-90, 90, 45, [-90, -45, 0, 45, 90]),
+        (0, 1, 0.1, [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]),
+        (0, 0.3, 0.1, [0, 0.1, 0.2, 0.3]),  # 0.3 / 0.1 is a little less than 3
+        (1, 6, 2, [1, 3, 5]),  # whole steps do not reach 6
+        (0, 1, 5, [0]),
+    ],
+)
+def test_a_grid_includes_both_ends(start: float, stop: float, step: float, values: list[float]) -> None:
+    np.testing.assert_allclose(Grid(start=start, stop=stop, step=step).values("grid"), values, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "step", "words"),
+    [
+        (0, 0, 1, r"stop must be above 0 \(got 0\)"),
+        (1, 0, 1, r"stop must be above 1 \(got 0\)"),
+        (0, 1, 0, r"step must be above 0 \(got 0\)"),
+        (0, 1, -1, r"step must be above 0 \(got -1\)"),
+        (0, float("inf"), 1, r"stop must be a finite number \(got inf\)"),
+        (float("nan"), 1, 1, r"start must be a finite number \(got nan\)"),
+        (0, 1, float("nan"), r"step must be above 0 \(got nan\)"),
+        (0, 1, 1e-9, r"number of values of sweep\.view must be at most"),
+    ],
+)
+def test_a_grid_without_values_is_refused(start: float, stop: float, step: float, words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        Grid(start=start, stop=stop, step=step).values("sweep.view")
+
+
+# --- sizes that the scale sets ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("group", "option"), OPTIONS)
+def test_the_sizes_that_the_scale_sets_are_fields_of_the_scale(group: str, option: type[Any]) -> None:
+    sizes = {field.name for field in fields(Scale)}
+    hints = get_type_hints(option)
+    for field in fields(option):
+        if set_by := field.metadata.get("scale"):
+            assert {name for name in set_by.values() if isinstance(name, str)} <= sizes, field.name
+            assert set(set_by) == ({"start", "stop", "step"} if hints[field.name] is Grid else {"value"})
+            assert field.default is MISSING, f"{field.name} has a value of its own"
+
+
+def test_a_size_follows_the_scale_unless_it_is_given() -> None:
+    def sweep(*overrides: str, name: str = "zhang2007_fig5") -> Any:
+        return compose([f"experiment={name}", *overrides]).sweep
+
+    coarse = ["scale.view_step_deg=30", "scale.trials=7"]
+    assert sweep(*coarse).view_angle_deg == Grid(start=-90, stop=90, step=30)
+    assert sweep(*coarse, "sweep.view_angle_deg.step=10").view_angle_deg == Grid(start=-90, stop=90, step=10)
+    assert sweep(*coarse, "sweep.view_angle_deg.start=0").view_angle_deg == Grid(start=0, stop=90, step=30)
+    assert sweep(*coarse, name="park2011_fig3b").trials == 7
+    assert sweep(*coarse, "sweep.trials=2", name="park2011_fig3b").trials == 2
+
+
+# --- recordings that count --------------------------------------------------------------------------------
+
+
+def known_view(start: float = -90, step: float = 45) -> KnownView:
+    return KnownView(
+        view_angle_deg=Grid(start=start, stop=90, step=step),
+        sigma2_mm2=Grid(start=0.5, stop=625, step=100),
+    )
+
+
+def test_a_recording_counts_in_whole_numbers() -> None:
+    shown = ViewErrors()
+    shown.check_sequence(known_view())
+    for start, step in ((-90, 7.5), (-89.5, 1)):
+        sweep = known_view(start, step)
+        words = rf"^sweep\.view_angle_deg: .*whole numbers.*figure\.recording=false.*start {start:g}, step {step:g}"
+        with pytest.raises(InvalidInput, match=words):
+            shown.check_sequence(sweep)
+        ViewErrors(recording=False).check_sequence(sweep)
+    with pytest.raises(InvalidInput, match=r"^sweep\.sigma2_mm2: .*start 0\.5"):
+        NoiseVariance().check_sequence(known_view())
+    shown.check_sequence(NoSweep())
+
+
+# --- experiments ------------------------------------------------------------------------------------------
+
+
+@cache
+def preset(name: str) -> Experiment:
+    """A preset at smoke scale."""
+    return compose([f"experiment={name}", "scale=smoke"])
+
+
+ACTION, LIMBS = "mozerov2006_tracking", "park2011_fig3b"
+
+
+@pytest.mark.parametrize(
+    ("group", "other", "words"),
+    [
+        ("model", ACTION, r"^model: ViewErrors cannot be made with \w+ \(expected EigenwalkersModel\)"),
+        ("sweep", LIMBS, r"^sweep: ViewErrors cannot be made with \w+ \(expected KnownView\)"),
+        ("sweep", "zhang2007_fig6", r"^sweep: ViewErrors cannot be made with UnknownView"),
+        ("sweep", "zhang2007_fig2", r"^sweep: ViewErrors cannot be made with NoSweep"),
+        ("dataset", ACTION, r"^dataset: ViewErrors cannot be made with \w+ \(expected FourierDataset\)"),
+        ("figure", LIMBS, r"^model: \w+ cannot be made with EigenwalkersModel"),
+    ],
+)
+def test_options_of_different_studies_are_not_mixed(group: str, other: str, words: str) -> None:
+    mine = preset("zhang2007_fig5")
+    mine.validate()
+    with pytest.raises(InvalidInput, match=words):
+        replace(mine, **{group: getattr(preset(other), group)}).validate()
+
+
+@pytest.mark.parametrize(
+    ("name", "override", "words"),
+    [
+        ("zhang2007_fig5", "workers=0", r"^workers must be at least 1 \(got 0\)"),
+        ("zhang2007_fig5", "data.walkers=-1", r"^data\.walkers must be at least 0 \(got -1\)"),
+        ("zhang2007_fig5", "dataset.harmonics=0", r"^dataset\.harmonics must be at least 1 \(got 0\)"),
+        ("zhang2007_fig5", "model.components=0", r"^model\.components must be at least 1 \(got 0\)"),
+        ("zhang2007_fig5", "sweep.noise_variance_mm2=0", r"^sweep\.noise_variance_mm2 must be above 0"),
+        ("zhang2007_fig4", "figure.walker=-1", r"^figure\.walker must be at least 0"),
+        ("zhang2007_fig5", "sweep.view_angle_deg.step=7.5", r"^sweep\.view_angle_deg: .*whole numbers"),
+        (LIMBS, "sweep.trials=0", r"^sweep\.trials must be at least 1 \(got 0\)"),
+    ],
+)
+def test_options_of_every_group_are_validated(name: str, override: str, words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        compose([f"experiment={name}", override]).validate()
+
+
+# --- the registry -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("group", registry.GROUPS)
+def test_a_word_chooses_one_option_of_one_study(group: str) -> None:
+    words = list(chain.from_iterable(getattr(study, f"{group}s") for study in registry.STUDIES))
+    assert len(set(words)) == len(words)
+    found = registry.options(group)
+    assert set(found) - {"none"} == set(words)
+    assert len(set(found.values())) == len(found), "one word for each option"
+
+
+def test_a_study_is_called_like_its_folder() -> None:
+    for study in registry.STUDIES:
+        options = chain.from_iterable(getattr(study, f"{group}s").values() for group in registry.GROUPS)
+        modules = {option.__module__ for option in options}
+        assert modules
+        assert all(module.startswith(f"pipeline.studies.{study.name}.") for module in modules)
+
+
+@pytest.mark.parametrize(("group", "option"), OPTIONS)
+def test_an_option_says_what_it_returns_and_what_it_is_made_of(group: str, option: type[Any]) -> None:
+    """The store reads a value back by the return annotation; a figure is refused without its model."""
+    known = {name: set(registry.options(name).values()) for name in registry.GROUPS}
+    if group == "figure":
+        assert option.model in known["model"]
+        assert not option.sequence or option.sequence in {field.name for field in fields(option.sweep)}
+        return
+    returned = result_type(getattr(option, {"dataset": "build", "model": "learn", "sweep": "measure"}[group]))
+    assert is_dataclass(returned)
+    assert returned.__dataclass_params__.frozen
+    names = {field.name for field in fields(returned)}
+    if group == "dataset":
+        assert isinstance(option.corpus, Corpus)
+        assert {"clip", "source", "words"} <= names
+    if group == "model":
+        assert option.dataset in known["dataset"]
+        assert "words" in names
+
+
+def test_without_a_sweep_nothing_is_measured() -> None:
+    inputs = SweepInputs(None, None, None, None, None, workers=1, seed=1)
+    assert NoSweep().measure(inputs) == Nothing()
+    assert type(preset("zhang2007_fig2").sweep) is NoSweep
+
+
+def test_a_sweep_draws_the_same_numbers_for_one_seed_and_purpose_alone() -> None:
+    one, other = (SweepInputs(None, None, None, None, None, workers=1, seed=seed) for seed in (1, 2))
+    first = one.generator().random(3)
+    np.testing.assert_array_equal(one.generator().random(3), first)
+    for generator in (other.generator(), one.generator("a part")):
+        assert not np.isin(generator.random(3), first).any()
