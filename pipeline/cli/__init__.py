@@ -1,1 +1,1 @@
-"""cli."""
+"""The command line: composing options, making figures, the other commands, progress and summary."""

@@ -1,4 +1,4 @@
-"""The commands beside making figures: fetch, claims, equations, readme, view, archive, verify."""
+"""The other commands: fetch, claims, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from pipeline.validation import InvalidInput
 
 
 def built_figures() -> list[str]:
-    """Presets of the papers that exist, in the papers' order."""
+    """Return the presets that exist, in the papers' order."""
     there = set(presets())
     return [
         name for paper in papers.PAPERS.values() for name in (*paper.figures, *paper.beyond) if name in there
@@ -34,26 +34,20 @@ def built_figures() -> list[str]:
 
 
 def figures_for(arguments: Sequence[str]) -> list[str]:
-    """Those of them that the data set has something for."""
+    """Return those for which the data set has clips."""
     return [name for name in built_figures() if not lacking(compose([f"experiment={name}", *arguments]))]
 
 
 def fetch(arguments: Sequence[str]) -> int:
-    """Fetch the public recordings; 1 if some could not be had."""
+    """Download the public recordings; return 1 if some failed."""
     from pipeline.fetch import Progress as Progress_
     from pipeline.fetch import fetch as fetch_files
 
     options = [item for item in arguments if "=" in item]
     only = [item for item in arguments if "=" not in item]
-    data = compose(
-        ["experiment=zhang2007_fig2", *([] if _names(options, "data") else ["data=optical"]), *options]
-    ).data
+    data = compose(["experiment=zhang2007_fig2", "data=optical", *options]).data
     if not isinstance(data, RecordedData):
-        raise InvalidInput(
-            "this data set needs no fetching",
-            received=f"data={data.name}",
-            expected="data=optical, cmu or hdm05",
-        )
+        raise InvalidInput("must be optical, cmu or hdm05", where="data", received=data.name)
     out = open_console()
     with Progress(
         TextColumn("{task.description}"),
@@ -85,10 +79,6 @@ def fetch(arguments: Sequence[str]) -> int:
     return 1 if report.failed else 0
 
 
-def _names(options: Sequence[str], name: str) -> bool:
-    return any(item.split("=", 1)[0] == name for item in options)
-
-
 def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
     config = compose(["experiment=zhang2007_fig2", *arguments])
     return config, Path(config.results) / config.data.name / config.scale.name
@@ -113,7 +103,7 @@ def claims(arguments: Sequence[str]) -> int:
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print every numbered equation: in words, the function as printed, the one that results use, and the test."""
+    """Print every numbered equation: in words, the function as printed, the one in use, and the test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
     out = open_console()
     for paper in chosen:
@@ -132,13 +122,13 @@ def equations(arguments: Sequence[str]) -> int:
 
 
 def _where(dotted: str) -> str:
-    """File, line and name of a function."""
+    """Return file, line and name of a function."""
     path, line = papers.locate(dotted)
     return f"{path.relative_to(provenance.PROJECT).as_posix()}:{line} {dotted.rpartition('.')[2]}"
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Fill the README's result tables from results/published.csv, whose rows of a data set ``data=...`` renews."""
+    """Write the README's tables from results/published.csv; ``data=...`` first renews the rows of a data set."""
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
@@ -155,17 +145,13 @@ def readme(arguments: Sequence[str]) -> int:
 def view(arguments: Sequence[str]) -> int:
     """Open a figure's recording in the rerun viewer."""
     if not arguments or "=" in arguments[0]:
-        raise InvalidInput(
-            "no figure is named", expected="view FIGURE", received=" ".join(arguments) or "nothing"
-        )
+        raise InvalidInput("no figure is named", expected="view FIGURE", received=" ".join(arguments))
     path = Path(arguments[0])
     if path.suffix != ".rrd":
         _, folder = _results_folder(arguments[1:])
         path = folder / arguments[0] / "recording.rrd"
     if not path.is_file():
-        raise InvalidInput(
-            "there is no such recording yet", where=str(path), expected=f"`make {arguments[0]}` first"
-        )
+        raise InvalidInput("no such recording yet", where=str(path), expected=f"`make {arguments[0]}` first")
     if sys.platform.startswith("linux") and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
@@ -174,14 +160,14 @@ def view(arguments: Sequence[str]) -> int:
             where=str(path),
             expected="a desktop session; or copy the file to one and open it with `rerun`, version 0.41",
         )
-    # The library itself stays out of here: only `recording` and its check import it.
+    # A process of its own, since only `recordings` imports rerun.
     return subprocess.run(
         [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(path)], check=False
     ).returncode
 
 
 def keep(arguments: Sequence[str]) -> int:
-    """Keep full-scale results of this commit under results/archive."""
+    """Archive the full-scale results of this commit in results/archive."""
     config, folder = _results_folder(arguments)
     figures = figures_for(arguments)
     if folder.is_dir():
@@ -200,11 +186,9 @@ def keep(arguments: Sequence[str]) -> int:
 
 
 def verify(arguments: Sequence[str]) -> int:
-    """Re-hash an archive and name every file that changed, is missing or was added."""
+    """Re-hash archives and print every file that changed, is missing or was added."""
     if not arguments:
-        raise InvalidInput(
-            "no archive is named", expected="verify results/archive/<date>-<commit>", received="nothing"
-        )
+        raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
     status = 0
     for name in arguments:
         complaints = archive.verify(Path(name))
@@ -226,4 +210,4 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "archive": keep,
     "verify": verify,
 }
-"""By the word on the command line."""
+"""Commands by name."""

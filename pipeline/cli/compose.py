@@ -1,7 +1,7 @@
 """Composing an experiment from presets and overrides: the only module with Hydra and OmegaConf.
 
 The option classes are registered as schemas, so that an unknown key, a wrong type, a wrong choice or a missing value
-ends the run before it begins, naming the full key.  An option class without a YAML of its own is an option by itself.
+is refused, with the full key, before anything runs.  An option class needs no YAML file.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderDa
 
 
 def register() -> None:
-    """Tell Hydra the option classes.
+    """Register the option classes with Hydra.
 
-    An option that has a YAML file of its own extends its schema, ``base_<name>``; another is chosen by its name.
+    A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is chosen by its name.
     """
     store = ConfigStore.instance()
     store.store(name="experiment_schema", node=Experiment)
@@ -51,7 +51,7 @@ def register() -> None:
 
 
 def _schema(option: type[Any]) -> Any:
-    """The structured configuration of an option class, with the sizes that the scale sets."""
+    """Return the structured configuration of an option class, with the sizes that the scale sets."""
     schema = OmegaConf.structured(option)
     for field in fields(option):
         if sizes := field.metadata.get("scale"):
@@ -71,7 +71,7 @@ def compose(overrides: Sequence[str]) -> Experiment:
     Raises
     ------
     InvalidInput
-        If an override cannot be read, or names no option; `sentence` puts Hydra's own errors into words.
+        If an override names no option.  Hydra's own errors are put into words by `sentence`.
     """
     register()
     GlobalHydra.instance().clear()
@@ -82,16 +82,14 @@ def compose(overrides: Sequence[str]) -> Experiment:
 def _typed(composed: Any) -> Experiment:
     missing = OmegaConf.missing_keys(composed)
     if "name" in missing:
-        raise InvalidInput(
-            "no experiment is chosen", expected="experiment=" + "|".join(presets()), received="none"
-        )
+        raise InvalidInput("no experiment is chosen", expected="experiment=" + "|".join(presets()))
     if missing:
         raise InvalidInput("a value is missing", where=", ".join(sorted(missing)))
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
     _name_folder(experiment)
-    # These three make the folder that an experiment is published in.
+    # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", experiment.data.name)
     require_name("scale.name", experiment.scale.name)
@@ -99,13 +97,13 @@ def _typed(composed: Any) -> Experiment:
 
 
 def _name_folder(experiment: Experiment) -> None:
-    """Call the user's own data after their folder, so that two folders do not share results."""
+    """Name the user's data set after its folder, so that two folders do not share results."""
     if isinstance(experiment.data, FolderData) and experiment.data.name == "folder" and experiment.data.path:
         experiment.data.name = "folder_" + re.sub(r"[^\w.-]+", "_", Path(experiment.data.path).resolve().name)
 
 
 def _refuse_additions(options: Any, path: str) -> None:
-    """Refuse keys that ``+key=value`` added: no stage would ever read them."""
+    """Refuse keys that ``+key=value`` added, which no stage would read."""
     if not is_dataclass(options):
         return
     known = [field.name for field in fields(options)]
@@ -118,7 +116,7 @@ def _refuse_additions(options: Any, path: str) -> None:
 
 
 def sentence(error: Exception) -> str:
-    """What a person should read of an error in place of a traceback; empty for one that is ours to mend."""
+    """Return the message of an error that the user can correct; empty for a bug, which needs its traceback."""
     if isinstance(error, InvalidInput):
         return str(error)
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
@@ -129,7 +127,7 @@ def sentence(error: Exception) -> str:
 
 
 def _of_composition(error: Exception) -> Exception:
-    """A InvalidInput that says what Hydra or OmegaConf found wrong with an override, naming the full key."""
+    """Return Hydra's or OmegaConf's error as an InvalidInput with the full key."""
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
@@ -159,8 +157,8 @@ def run_hydra(arguments: Sequence[str], make: Callable[[Experiment, Sequence[str
     arguments : sequence of str
         Hydra's flags and overrides.
     make : callable
-        Makes an experiment, given its overrides and, for a variant of a multirun, its folder; returns why it was
-        refused, or nothing.
+        Given an experiment, its overrides and, for a variant of a multirun, its folder: makes the figure and returns
+        why it was refused, empty if it was not.
     """
     register()
     status = 0
@@ -181,11 +179,11 @@ def run_hydra(arguments: Sequence[str], make: Callable[[Experiment, Sequence[str
         folder = Path(settings.runtime.output_dir) / experiment.name if variant else None
         refused = make(experiment, settings.overrides.task, folder)
         if refused and variant:
-            # The other variants are made all the same; the launcher hands this one's error to the caller.
+            # The other variants are made; the launcher passes this one's error to the caller.
             raise InvalidInput(refused, where=settings.job.override_dirname)
         status = 1 if refused else 0
 
-    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come to the caller, which puts them into a sentence
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller
     sys.argv[1:] = arguments
     one()
     return status

@@ -1,4 +1,4 @@
-"""One figure from its experiment, and many figures with one progress display and one summary."""
+"""Making one figure from its experiment, and several with a progress display and a summary."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pipeline.validation import InvalidInput
 
 
 def lacking(experiment: Experiment) -> str:
-    """Return why the data set has nothing for this experiment, in a sentence; empty if it has."""
+    """Return why the data set has no clips for this experiment; empty if it has."""
     try:
         experiment.validate()
     except InvalidInput as error:
@@ -35,7 +35,7 @@ def lacking(experiment: Experiment) -> str:
 def make_figure(
     experiment: Experiment, folder: Path, *, store: Store, at: Callable[[str], None] = lambda stage: None
 ) -> Outcome:
-    """Run the five stages in order and publish the figure in `folder`; `at` is told when a stage begins."""
+    """Run the five stages and publish the figure in `folder`; `at` is called with each stage that begins."""
     experiment.validate()
     require_replaceable(folder)
     seconds: dict[str, float] = {}
@@ -64,7 +64,7 @@ def make_figure(
 
 
 def _remarks_on(clips: Clips) -> list[str]:
-    """What a person should know of the clips: odd ones that are kept, and how many are refused."""
+    """Return warnings on the clips: unusual ones that are kept, and how many are refused."""
     remarks = [
         f"{row['clip']} is {row['reason']}: look at its frame rate"
         for row in clips.report
@@ -80,7 +80,7 @@ def _remarks_on(clips: Clips) -> list[str]:
 
 
 def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -> list[str]:
-    """Make figures; return why some were refused, a sentence each.  One that is refused does not stop the others.
+    """Make figures and return why some were refused, a sentence each; the others are made all the same.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
 
 
 def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> list[Verdict]:
-    """Verdicts on what these figures back together; ``claims.csv`` beside them where they share a folder."""
+    """Return the verdicts on these figures; writes ``claims.csv`` beside several that share a folder."""
     parents = {outcome.folder.parent for outcome in outcomes}
     if len(parents) > 1 or len(outcomes) == 1:
         return [verdict for outcome in outcomes for verdict in outcome.verdicts]

@@ -1,16 +1,16 @@
-"""python -m pipeline: 3D walking from 2D, four papers figure by figure.
+"""python -m pipeline: 3D motion from 2D motion, the figures of four papers.
 
   python -m pipeline experiment=FIGURE [OVERRIDE ...]     one figure
-  python -m pipeline figures [OVERRIDE ...]               every figure, one after another; resumable
+  python -m pipeline figures [OVERRIDE ...]               every figure; resumable
   python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
 
-  python -m pipeline fetch [data=optical]                 the public recordings, listed in data/sources.csv
+  python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
   python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
   python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
-  python -m pipeline archive [data=...]                   keep full-scale results under results/archive
-  python -m pipeline verify ARCHIVE                       re-hash an archive, name any file that changed
+  python -m pipeline archive [data=...]                   archive full-scale results in results/archive
+  python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
 
 {figures}
 
@@ -27,8 +27,8 @@ Your own recordings:
 On a cluster (extra `cluster`):
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
-A preset alone writes to results/DATA/SCALE/FIGURE; anything overridden goes to results/scratch/TIME/FIGURE.
-Exit status: 0 done, 1 refused (one sentence says what, where, expected, received), 130 interrupted.
+A preset writes to results/DATA/SCALE/FIGURE; with other overrides, to results/scratch/TIME/FIGURE.
+Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted.
 """
 
 from __future__ import annotations
@@ -46,17 +46,11 @@ if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
 
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
-"""Overrides that leave a preset what it is."""
-OWN_FILES = {
-    "data.path",
-    "data.pattern",
-    "data.person",
-    "data.units",
-    "data.frame_rate_hz",
-    "data.name",
-    "skeleton",
+"""Overrides with which a preset is still published in its own folder."""
+OWN_FILES = {"skeleton"} | {
+    f"data.{x}" for x in ("path", "pattern", "person", "units", "frame_rate_hz", "name")
 }
-"""With data=folder, these too: they say which data set it is."""
+"""Further ones with data=folder: they define the data set."""
 
 
 def help_text() -> str:
@@ -69,7 +63,7 @@ def help_text() -> str:
 
 
 def destination(experiment: Experiment, overrides: Sequence[str], moment: str) -> Path:
-    """Return where a figure goes: its own folder for a preset as it stands, scratch for anything else."""
+    """Return the folder of a figure: its own for a preset without further overrides, else one in scratch."""
     allowed = IDENTITY | (OWN_FILES if "data=folder" in overrides else set())
     names = {item.split("=", 1)[0].lstrip("+~") for item in overrides}
     results = Path(experiment.results)
@@ -110,7 +104,7 @@ def make_all(arguments: Sequence[str]) -> int:
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
-    """Make one figure; return why it was refused, or nothing."""
+    """Make one figure; return why it was refused, empty if it was not."""
     from pipeline.cli.figures import make_figures
     from pipeline.cli.summary import open_console
 
@@ -126,7 +120,7 @@ def main(arguments: Sequence[str]) -> int:
     try:
         return _run(arguments)
     except KeyboardInterrupt:
-        print("interrupted: what was finished is kept, the same command goes on from there", file=sys.stderr)
+        print("interrupted: finished stages are kept; the same command continues from there", file=sys.stderr)
         return 130
     except Exception as error:
         from pipeline.cli.compose import sentence
@@ -139,7 +133,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _run(arguments: Sequence[str]) -> int:
-    # Imported here, so that help waits for no library.
+    # Imported here, so that help is printed at once.
     from pipeline.cli.commands import COMMANDS
     from pipeline.validation import InvalidInput
 

@@ -1,4 +1,4 @@
-"""The presets: one YAML file in ``conf/experiment`` for each figure of a paper, and for each of our own."""
+"""The presets: one YAML file in ``conf/experiment`` for each figure."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ def presets() -> list[str]:
 
 
 def first_comment(name: str) -> str:
-    """Return what a preset says of itself: paper, figure and what the reader should see."""
+    """Return the first comment of a preset: paper, figure and what it shows."""
     lines = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     return next((line[2:].strip() for line in lines if line.startswith("# ") and "@package" not in line), "")

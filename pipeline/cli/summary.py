@@ -1,4 +1,4 @@
-"""What a person reads when figures are made: files, seconds, the verdicts on the papers' claims, remarks."""
+"""The summary after figures are made: files, seconds, verdicts on the papers' claims, remarks."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
 
 def open_console() -> Console:
-    """A console; as wide as its tables where the output is not a terminal."""
+    """Return a console, 160 columns wide if the output is not a terminal."""
     terminal = Console(highlight=False)
     return terminal if terminal.is_terminal else Console(highlight=False, width=160)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one figure.
+    """A figure that was made.
 
     Attributes
     ----------
@@ -32,11 +32,11 @@ class Outcome:
     seconds : dict
         Wall time of each stage.
     reused : tuple of str
-        Stages whose artefact was found in the cache.
+        Stages whose result was found in the cache.
     verdicts : list of Verdict
-        On the claims that the figure backs.
+        On the claims that rest on the figure alone.
     remarks : tuple of str
-        What a person should know, one sentence each.
+        Warnings, one sentence each.
     """
 
     figure: str
@@ -48,7 +48,7 @@ class Outcome:
 
 
 def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console) -> None:
-    """Print what was made, where, in how many seconds, and the verdicts on the papers' claims."""
+    """Print each figure with its files and seconds, the verdicts on the papers' claims and the remarks."""
     figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "seconds", "of which figure", "reused", "folder", "files"):
         figures.add_column(heading, justify="right" if "second" in heading or "which" in heading else "left")
@@ -84,7 +84,7 @@ _STYLES = {"reproduced": "green", "direction only": "yellow", "differs": "red"}
 
 
 def claims_table(verdicts: Sequence[Verdict]) -> Table:
-    """The claims with the published number, ours and the verdict."""
+    """Return the claims as a table: the published number, ours and the verdict."""
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
     for heading in ("claim", "published", "ours", "unit", "verdict"):
         table.add_column(heading, justify="right" if heading in ("published", "ours") else "left")

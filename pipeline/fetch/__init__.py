@@ -1,4 +1,4 @@
-"""Real recordings, fetched by a table of addresses and checked by their sha256."""
+"""Downloading the public recordings: addresses from a table, every file verified by its sha256."""
 
 from pipeline.fetch.sources import (
     NEEDED_COLUMNS,

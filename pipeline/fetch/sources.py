@@ -1,6 +1,7 @@
-"""Real recordings, fetched by a table of addresses and checked by their sha256.
+"""Downloading the recordings of a table of addresses.
 
-Every file of ``data/sources.csv`` is looked for in a mirror (a folder), then at its address, then at its origin.
+Each file of ``data/sources.csv`` is copied from a mirror (a folder), else downloaded from its address, else from its
+origin.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ NEEDED_COLUMNS = ("path", "source", "bytes", "sha256", "address", "origin")
 
 
 def open_http(request: urllib.request.Request, *, timeout: float) -> Any:
-    """The answer to a request over http(s), which no redirection can lead to a file or another protocol."""
+    """Return the answer to a request over http(s); redirections to other protocols are not followed."""
     director = urllib.request.OpenerDirector()
     for handler in (
         urllib.request.ProxyHandler(),
@@ -44,25 +45,25 @@ def fetch(
     opener: Callable[..., Any] = open_http,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> FetchReport:
-    """What was fetched, what was there, and what failed and why.
+    """Download the files of the table that are missing or wrong, and return what was done with each.
 
-    One connection at a time.  A file that is there already is read and its sha256 compared.  Interrupted, it
-    leaves ``.part`` files from which the next run goes on.
+    One connection at a time.  The sha256 of a file that exists is compared.  An interrupted run leaves ``.part``
+    files, which the next run continues.
 
     Parameters
     ----------
     sources : Path
         The table of addresses, with at least the columns `NEEDED_COLUMNS`.
     raw : Path
-        The folder that receives the files; no other folder is written to.
+        Folder of the files; no other folder is written to.
     mirror : Path, optional
-        A folder with the same paths, asked first.
+        A folder with the same paths, which is tried first.
     only : sequence of str, optional
         Names of sources, paths or patterns such as ``cmu/16/*``; all files if not given.
     opener : callable
         Called as ``opener(request, timeout=seconds)``, as ``urllib.request.urlopen`` is.
     progress : callable
-        Called with a `Progress` after every piece and every file.
+        Called with a `Progress` after every chunk and every file.
 
     Raises
     ------
@@ -77,9 +78,9 @@ def fetch(
 
 
 def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | None = None) -> Path | None:
-    """Where a recording is now: in `raw`, else in the mirror, else None.
+    """Return the path of a recording in `raw`, else in the mirror, else None.
 
-    A file of another size than the table says is passed over, for it is not that recording.
+    A file whose size differs from the table is ignored.
 
     Raises
     ------
@@ -96,13 +97,12 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | None = None) ->
 
 
 def read_sources(sources: Path) -> list[dict[str, str]]:
-    """The rows of a table of addresses, each checked.
+    """Return the rows of a table of addresses, validated.
 
     Raises
     ------
     InvalidInput
-        If the table cannot be read, lacks a column, names a path twice or outside the folder, or a size or
-        digest is not one.
+        If the table cannot be read or lacks a column, or a path, size or digest is invalid or listed twice.
     """
     try:
         with Path(sources).open(newline="", encoding="utf-8") as stream:
@@ -120,24 +120,20 @@ def read_sources(sources: Path) -> list[dict[str, str]]:
         path = row["path"]
         _check_path(path, where)
         if path in seen:
-            raise InvalidInput("a path stands twice in the table", where=where, received=path)
+            raise InvalidInput("a path is listed twice", where=where, received=path)
         seen.add(path)
         if not re.fullmatch(r"[0-9a-f]{64}", row["sha256"]):
-            raise InvalidInput(
-                "the sha256 is not one",
-                where=f"{where}, {path}",
-                expected="64 hexadecimal digits",
-                received=row["sha256"] or "none",
-            )
+            what = "must be 64 hexadecimal digits"
+            raise InvalidInput(what, where=f"{where}, {path}: sha256", received=row["sha256"] or "none")
         if not re.fullmatch(r"[1-9]\d{0,14}", row["bytes"]):
             raise InvalidInput(
-                "the size is not a number of bytes", where=f"{where}, {path}", received=row["bytes"]
+                "must be a size", where=f"{where}, {path}: bytes", received=row["bytes"] or "none"
             )
     return rows
 
 
 def _check_path(path: str, where: str) -> None:
-    """Refuse a path that could name anything but a file inside the folder."""
+    """Require a relative path that stays inside the folder."""
     parts = PurePosixPath(path).parts
     strange = not parts or path.startswith("/") or ".." in parts or re.search(r"[\\:\0]", path)
     if strange or path != str(PurePosixPath(path)) or path.endswith(".part"):
@@ -150,7 +146,7 @@ def _check_path(path: str, where: str) -> None:
 
 
 def _selected(rows: list[dict[str, str]], only: Sequence[str] | None) -> list[dict[str, str]]:
-    """The rows that the caller wants."""
+    """Return the rows of these sources, paths or patterns."""
     if only is None:
         return rows
     chosen: set[str] = set()

@@ -1,6 +1,6 @@
-"""How recordings are received: each from the mirror, its address or its origin, resumed and checked.
+"""Transfer of recordings from the mirror, the address or the origin, resumed and verified.
 
-A file is received as ``<name>.part``, resumed by a later run, and takes its name only when it is right.
+A file is written as ``<name>.part``, which a later run continues, and renamed when its sha256 is right.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from pipeline.validation import InvalidInput
 TIMEOUT_S = 30.0
 _CHUNK = 1 << 16
 _ATTEMPTS = 3
-"""Times that one address is asked, as long as each answer brings the file further."""
+"""Requests to one address, as long as each answer adds to the file."""
 _SILENCES = 2
-"""Times in a row that a host may give no whole answer before it is left alone for this run."""
+"""Consecutive incomplete answers of a host after which it is not asked again in this run."""
 _NOT_THERE = "it has no such file"
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far the fetching is.
+    """Progress of the transfer.
 
     Attributes
     ----------
     path : str
-        The file at hand, as the table names it.
+        Current file, as in the table.
     outcome : str
         ``receiving``, ``present``, ``fetched``, ``failed`` or ``without address``.
     files_done, files_total : int
     bytes_done, bytes_total : int
-        Over all files; what failed counts as done.
+        Over all files; failed ones count as done.
     """
 
     path: str
@@ -56,16 +56,16 @@ class Progress:
 
 @dataclass
 class FetchReport:
-    """What became of every file.
+    """Result for every file.
 
     Attributes
     ----------
     fetched, present : list of str
-        Received now; right already.
+        Received in this run; right before.
     failed : list of (str, str)
-        Path and why.
+        Path and reason.
     without_address : list of str
-        Files that have no public address and that no mirror had: nothing was tried.
+        Files without a public address that the mirror did not have.
     """
 
     fetched: list[str] = field(default_factory=list)
@@ -81,7 +81,7 @@ class FetchReport:
 
 
 class Transfer:
-    """One pass over the rows, and what it learns of the hosts on the way."""
+    """One pass over the rows; remembers which hosts do not answer."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class Transfer:
         self.files_done = self.bytes_done = 0
 
     def report(self) -> FetchReport:
-        """Get every file, in the order of the table."""
+        """Transfer every file, in the order of the table."""
         report = FetchReport()
         for row in self.rows:
             outcome, why = self._get(row)
@@ -116,7 +116,7 @@ class Transfer:
         self.progress(Progress(row["path"], outcome, self.files_done, len(self.rows), done, self.bytes_total))
 
     def _get(self, row: Mapping[str, str]) -> tuple[str, str]:
-        """Outcome for one file, and why it failed."""
+        """Transfer one file; return the outcome and why it failed."""
         target = self.raw / row["path"]
         part = target.with_name(target.name + ".part")
         with _disk(target):
@@ -147,10 +147,9 @@ class Transfer:
         return "failed", "; ".join(reasons)
 
     def _receive(self, row: Mapping[str, str], part: Path, address: str) -> str:
-        """Receive from an address; empty if the file is right, else why not.
+        """Receive a file from an address; return why it failed, empty if it did not.
 
-        What an earlier run or address left in `part` is continued; if the whole is then wrong, once more from
-        the start.
+        Continues what an earlier run or address left in `part`; if the result is wrong, starts over once.
         """
         try:
             url = urllib.parse.urlsplit(address)
@@ -162,7 +161,7 @@ class Transfer:
         size, reason = int(row["bytes"]), ""
         for _ in range(_ATTEMPTS):
             if self.silences[host] >= _SILENCES:
-                return reason or "not asked, for this host gave no answer before"
+                return reason or "not asked, for this host did not answer before"
             start = _size(part)
             if start > size:
                 start = _forget(part)
@@ -177,11 +176,11 @@ class Transfer:
                 if start == 0:
                     return reason
             elif start == _size(part):
-                return reason  # no step further: asking again would not help
+                return reason  # nothing was added: another request would not help
         return reason
 
     def _ask(self, row: Mapping[str, str], part: Path, address: str, host: str, start: int) -> str:
-        """One request, from byte `start` on; empty if it all came, else why not.  Never keeps surplus."""
+        """Send one request, from byte `start` on; return why it failed, empty if it did not."""
         request = urllib.request.Request(address, headers={"User-Agent": "gait-pipeline"})
         if start:
             request.add_header("Range", f"bytes={start}-")
@@ -209,7 +208,7 @@ class Transfer:
             return f"no whole answer ({getattr(error, 'reason', None) or repr(error)})"
 
     def _keep(self, row: Mapping[str, str], part: Path, answer: Any, start: int) -> str:
-        """Append an answer to `part`; empty if it all came, else why not."""
+        """Append an answer to `part`; return why it is incomplete or too long, empty if it is neither."""
         size = int(row["bytes"])
         with _disk(part):
             stream = part.open("ab" if start else "wb", buffering=0)
@@ -229,7 +228,7 @@ class Transfer:
 
 
 def _copy(path: Path, row: Mapping[str, str], part: Path) -> str:
-    """Copy from the mirror; empty if the file is right, else why not."""
+    """Copy a file from the mirror; return why it failed, empty if it did not."""
     try:
         content = path.read_bytes()
     except FileNotFoundError:
@@ -249,7 +248,7 @@ def _size(part: Path) -> int:
 
 
 def _forget(part: Path) -> int:
-    """Remove what was received; 0, the size that remains."""
+    """Remove what was received; return 0, the remaining size."""
     with _disk(part):
         part.unlink(missing_ok=True)
     return 0
@@ -262,7 +261,7 @@ def _digest(path: Path) -> str:
 
 @contextmanager
 def _disk(target: Path) -> Iterator[None]:
-    """Turn a failing disk into a sentence: unlike an address that fails, it would fail every file."""
+    """Raise InvalidInput for an error of the disk, which ends the run, unlike an error of an address."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The four papers as data: where each numbered equation is computed, and how each claim is judged."""
+"""The four papers as data: which functions compute each numbered equation, and how each claim is judged."""
 
 from pipeline.papers.claims import (
     ANY_DATA,
@@ -18,11 +18,9 @@ from pipeline.papers.claims import (
     judge,
     placeholders,
 )
-from pipeline.papers.loading import load, read_mapping
+from pipeline.papers.loading import Equation, Paper, load, read_mapping
 from pipeline.papers.register import (
     PAPERS,
-    Equation,
-    Paper,
     Tag,
     claim,
     equation,

@@ -1,8 +1,8 @@
-"""What a claim, a measure and a verdict are, and the rule by which a claim is judged.
+"""Claims, measures and verdicts, and the rule by which a claim is judged.
 
-A claim is one number or one sentence of a paper with everything that decides about it, written down before any
-figure is made: by which measure our value comes from a table, within which bounds it counts as reproduced, within
-which wider bounds at least the paper's direction holds, and why these bounds.
+A claim is one number or one sentence of a paper, with the measure that computes our value from a table, the bounds
+within which it counts as reproduced, the wider bounds within which the paper's direction holds, and the reason for
+these bounds.  All are written down before the figure is made.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ UNTESTED: Outcome = "cannot be tested on this data"
 OUTCOMES = (REPRODUCED, DIRECTION_ONLY, DIFFERS, UNTESTED)
 
 OVERRIDDEN = "overridden"
-"""Name of the data for results of a preset with options changed: no explanation was established for those."""
+"""Data set of results with changed options, for which no explanation of a difference is given."""
 
 ANY_DATA = "any"
-"""Key of an explanation that holds for whatever data set has none of its own."""
+"""Key of the explanation for data sets that have none of their own."""
 
 _UNEXPLAINED = {OVERRIDDEN: "not explained: the options differ from the preset's"}
 
 
 class Kind(StrEnum):
-    """What a claim is about."""
+    """Kind of a claim."""
 
     RESULT = "result"
     """A printed number."""
@@ -44,7 +44,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Interval:
-    """Bounds on a value; an end belongs to it unless it is open.
+    """An interval of numbers; an end belongs to it unless it is open.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class Measure:
 
     @property
     def parts(self) -> Iterator[Measure]:
-        """This measure and all measures among its arguments."""
+        """This measure and all measures among its arguments, recursively."""
         yield self
         for value in self.arguments.values():
             for item in value if isinstance(value, tuple) else (value,):
@@ -115,7 +115,7 @@ class Measure:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that it reads, each once."""
+        """Names of the tables that the measure reads, each once."""
         named = (
             value
             for part in self.parts
@@ -131,14 +131,14 @@ def _told(value: Any) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A number of ours that no claim is about, but that an explanation or the README quotes.
+    """A number of ours that an explanation or the README quotes, without a claim about it.
 
     Attributes
     ----------
     name : str
         Unique among claims and quantities; begins with the paper's key.
     paper, figure : str
-        The figure is the preset whose tables the measure reads.
+        Key of the paper; preset whose tables the measure reads.
     how : str
         The measure in words, one line.
     measure : Measure
@@ -155,7 +155,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A number or a sentence of a paper, and what decides whether we reproduce it.
+    """A number or a sentence of a paper, and the criterion by which it counts as reproduced.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class Claim:
     paper, section : str
     kind : Kind
     quote : str
-        The paper's own words, short; holds the published number.
+        The paper's own words, short, with the published number.
     published : float or None
         The paper's number; None for a sentence without one.
     unit : str
@@ -172,23 +172,22 @@ class Claim:
     figure : str
         Preset whose tables back the claim; empty only if `untestable`.
     how : str
-        How our value comes from the tables, in words, one line.
+        The measure in words, one line.
     measure : Measure or None
-        The same as data; None only if `untestable`.
+        None only if `untestable`.
     null : Measure or float or None
-        What the same measure gives when the method does nothing; None if nobody has said.
+        Value of the same measure when the method does nothing; None if it is not stated.
     reproduced : Interval or None
         Our values that count as reproduced; None only if `untestable`.
     direction : Interval or None
-        Our values for which at least the paper's direction holds; None if there is nothing between
-        reproduced and not.
+        Our values for which at least the paper's direction holds; None if there are no such bounds.
     reason : str
         Why these bounds, in one line, written before the figure was made.
     why : mapping of str to str
         Why our value differs, by data set; `ANY_DATA` for all that have none of their own.  Our numbers stand
         as placeholders, ``{value:.1f}`` for the claim's own and ``{zhang2007_walkers:.0f}`` for another's.
     untestable : str
-        Why no data of ours can decide; empty if some can.
+        Why none of our data can decide; empty if some can.
     """
 
     name: str
@@ -210,23 +209,23 @@ class Claim:
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that its measure reads."""
+        """Names of the tables that the measure reads."""
         return self.measure.tables if self.measure else ()
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a claim on one data set.
+    """The verdict on a claim for one data set.
 
     Attributes
     ----------
     claim : Claim
     ours : float or None
-        Our value in the claim's unit; None if it could not be had.
+        Our value in the claim's unit; None if there is none.
     verdict : str
         ``reproduced``, ``direction only``, ``differs`` or ``cannot be tested on this data``.
     why : str
-        One line for a person.
+        Reason, one line.
     """
 
     claim: Claim
@@ -236,13 +235,13 @@ class Verdict:
 
 
 def judge(claim: Claim, ours: float, data_name: str, number: Callable[[str], float] | None = None) -> Verdict:
-    """The verdict on a claim, given our value.
+    """Return the verdict on a claim, given our value.
 
     Parameters
     ----------
     claim : Claim
     ours : float
-        Our value; not finite if the tables hold none.
+        Our value; not finite if the tables have none.
     data_name : str
         Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
     number : callable, optional
@@ -268,7 +267,7 @@ def judge(claim: Claim, ours: float, data_name: str, number: Callable[[str], flo
 
 
 def placeholders(text: str) -> list[str]:
-    """Names of the numbers that a text quotes, in order.
+    """Return the names of the numbers that a text quotes, in order.
 
     Examples
     --------
@@ -285,7 +284,7 @@ def _filled(text: str, known: Mapping[str, float], number: Callable[[str], float
 
 
 class _Number(float):
-    """A number in a text; says so where there is none."""
+    """A number that is formatted as ``(no number)`` if it is not finite."""
 
     def __format__(self, specification: str) -> str:
         return super().__format__(specification) if math.isfinite(self) else "(no number)"

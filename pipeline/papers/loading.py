@@ -1,7 +1,7 @@
-"""The papers' data files, ``conf/paper/<key>.yaml``, read and checked.
+"""Reading and validating the papers' data files, ``conf/paper/<key>.yaml``.
 
-What a file says wrongly is refused with the file and the claim or equation: a key that is unknown, missing or there
-twice, a text where a number belongs, bounds that contradict each other, a placeholder that names nothing.
+An error is refused with the file and the claim or equation: a key that is unknown, missing or repeated, a value of the
+wrong type, contradictory bounds, a placeholder without a number.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from pipeline.validation import InvalidInput, require_choice
 
 @dataclass(frozen=True, kw_only=True)
 class Equation:
-    """A numbered equation of a paper and where it is computed.
+    """A numbered equation of a paper and the functions that compute it.
 
     Attributes
     ----------
     paper, number : str
-        ``"zhang2007"``, ``"3.15"``: together the tag by which the source is searched.
+        E.g. ``"zhang2007"`` and ``"3.15"``, which make the tag in the source.
     words : str
         The equation in one line.
     printed : str
-        Dotted name of the function that computes it as it is printed: what tests compare with.
+        Dotted name of the function that computes it as printed, for tests to compare with.
     used : str
-        Dotted name of the function that results pass through; empty if none does.
+        Dotted name of the function that the results use; empty if none does.
     test : str
-        File of the tests that hold it.
+        File of its tests.
     note : str
-        What is wrong or open in print, and how we read it; empty if nothing is.
+        Misprints or ambiguities and how we read them; empty if there are none.
     """
 
     paper: str
@@ -50,16 +50,24 @@ class Equation:
 
     @property
     def tag(self) -> str:
-        """The mark in the source, e.g. ``[zhang2007 3.15]``."""
+        """The tag in the source, e.g. ``[zhang2007 3.15]``."""
         return f"[{self.paper} {self.number}]"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """A paper: its equations in printed order, its claims, the presets that redraw its figures.
+    """A paper.
 
-    `beyond` names presets of our own that go further than it, `quantities` are numbers of ours that explanations and
-    the README quote.
+    Attributes
+    ----------
+    key, title, authors, venue : str
+    year : int
+    figures, beyond : tuple of str
+        Presets of its figures; presets of our own that go beyond it.
+    equations : tuple of Equation
+        In printed order.
+    claims : tuple of Claim
+    quantities : tuple of Quantity
     """
 
     key: str
@@ -75,17 +83,17 @@ class Paper:
 
     @property
     def measured(self) -> tuple[Claim | Quantity, ...]:
-        """Claims and quantities: what has a name, and mostly a measure."""
+        """Claims and quantities."""
         return (*self.claims, *self.quantities)
 
 
 def load(folder: Path) -> dict[str, Paper]:
-    """The papers of a folder by key, oldest first.
+    """Return the papers of a folder by key, oldest first.
 
     Raises
     ------
     InvalidInput
-        If a file cannot be read or says something wrongly; the sentence names file and entry.
+        If a file cannot be read or is invalid; the sentence names file and entry.
     """
     raw = {path.stem: _Entry(path.name, read_mapping(path)) for path in sorted(folder.glob("*.yaml"))}
     claims = {name: body for paper in raw.values() for name, body in paper.mapping("claims").items()}
@@ -112,7 +120,7 @@ def _check_placeholders(claim: Claim, known: set[str], where: str) -> None:
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """A safe loader that refuses a key that stands twice."""
+    """A safe loader that refuses repeated keys."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         keys = [key.value for key, _ in node.value]
@@ -124,7 +132,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """What a YAML file says.  Raises InvalidInput if it cannot be read, has a key twice or is no mapping."""
+    """Return the mapping in a YAML file.  Raises InvalidInput if it cannot be read or repeats a key."""
     try:
         content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except InvalidInput as error:
@@ -137,12 +145,12 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 class _Entry:
-    """A mapping of a file, from which every key is taken once and none may be left."""
+    """A mapping in a file, whose keys must all be asked for."""
 
     def __init__(self, where: str, content: Any) -> None:
         if not isinstance(content, Mapping):
             raise InvalidInput("is not a mapping", where=where, received=repr(content))
-        # YAML reads the plain word as a key of its own.
+        # YAML reads the word null as None.
         self.content = {"null" if key is None else key: value for key, value in content.items()}
         self.where = where
         self.asked: set[str] = set()
@@ -150,7 +158,7 @@ class _Entry:
     def take(
         self, key: str, kinds: type | tuple[type, ...], default: Any = None, *, needed: bool = True
     ) -> Any:
-        """A value of one of these types."""
+        """Return the value of a key, of one of these types."""
         self.asked.add(key)
         if key not in self.content:
             if needed:
@@ -168,23 +176,23 @@ class _Entry:
         return value
 
     def text(self, key: str, *, needed: bool = True) -> str:
-        """A text; parts of a list are joined by semicolons."""
+        """Return a text; the parts of a list are joined by semicolons."""
         value = self.take(key, (str, list), "", needed=needed)
         return _joined(value, f"{self.where}, {key}")
 
     def mapping(self, key: str) -> dict[str, Any]:
-        """A mapping, empty if it is not there."""
+        """Return a mapping, empty if the key is missing."""
         return self.take(key, dict, {}, needed=False)
 
     def names(self, key: str, *, needed: bool = True) -> tuple[str, ...]:
-        """A list of texts."""
+        """Return a list of texts."""
         value = self.take(key, list, [], needed=needed)
         if not all(isinstance(name, str) for name in value):
             raise InvalidInput(f"{key!r} is not a list of names", where=self.where, received=repr(value))
         return tuple(value)
 
     def done(self) -> None:
-        """Refuse keys that nobody asked for."""
+        """Refuse keys that were not asked for."""
         if unknown := [str(key) for key in self.content if key not in self.asked]:
             raise InvalidInput(
                 f"unknown key {unknown[0]!r}",
@@ -201,7 +209,7 @@ def _joined(value: Any, where: str) -> str:
 
 
 def _number(value: Any, where: str) -> float:
-    """A number, or a text such as ``1/3`` or ``1e-6``."""
+    """Return a number, also from a text such as ``1/3`` or ``1e-6``."""
     try:
         if isinstance(value, bool):
             raise ValueError
@@ -303,7 +311,7 @@ def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str) -> Cla
 
 
 def _like(name: str, all_claims: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """What a claim says, over what the one says that it is like."""
+    """Return the keys of a claim, with those of the claims that it is ``like`` as defaults."""
     body, trail = all_claims[name], [name]
     if not isinstance(body, Mapping):
         raise InvalidInput("is not a mapping", where=where, received=repr(body))
@@ -334,7 +342,7 @@ def _quantity(key: str, name: str, content: Any, file: str) -> Quantity:
 
 
 def _measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
-    """A measure from a mapping of one key, its name, to its arguments."""
+    """Return a measure from a mapping of its name to its arguments."""
     if len(content) != 1 or not all(isinstance(arguments, Mapping) for arguments in content.values()):
         raise InvalidInput(
             "must be one name with its arguments",
@@ -371,7 +379,7 @@ def _argument(value: Any, figure: str, where: str) -> Any:
 
 
 def _interval(content: Mapping[str, Any], published: float | None, where: str) -> Interval:
-    """Bounds: ``exactly``, ``within`` a distance of the published number, or one end or two."""
+    """Return bounds: ``exactly``, ``within`` a distance of the published number, or one or two ends."""
     values = {str(key): _number(value, f"{where}, {key}") for key, value in content.items()}
     if set(values) == {"exactly"}:
         return Interval(values["exactly"], values["exactly"])

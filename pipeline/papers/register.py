@@ -22,19 +22,6 @@ from pipeline.papers.claims import Claim, Quantity
 from pipeline.papers.loading import Equation, Paper, load
 from pipeline.validation import InvalidInput, require_choice
 
-__all__ = [
-    "PAPERS",
-    "Equation",
-    "Paper",
-    "Tag",
-    "claim",
-    "equation",
-    "find_tags",
-    "locate",
-    "paper",
-    "quantity",
-]
-
 FOLDER = Path(__file__).resolve().parents[2] / "conf" / "paper"
 
 PAPERS: dict[str, Paper] = load(FOLDER)
@@ -45,7 +32,7 @@ _TAG = re.compile(rf"\[({'|'.join(PAPERS)}) (?!(?:figure|section|table|appendix)
 
 @dataclass(frozen=True)
 class Tag:
-    """A mark in a source text: this equation, on this line (from 1)."""
+    """An equation tag in a source text, on a line (from 1)."""
 
     paper: str
     number: str
@@ -53,7 +40,7 @@ class Tag:
 
 
 def paper(key: str) -> Paper:
-    """One of the papers.
+    """Return one of the papers.
 
     Raises
     ------
@@ -64,7 +51,7 @@ def paper(key: str) -> Paper:
 
 
 def equation(key: str, number: str) -> Equation:
-    """A numbered equation of a paper.
+    """Return a numbered equation of a paper.
 
     Raises
     ------
@@ -76,7 +63,7 @@ def equation(key: str, number: str) -> Equation:
 
 
 def claim(name: str) -> Claim:
-    """The claim of that name.
+    """Return the claim of that name.
 
     Raises
     ------
@@ -90,7 +77,7 @@ def claim(name: str) -> Claim:
 
 
 def quantity(name: str) -> Claim | Quantity:
-    """The claim or quantity of that name: whatever has a measure.
+    """Return the claim or quantity of that name.
 
     Raises
     ------
@@ -108,12 +95,12 @@ def _named(name: str) -> Claim | Quantity | None:
 
 
 def locate(dotted: str) -> tuple[Path, int]:
-    """File and first line (from 1) of a function, class or method.
+    """Return the file and the first line (from 1) of a function, class or method.
 
     Raises
     ------
     InvalidInput
-        If there is none of that name.
+        If nothing has that name.
 
     Examples
     --------
@@ -134,11 +121,10 @@ def locate(dotted: str) -> tuple[Path, int]:
 
 
 def find_tags(source: str) -> Iterator[Tag]:
-    """The equation marks of a source text, line by line; figures and sections are not equations.
+    """Yield the equation tags of a source text, line by line; figures and sections are not equations.
 
-    Several equations may share a mark, ``[zhang2007 4.1, 4.2]``, or be a range of the printed order,
-    ``[zhang2007 A.1-A.5]``.  A number that the paper does not have is returned as it stands, so that whoever
-    checks can name it.
+    Several equations may share a tag, ``[zhang2007 4.1, 4.2]``, or be a range of the printed order,
+    ``[zhang2007 A.1-A.5]``.  A number that the paper does not have is yielded as well.
 
     Examples
     --------

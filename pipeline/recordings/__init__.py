@@ -1,21 +1,21 @@
-"""Recordings of the figures for the rerun viewer, and reading them back; the only package that imports rerun.
+"""Recordings of the figures for the rerun viewer, and reading them; the only package that imports rerun.
 
-A `Recording` is a view of results, never their record: it can always be made again from the tables.
+A `Recording` is a view of results, not their record: it can be made again from the tables.
 
 Conventions
 -----------
 Callers give millimetres; the file holds metres, which is what the viewer's grid and camera assume.
-World: right-handed, x right, y forward, z up: the viewer's own default, so nothing has to say so.
+World: right-handed, x right, y forward, z up: the viewer's default, so it is not stated in the file.
 Images: the viewer's vertical axis points down, so the file holds minus the vertical coordinate.
 A timeline called ``time`` is a duration in seconds; every other one is a sequence of integers (``view_angle_deg``,
-``sigma2_mm2``, ``frame``).  The viewer plots against the timeline that is open and shows nothing that has no row on it,
-hence one recording to each abscissa: all that moves has rows on the recording's own timeline.
+``sigma2_mm2``, ``frame``).  The viewer plots against the open timeline and shows only what has rows on it, hence
+one recording for each abscissa: everything that moves has rows on the recording's timeline.
 Colours are those of `pipeline.palette`.
 
 How to record a figure
 ----------------------
-Curves come from the same tidy table and the same styles as the picture; skeletons, images, bars and matrices are added
-one by one; the layout comes last.
+Curves are taken from the same tidy table and styles as the picture; skeletons, images, bars and matrices are added one
+by one; the layout comes last.
 
 >>> from pipeline import recordings
 >>> from pipeline.skeleton import WALKER15
@@ -80,7 +80,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used: rerun takes long to import, and few commands record."""
+    """Import a public name at its first use, since rerun takes long to import."""
     for module, names in _MODULES.items():
         if name in names:
             return getattr(import_module(module), name)

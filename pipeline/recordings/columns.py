@@ -1,8 +1,7 @@
-"""Data of a recording as the columns that its file holds, checked for what the library lets pass in silence.
+"""Columns of a recording's file, validated where rerun does not raise an error.
 
-A partition that does not cover its values drops the rest, a sequence cuts fractions off, a timeline with two types
-makes a file that does not verify, and without the strict mode a wrong shape logs nothing; each of them raises an error
-here.
+In rerun, a partition that does not cover its values drops the rest, a sequence truncates fractions, a timeline with two
+types makes a file that does not verify, and without the strict mode a wrong shape logs nothing.  Here each is an error.
 """
 
 from __future__ import annotations
@@ -23,12 +22,12 @@ rr.set_strict_mode(True)  # otherwise a wrong shape warns and logs nothing
 def body(
     entity: str, positions_mm: np.ndarray, bones: Sequence[tuple[int, int]], space: int
 ) -> tuple[np.ndarray, np.ndarray, Extent]:
-    """Return joints, bone ends and the box around them, as the file holds them.
+    """Return joints, bone ends and the box around them, in the units and axes of the file.
 
     Parameters
     ----------
     entity : str
-        For the message of an error.
+        For messages.
     positions_mm : (T, J, space) float
         Millimetres, NaN where missing; in an image the second coordinate points up.
     bones : sequence of (int, int)
@@ -61,7 +60,7 @@ def body(
 
 
 def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeColumn:
-    """Return one timeline's values; its name alone says its type, so that no timeline ever gets two."""
+    """Return the values of a timeline, whose type depends on its name alone."""
     where = f"{entity} on {timeline}"
     v = vector(where, values)
     if len(v) != rows or (np.diff(v) <= 0).any():
@@ -71,7 +70,7 @@ def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeCo
     if timeline == "time":
         nanoseconds = np.rint(v * 1e9).astype(np.int64).astype("timedelta64[ns]")
         return rr.TimeColumn(timeline, duration=nanoseconds)
-    cut = v[np.abs(v - np.rint(v)) > 1e-6]  # the library would drop these fractions without a word
+    cut = v[np.abs(v - np.rint(v)) > 1e-6]  # rerun would truncate these silently
     if cut.size:
         raise InvalidInput("a sequence that is not of integers", where=where, received=f"{cut[0]:g}")
     return rr.TimeColumn(timeline, sequence=np.rint(v).astype(np.int64))
@@ -91,7 +90,7 @@ def rgb(where: str, colour: str) -> tuple[int, int, int]:
 
 
 def partitioned(columns: Any, rows: int, each: int) -> list[Any]:
-    """Return columns cut into `rows` of `each` values, all values covered."""
+    """Return columns partitioned into `rows` of `each` values, with all values covered."""
     parts = [*columns.partition([each] * rows)]
     for part in parts:
         cells = part.as_arrow_array()

@@ -1,4 +1,4 @@
-"""What a recording opens on: views as plain values, and the viewer's blueprint made from them."""
+"""Layout of a recording: views as plain values, and the viewer's blueprint made from them."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ METRES = 1e-3
 """Metres in one millimetre."""
 
 GROUND = (24, 26, 31)
-"""Background of skeleton views: always dark, so that the colours read the same in either theme."""
+"""Background of skeleton views, the same in a light and a dark theme."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """One view: its title, the entity that it starts from, and what it takes in (default: all below)."""
+    """One view: its title, the entity of its origin, and the entities it shows (by default all below the origin)."""
 
     name: str
     origin: str
@@ -30,7 +30,7 @@ class View:
 
 @dataclass(frozen=True, kw_only=True)
 class Space3D(View):
-    """Skeletons in space, seen from `eye_mm`; with `shown`, all others are listed but start hidden."""
+    """Skeletons in space, seen from `eye_mm`; with `shown`, all other entities start hidden."""
 
     origin: str = "world"
     shown: tuple[str, ...] = ()
@@ -93,13 +93,13 @@ Extents = Mapping[str, Extent | None]
 
 
 class Split:
-    """Views and splits that share a space: `Columns`, `Rows` or `Tabs`.
+    """Views and splits side by side: `Columns`, `Rows` or `Tabs`.
 
     Parameters
     ----------
     parts : View or Split
     shares : sequence of float, optional
-        Of the space, one to each part; equal if not given.
+        Share of the space of each part; equal by default.
     """
 
     def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
@@ -117,11 +117,11 @@ class Rows(Split):
 
 
 class Tabs(Split):
-    """Parts of which one is seen at a time, at first the first."""
+    """Parts of which one is seen at a time; the first is open at the start."""
 
 
 def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing: bool) -> rrb.Blueprint:
-    """The viewer's blueprint of a layout.
+    """Return the viewer's blueprint of a layout.
 
     Parameters
     ----------
@@ -129,14 +129,14 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
     timeline : str
         The one that the viewer opens.
     extents : mapping
-        Every entity of the recording → the box around what it draws, or None for what needs none.
+        Entity → the box around what it draws, or None if it needs none.
     playing : bool
         Whether the viewer starts by playing in a loop.
 
     Raises
     ------
     InvalidInput
-        If a view would be empty, or a range makes no sense.
+        If a view or a range would be empty.
     """
     hides = any(getattr(view, "shown", ()) for view in _views(layout))
     return rrb.Blueprint(
@@ -147,7 +147,7 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
             play_state="playing" if playing else "paused",
             loop_mode="all" if playing else None,
         ),
-        # The tree is where hidden walkers are switched on, so it is open when there are any.
+        # Hidden walkers are switched on in the tree, which is open if there are any.
         rrb.BlueprintPanel(state="expanded" if hides else "collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
@@ -160,7 +160,7 @@ def _views(part: View | Split) -> list[View]:
 
 
 def _below(path: str, entities: Collection[str]) -> list[str]:
-    """Entities at or under a path; ``/**`` at its end and a slash at its head are allowed."""
+    """Return the entities at or below a path, which may begin with a slash and end in ``/**``."""
     stem = path.strip("/").removesuffix("/**")
     return [e for e in entities if e == stem or e.startswith(stem + "/")]
 
@@ -223,7 +223,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
 
 
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
-    """Overrides that hide all but the chosen: visibility is inherited, so one line each is enough."""
+    """Return overrides that hide all but the chosen entities; visibility is inherited."""
     if not view.shown:
         return None
     tops = view.contents or (view.origin,)
@@ -243,7 +243,7 @@ def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
 
 
 def _box(view: View, extents: Extents, *, margin: float) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of the box around all that a view draws, widened by a fraction of its size."""
+    """Return two corners of the box around all that a view draws, widened by a fraction of its size."""
     paths = view.contents or (view.origin,)
     boxes = [box for path in paths for entity in _below(path, extents) if (box := extents[entity])]
     if not boxes:

@@ -1,4 +1,4 @@
-"""Reading recordings back: their entities, views and columns, and a digest of all that they say."""
+"""Reading recordings: their entities, views and columns, and a digest of their content."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from rerun.error_utils import RerunWarning
 from pipeline.validation import InvalidInput
 
 _NOT_CONTENT = "/__properties"
-"""Holds the name of the recording, not its data."""
+"""Entities with the name of the recording, not its data."""
 
 
 def entities(path: Path) -> tuple[str, ...]:
-    """The entities of a recording, sorted, without the leading slash.
+    """Return the entities of a recording, sorted, without the leading slash.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def entities(path: Path) -> tuple[str, ...]:
 
 
 def views(path: Path) -> tuple[tuple[str, str], ...]:
-    """The views that a recording opens on, sorted: (kind, title), e.g. ``("3D", "walkers")``."""
+    """Return the views of a recording's layout, sorted: (kind, title), e.g. ``("3D", "walkers")``."""
     reader, found = _reader(path), set()
     for layout in reader.blueprints():
         for chunk in reader.stream(store=layout).to_chunks():
@@ -43,7 +43,7 @@ def views(path: Path) -> tuple[tuple[str, str], ...]:
 def read_column(
     path: Path, entity: str, component: str, index: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Index values and data of one component, ordered along the index.
+    """Return index values and data of one component, ordered along the index.
 
     Parameters
     ----------
@@ -53,12 +53,12 @@ def read_column(
     component : str
         E.g. ``"Scalars:scalars"``, ``"Points3D:positions"``, ``"LineStrips3D:strips"``.
     index : str, optional
-        The timeline; None for what does not change.
+        The timeline; None for static data.
 
     Returns
     -------
     index : (T,) array
-        Seconds for ``time``, else integers; empty for what does not change.
+        Seconds for ``time``, else integers; empty for static data.
     values : (T, …) array
         As in the file: positions in metres, images with the vertical axis down.
 
@@ -86,9 +86,9 @@ def read_column(
 
 
 def digest(path: Path) -> str:
-    """Sha256 of what a recording says, to the last bit, whatever its ids, chunks and order of writing.
+    """Return the sha256 of a recording's content, independent of ids, chunks and the order of writing.
 
-    Covers entity, component, timelines, their values and the data; not the name nor the layout.
+    Covers entities, components, timelines, their values and the data; not the name nor the layout.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _chunks(path: Path) -> list[Chunk]:
 
 
 def _dense(array: pa.Array, where: str) -> np.ndarray:
-    """Nested lists of equal lengths as one array."""
+    """Return nested lists of equal lengths as one array."""
     shape: list[int] = []
     while pa.types.is_list(array.type) or pa.types.is_fixed_size_list(array.type):
         rows = len(array)
@@ -151,7 +151,7 @@ def _dense(array: pa.Array, where: str) -> np.ndarray:
 
 
 def _content(array: pa.Array) -> bytes:
-    """Bytes that say what an array holds, whatever its offsets and buffers."""
+    """Return the content of an array as bytes, independent of its offsets and buffers."""
     kind = array.type
     if pa.types.is_list(kind) or pa.types.is_large_list(kind):
         return array.value_lengths().to_numpy(zero_copy_only=False).tobytes() + _content(array.flatten())

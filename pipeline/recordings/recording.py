@@ -19,27 +19,27 @@ from pipeline.recordings.layout import METRES, Extent, Split, View, blueprint
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
-"""Before the version at the end of every whole file."""
+"""Precedes the version at the end of every complete file."""
 
 _LINE_WIDTH = 2.0
-"""Of curves, points of the screen."""
+"""Width of curves, points of the screen."""
 
 
 class Recording:
-    """A recording being written: on leaving ``with`` it stands complete under its name, or not at all.
+    """A recording being written; it gets its name when the ``with`` block ends, if it is complete.
 
     Parameters
     ----------
     path : Path
         Where the ``.rrd`` goes; the folder must exist.
     name : str
-        Letters, digits and underscores; recordings of one name share a layout in the viewer.
+        Letters, digits and underscores; recordings of the same name share a layout in the viewer.
     about : str
         Description in Markdown, shown by `Notes`.
     timeline : str
-        The abscissa: the timeline on which everything that moves has rows.
+        Timeline of everything that moves: the abscissa.
     edition : str
-        Tells apart recordings of one name that may be open together (data set, scale).
+        Distinguishes recordings of the same name (data set, scale).
 
     Raises
     ------
@@ -66,7 +66,7 @@ class Recording:
         self._layout = False
 
     def __enter__(self) -> Recording:
-        # Fixed ids and no properties: a clock or a random id would make equal recordings differ.
+        # Fixed ids and no properties: with a time or a random id equal recordings would differ.
         identity = f"{self.name} {self._edition}".strip()
         self._stream = rr.RecordingStream(self.name, recording_id=identity, send_properties=False)
         self._stream.set_log_time_enabled(False)
@@ -89,7 +89,7 @@ class Recording:
                 with self._partial.open("rb") as written:
                     os.fsync(written.fileno())
                     written.seek(-min(self._partial.stat().st_size, len(_FOOTER) + 4), os.SEEK_END)
-                    # The library's writer only logs what a full disk does to it.
+                    # The library only logs that the disk is full.
                     whole = _FOOTER in written.read()
                 if not whole:
                     what = "cannot write results: the recording was cut short"
@@ -336,14 +336,14 @@ class Recording:
         index: Mapping[str, np.ndarray] | None = None,
         rows: int = 0,
     ) -> list[rr.TimeColumn]:
-        """Return the time columns of an entity, which may be used once: static data would hide what moves."""
+        """Return the time columns of an entity, which may be used only once: static data would hide the rest."""
         if not re.fullmatch(r"[A-Za-z0-9_]+(/[A-Za-z0-9_]+)*", entity):
             expected = "words with / between"
             raise InvalidInput("the path of an entity is not safe", where=repr(entity), expected=expected)
         if entity in self._extents:
             raise InvalidInput("the entity has been used already", where=entity)
         if index is not None and self.timeline not in index:
-            reason = "nothing would be shown without rows on the recording's timeline"
+            reason = "must have rows on the recording's timeline"
             raise InvalidInput(reason, where=entity, expected=self.timeline, received=", ".join(index))
         columns = [time_column(entity, timeline, v, rows) for timeline, v in (index or {}).items()]
         self._extents[entity] = extent

@@ -1,4 +1,4 @@
-"""The viewer's own program: does it find a recording complete, and what does it show?"""
+"""The viewer's program: verifying a recording, and pictures of what the viewer shows."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from rerun.experimental import ViewerClient
 from pipeline.validation import InvalidInput
 
 PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
-"""The viewer and its command line: the program itself, since stopping its wrapper would leave it running."""
+"""The program itself, since stopping its Python wrapper would leave it running."""
 
 FADE_S = 3.5
-"""Seconds from the first view to the picture: the layout takes some frames, start-up notices must fade."""
+"""Seconds from the first view to the picture, in which start-up notices disappear."""
 
 
 def verify(path: Path, *, timeout_s: float = 60.0) -> None:
-    """Check with the viewer's command line that a recording is complete and readable.
+    """Verify with the viewer's command line that a recording is complete and readable.
 
     Raises
     ------
     InvalidInput
-        If it is not; with the last sentence of the command line.
+        If it is not; with the last line of the command's output.
     """
     command = [str(PROGRAM), "rrd", "verify", str(path)]
     try:
@@ -49,9 +49,9 @@ def screenshot(
     value: float | None = None,
     timeout_s: float = 60.0,
 ) -> tuple[str, ...]:
-    """Write a picture of what the viewer opens on; return its complaints.
+    """Write a picture of what the viewer shows first, and return its warnings.
 
-    Runs the viewer without a screen, listening on this machine only, and always stops it.
+    Runs the viewer without a screen, listening on this machine only, and stops it.
 
     Parameters
     ----------
@@ -84,11 +84,8 @@ def screenshot(
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=said,
-            env={
-                **os.environ,
-                "RERUN_APP_ONLY": "true",
-                "RUST_LOG": "error",
-            },  # fewer notices over the picture
+            # Fewer notices over the picture.
+            env={**os.environ, "RERUN_APP_ONLY": "true", "RUST_LOG": "error"},
         )
         try:
             _until(lambda: viewer.poll() is not None or _answers(port), deadline)

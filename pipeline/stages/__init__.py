@@ -1,5 +1,5 @@
-"""The five stages of an experiment, each thin: when a study's option does its work, from what, and where it is kept.
+"""The five stages of an experiment: ``ingest → dataset → model → sweep → figure``.
 
-``ingest → dataset → model → sweep → figure``.  A stage knows no study by name; it asks the store for the artefact of
-these options, these inputs and these sources, and calls the option's method if there is none.
+A stage knows no study by name.  It asks the store for the artefact of its options, inputs and sources, and calls the
+option's method if there is none.
 """

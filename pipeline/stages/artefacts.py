@@ -1,4 +1,4 @@
-"""What a stage keeps in the store: a typed value, with the key that the next stage depends on."""
+"""Results of stages as typed values in the store."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Stored(Generic[Value]):
-    """The value that a stage made, or found in the store.
+    """The result of a stage, computed or found in the store.
 
     Attributes
     ----------
     value : dataclass
     artefact : Artefact
-        Its stage, key, seconds, and why it was computed.
+        Its stage and key, the duration, and why it was computed.
     """
 
     value: Value
@@ -38,21 +38,21 @@ def stored(
     result: type[Value],
     source: str,
 ) -> Stored[Value]:
-    """Return what a stage makes of these options and inputs, computed only if need be.
+    """Return the result of a stage for these options and inputs; compute it if it is not in the store.
 
     Parameters
     ----------
     store : Store
     stage : str
     options : dataclass or mapping
-        Whatever changes the result, beside the inputs.
+        Whatever changes the result, apart from the inputs.
     inputs : sequence of Stored
     compute : callable
         Returns the value.
     result : type
         Its dataclass.
     source : str
-        The module that does the work; a change in it, or in what it imports, is another key.
+        Module that computes the result; a change in it, or in what it imports, changes the key.
     """
     artefact = store.artefact(
         stage,
@@ -61,5 +61,5 @@ def stored(
         lambda: pack(compute()),
         code=sources_digest([source]),
     )
-    # Read from the arrays, also when just computed: the same value whether computed now or found.
+    # Also a value just computed is rebuilt from its arrays, so that it is the same as one that was found.
     return Stored(unpack(result, artefact.arrays, artefact.notes), artefact)

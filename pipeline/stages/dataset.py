@@ -1,4 +1,4 @@
-"""Dataset: clips to samples."""
+"""Dataset stage: from clips to samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figure: tables, picture and recordings of an experiment, with the verdicts on the paper's claims; published whole."""
+"""Figure stage: tables, picture, recordings and verdicts of an experiment, published in one folder."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.ledger import judge_figure, write_claims
 
 PRIVATE_PATHS = ("mirror", "raw", "path")
-"""Options of a data set that name folders of one machine."""
+"""Options of a data set that are folders of this machine."""
 
 
 def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, store: Store) -> list[Verdict]:
-    """Publish the figure in `folder` and return the verdicts on the claims that it backs.
+    """Publish the figure in `folder` and return the verdicts on the claims that rest on it alone.
 
     Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``, ``recording*.rrd``,
     ``arrays.npz`` and, last, ``manifest.json``.
@@ -79,7 +79,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
 
 
 def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
-    """The configuration as it may be published: folders of this machine reduced to their last name."""
+    """Return the configuration with folders of this machine reduced to their last name."""
     data = dict(configuration["data"])
     for option in PRIVATE_PATHS:
         if data.get(option):
@@ -88,7 +88,7 @@ def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
 
 
 def _column(values: list[Any]) -> np.ndarray:
-    """Numbers where there are any, with NaN for what a refused clip never reached; else text."""
+    """Return a column of the report: numbers, NaN where a refused clip has none, or text."""
     if any(isinstance(value, int | float) for value in values):
         return np.array([np.nan if value == "" else float(value) for value in values])
     return np.array([str(value) for value in values])

@@ -1,4 +1,4 @@
-"""Ingest: recordings, or what is synthesised in their place, to the clips that a figure is made of."""
+"""Ingest stage: from recordings, or synthetic motion, to usable clips."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Model: what is learnt from the samples."""
+"""Model stage: learning from the samples."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipeline.studies.experiment import Experiment
 
 
 def run(experiment: Experiment, dataset: Stored[Any], store: Store) -> Stored[Any]:
-    """Return what the model's options learn."""
+    """Return the model that is learnt from the samples."""
     options = experiment.model
     return stored(
         store,

@@ -1,4 +1,4 @@
-"""Sweep: what is measured on every fold, for every value that the sweep tries."""
+"""Sweep stage: measurements on every fold for every value of the sweep."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipeline.studies.study import SweepInputs
 def run(
     experiment: Experiment, clips: Stored[Clips], dataset: Stored[Any], model: Stored[Any], store: Store
 ) -> Stored[Any]:
-    """Return what the sweep's options measure."""
+    """Return the measurements of the sweep."""
     options = experiment.sweep
     inputs = SweepInputs(
         clips=clips.value,

@@ -1,7 +1,7 @@
-"""Full-scale results that are kept: one folder for a date and a commit, every file of it re-hashable.
+"""Archives of full-scale results: one folder for each date and commit, with the digest of every file.
 
-``<archive>/<date>-<commit>/<data>/<figure>/…`` holds what was published, ``SHA256SUMS`` at its top every
-file's digest (``sha256sum -c SHA256SUMS`` reads it too), and ``<archive>/index.csv`` one row per data set.
+``<archive>/<date>-<commit>/<data>/<figure>/…`` holds the published files, ``<archive>/<date>-<commit>/SHA256SUMS``
+their digests (``sha256sum -c SHA256SUMS`` checks them), and ``<archive>/index.csv`` one row per data set.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ def keep(
     figures_expected: Sequence[str],
     lock: Path = provenance.LOCK,
 ) -> Path:
-    """The archive, ``<archive_root>/<date>-<first 12 digits of the commit>``, with these results in it.
+    """Archive results in ``<archive_root>/<date>-<first 12 digits of the commit>`` and return that folder.
 
-    Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` says.
-    The files that it lists are kept, ``claims.csv`` beside the figures if there is one, and the lock file.
-    Keeping the same results again changes nothing, and finishes what a killed run had begun.
+    Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` returns.
+    Archived are the files that it lists, ``claims.csv`` beside the figures, and the lock file.  Archiving the same
+    results again changes nothing, and completes what a killed run began.
 
     Parameters
     ----------
     results_data_scale : Path
         ``results/<data>/full``.
     archive_root : Path
-        Holds all archives and ``index.csv``.
+        Folder of all archives and of ``index.csv``.
     date : str
         ``2026-01-31``.
     commit : str
-        Forty hexadecimal digits: the commit that is checked out.
+        The commit that is checked out, forty hexadecimal digits.
     dirty : bool or str
-        Whether the tree differs from that commit; anything but False is refused.
+        Whether the working tree differs from that commit; anything but False is refused.
     figures_expected : sequence of str
-        Every figure that must be there.
+        Figures that must be there.
     lock : Path
         The lock file that the results were made with.
 
@@ -88,16 +88,12 @@ def keep(
         _check_figure(source / figure, commit=commit, lock=lock)
         files |= {f"{figure}/{name}": source / figure / name for name in _listed(source / figure)}
     archive = Path(archive_root) / f"{date}-{commit[:12]}"
-    try:
-        return _keep_files(
-            files, archive, data, {"date": date, "commit": commit, "figures": figures_expected}
-        )
-    except OSError as error:
-        raise InvalidInput(f"cannot write results: {error.strerror or error} ({archive})") from error
+    with folders.writing(archive):
+        return _keep_files(files, archive, data, figures_expected, date=date, commit=commit)
 
 
 def verify(archive: Path) -> list[str]:
-    """What changed in an archive since it was kept, one sentence per file; an empty list is good.
+    """Return what changed in an archive, one sentence per file; an empty list if nothing did.
 
     Raises
     ------
@@ -130,7 +126,7 @@ def verify(archive: Path) -> list[str]:
 
 
 def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
-    """Refuse a figure that is not a finished full-scale result of this commit."""
+    """Require a finished full-scale result of this commit."""
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
         raise InvalidInput("the figure has not been made", where=where)
@@ -157,7 +153,7 @@ def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
 
 
 def _listed(folder: Path) -> list[str]:
-    """The files of a figure that its manifest lists, and the manifest."""
+    """Return the names of the files that a figure's manifest lists, and of the manifest."""
     names = sorted(json.loads((folder / folders.MANIFEST).read_bytes())["files"])
     for name in names:
         if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
@@ -167,8 +163,10 @@ def _listed(folder: Path) -> list[str]:
     return [*names, folders.MANIFEST]
 
 
-def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -> Path:
-    """Copy, list and index; each of the three is one rename, so a killed run leaves a state to go on from."""
+def _keep_files(
+    files: dict[str, Path], archive: Path, data: str, figures: Sequence[str], *, date: str, commit: str
+) -> Path:
+    """Copy, list and index; each of the three is one rename, so that a killed run can be completed."""
     wanted = {f"{data}/{name}": folders.file_digest(path) for name, path in sorted(files.items())}
     target = archive / data
     indexed = _read_index(archive.parent / INDEX)
@@ -200,13 +198,13 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
                 if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
                     raise InvalidInput("the file changed while it was being archived", where=name)
             temporary.replace(target)
-    _replace(archive / CHECKSUMS, _sums_text({**sums, **wanted}))
+    folders.replace_file(archive / CHECKSUMS, _sums_text({**sums, **wanted}))
     row = {
         "archive": archive.name,
-        "date": facts["date"],
-        "commit": facts["commit"],
+        "date": date,
+        "commit": commit,
         "data": data,
-        "figures": " ".join(sorted(set(facts["figures"]))),
+        "figures": " ".join(sorted(set(figures))),
         "files": str(len(files)),
         "bytes": str(sum(path.stat().st_size for path in files.values())),
         "checksums_sha256": folders.digest(_sums_text(wanted)),
@@ -216,16 +214,8 @@ def _keep_files(files: dict[str, Path], archive: Path, data: str, facts: dict) -
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(sorted([*rows, row], key=lambda r: (r["archive"], r["data"])))
-    _replace(archive.parent / INDEX, text.getvalue().encode())
+    folders.replace_file(archive.parent / INDEX, text.getvalue().encode())
     return archive
-
-
-def _replace(path: Path, content: bytes) -> None:
-    """Write a file in one rename."""
-    with folders.temporary_folder(path.parent) as temporary:
-        folders.write_bytes(temporary / path.name, content)
-        (temporary / path.name).replace(path)
-    folders.sync(path.parent)
 
 
 def _sums_text(sums: dict[str, str]) -> bytes:
@@ -233,7 +223,7 @@ def _sums_text(sums: dict[str, str]) -> bytes:
 
 
 def _read_sums(archive: Path) -> dict[str, str]:
-    """``{relative name: sha256}`` from the list of checksums."""
+    """Return the sha256 of each file, by its name in the archive."""
     sums = {}
     text = (archive / CHECKSUMS).read_text(encoding="utf-8", errors="replace")
     for number, line in enumerate(text.splitlines(), start=1):

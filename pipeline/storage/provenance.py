@@ -1,4 +1,4 @@
-"""With what a result was made: code, versions, commit, machine type, threads and lock file."""
+"""Provenance of a result: versions, commit, machine type, threads and lock file."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def _version(package: str) -> str:
 
 
 def versions(packages: Sequence[str]) -> dict[str, str]:
-    """Installed version of each package, ``not installed`` where there is none."""
+    """Return the installed version of each package, or ``not installed``."""
     return {package: _version(package) for package in packages}
 
 
 def _git(*arguments: str) -> str | None:
-    """What git says of the project, None without git or outside the project's own repository."""
+    """Return the output of a git command in the project, None if it fails or there is no git."""
     try:
         answer = subprocess.run(
             ["git", "-C", str(PROJECT), *arguments],
@@ -50,14 +50,14 @@ def _git(*arguments: str) -> str | None:
 
 
 def provenance() -> dict[str, Any]:
-    """With what a result was made: versions, commit, machine type, threads and lock file.
+    """Return versions, commit, machine type, threads and the digest of the lock file.
 
-    Holds no path and no name of a person or machine.  ``commit`` and ``dirty`` are ``"unknown"`` without git.
+    It contains no path and no name of a person or machine.  ``commit`` and ``dirty`` are ``"unknown"`` without git.
     """
     top = _git("rev-parse", "--show-toplevel")
     ours = top is not None and Path(top).resolve() == PROJECT
     commit = _git("rev-parse", "--verify", "HEAD") if ours else None
-    # The index of kept results is a record of this commit's results, not something that they depend on.
+    # Results do not depend on the index of the archive, which changes when they are archived.
     aside = ("--", ".", ":(exclude)results/archive/index.csv")
     changes = _git("status", "--porcelain", *aside) if ours else None
     return {

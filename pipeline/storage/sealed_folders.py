@@ -1,10 +1,8 @@
-"""Folders that are whole or not there: sealed manifests, temporary folders, renames, and what a kill leaves.
+"""Folders written atomically, with a sealed manifest; `store` and `archive` are built on this.
 
-A finished folder carries ``manifest.json`` with the size and sha256 of every other file and of itself.  It is
-filled under a temporary name, synced, and renamed.  `store` and `archive` are built on this.
-
-A published folder is replaced only if it carries such a manifest, and files in it that the manifest does not list are
-moved into the folder that takes its place.
+A folder is filled under a temporary name, synced to disk and renamed.  Its ``manifest.json`` holds the size and sha256
+of every other file, and a digest of itself.  A published folder is replaced only if it carries such a manifest; files
+in it that the manifest does not list are moved into the new folder.
 """
 
 from __future__ import annotations
@@ -31,19 +29,19 @@ from pipeline.validation import InvalidInput
 
 MANIFEST = "manifest.json"
 TYPE = "<type>"
-"""Key that keeps the class of an option in its canonical form: classes with equal fields are not equal."""
+"""Key of the class name in a canonical form, so that classes with equal fields differ."""
 
 CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG, errno.EACCES, errno.EPERM}
 FULL = {errno.ENOTEMPTY, errno.EEXIST}
-"""What a rename onto a folder with files in it answers."""
+"""Errors of a rename onto a folder that is not empty."""
 _ONE_DAY_S = 86400.0
 _HERE = hashlib.sha256(platform.node().encode()).hexdigest()[:6]
-"""Tells this machine's temporary folders from another's on a shared disk, without writing its name."""
+"""Digest of the machine's name, in the names of its temporary folders on a shared disk."""
 _live_temporaries: set[str] = set()
 
 
 def canonical(value: Any, where: str = "options") -> Any:
-    """The value as JSON can hold it, in one way only; a dataclass keeps the name of its class.
+    """Return the canonical form of a value as plain JSON types; a dataclass keeps the name of its class.
 
     Raises
     ------
@@ -83,31 +81,39 @@ def canonical(value: Any, where: str = "options") -> Any:
 
 
 def compact(value: Any) -> bytes:
-    """The one JSON text of a value: sorted keys, no blanks, no NaN."""
+    """Return the canonical JSON text of a value: sorted keys, no blanks, no NaN."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
 def digest(content: bytes) -> str:
-    """The sha256 of some bytes, in hexadecimal."""
+    """Return the sha256 of bytes, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
 
 def file_digest(path: Path) -> str:
-    """The sha256 of a file, in hexadecimal."""
+    """Return the sha256 of a file, in hexadecimal."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file and wait until the disk has it."""
+    """Write a file and sync it to disk."""
     with path.open("wb") as stream:
         stream.write(content)
         stream.flush()
         os.fsync(stream.fileno())
 
 
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file under a temporary name, sync it and rename it."""
+    with temporary_folder(path.parent) as temporary:
+        write_bytes(temporary / path.name, content)
+        (temporary / path.name).replace(path)
+    sync(path.parent)
+
+
 def sync(folder: Path) -> None:
-    """Wait until the disk has a folder's (or file's) entry, where the system knows how to."""
+    """Sync a folder or file to disk, where the system can."""
     if os.name == "posix":
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -117,7 +123,7 @@ def sync(folder: Path) -> None:
 
 
 def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Write ``manifest.json``: the facts, every file's size and sha256, and a seal on the manifest itself."""
+    """Write ``manifest.json``: the facts, the size and sha256 of every file, and a digest of itself (the seal)."""
     files = {}
     for path in sorted(p for p in folder.rglob("*") if p.is_file() and p != folder / MANIFEST):
         sync(path)
@@ -130,7 +136,7 @@ def write_manifest(folder: Path, facts: Mapping[str, Any]) -> None:
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
-    """What a sealed ``manifest.json`` says, without its seal.
+    """Return the content of a sealed ``manifest.json``, without the seal.
 
     Raises
     ------
@@ -141,27 +147,27 @@ def read_manifest(folder: Path) -> dict[str, Any]:
         manifest = json.loads((folder / MANIFEST).read_bytes())
         seal = manifest.pop("seal")
         known = all({"bytes", "sha256"} <= fact.keys() for fact in manifest["files"].values())
-        unchanged = digest(compact(manifest)) == seal
+        complaint = "" if digest(compact(manifest)) == seal else "was changed"
     except (FileNotFoundError, NotADirectoryError):
-        raise InvalidInput(f"{MANIFEST} is missing", where=str(folder)) from None
+        complaint = "is missing"
     except OSError as error:
-        raise InvalidInput(f"{MANIFEST} cannot be read: {error.strerror}", where=str(folder)) from None
+        complaint = f"cannot be read: {error.strerror}"
     except (ValueError, KeyError, AttributeError, TypeError):
-        raise InvalidInput(f"{MANIFEST} cannot be understood", where=str(folder)) from None
-    if not known:
-        raise InvalidInput(f"{MANIFEST} cannot be understood", where=str(folder))
-    if not unchanged:
-        raise InvalidInput(f"{MANIFEST} was changed", where=str(folder))
+        complaint = "cannot be understood"
+    else:
+        complaint = complaint if known else "cannot be understood"
+    if complaint:
+        raise InvalidInput(f"{MANIFEST} {complaint}", where=str(folder))
     return dict(manifest)
 
 
 def require_replaceable(folder: Path) -> None:
-    """Validate a destination: nothing is there, or a folder with a sealed manifest.
+    """Require that a path is free, or a folder with a sealed manifest.
 
     Raises
     ------
     InvalidInput
-        If anything else is there.
+        If anything else stands there.
     """
     if not os.path.lexists(folder):
         return
@@ -173,7 +179,7 @@ def require_replaceable(folder: Path) -> None:
         except InvalidInput as complaint:
             reason = complaint.what
     raise InvalidInput(
-        "what stands here was not published by this program and is not replaced",
+        "not published by this program, so it is not replaced",
         where=str(folder),
         expected=f"nothing, or a folder with its sealed {MANIFEST}",
         received=reason,
@@ -181,13 +187,13 @@ def require_replaceable(folder: Path) -> None:
 
 
 def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
-    """What is wrong with a folder that `write_manifest` sealed; empty if nothing is.
+    """Return what is wrong with a folder that `write_manifest` sealed; an empty list if nothing is.
 
     Parameters
     ----------
     folder : Path
     hashes : bool
-        Also read every file and compare its sha256; without it, sizes only.
+        Compare sha256, which reads every file; otherwise sizes only.
     """
     try:
         files = read_manifest(folder)["files"].items()
@@ -206,13 +212,13 @@ def complaints_about(folder: Path, *, hashes: bool = True) -> list[str]:
 
 
 def is_complete(folder: Path) -> bool:
-    """Whether a folder has its manifest, and every file of it at the right size."""
+    """Return whether a folder has a sealed manifest and every file of it at the right size."""
     return not complaints_about(folder, hashes=False)
 
 
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
-    """A new folder inside `parent`, gone afterwards unless it was renamed."""
+    """Make a folder inside `parent` and remove it afterwards, unless it was renamed."""
     path = parent / f".tmp-{_tag()}"
     _live_temporaries.add(path.name)
     try:
@@ -224,15 +230,15 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
 
 
 def swap_in(temporary: Path, folder: Path) -> None:
-    """Put a finished temporary folder in the place of `folder`.
+    """Replace `folder` by a finished temporary folder.
 
-    A full folder cannot be renamed over another: the older one steps aside for an instant, under a name from
-    which `remove_stale` brings it back should the run be killed just there.
+    A folder cannot be renamed onto one with files in it, so the older one is renamed first, to a name from which
+    `remove_stale` restores it if the run is killed in between.
 
     Raises
     ------
     InvalidInput
-        If `folder` carries no sealed manifest, or holds a file that is not ours under a name that is needed.
+        If `folder` has no sealed manifest, or a file that the manifest does not list has a name of a new file.
     """
     aside = folder.with_name(f".old-{_tag()}-{folder.name}")
     _live_temporaries.add(aside.name)
@@ -241,7 +247,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             require_replaceable(folder)
             if taken := [name for name in _not_listed(folder) if os.path.lexists(temporary / name)]:
                 raise InvalidInput(
-                    "a file stands here that this program did not write, under a name that it needs",
+                    "this program did not write this file, and needs its name",
                     where=str(folder / taken[0]),
                 )
             with suppress(FileNotFoundError):
@@ -252,7 +258,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
             except OSError as error:
                 if error.errno not in FULL:
                     raise
-                _retire(aside, folder)  # another process published just now: its turn to go
+                _retire(aside, folder)  # another process published in the meantime
         sync(folder.parent)
     except BaseException:
         if not folder.exists() and aside.exists():
@@ -265,7 +271,7 @@ def swap_in(temporary: Path, folder: Path) -> None:
 
 
 def _not_listed(folder: Path) -> list[str]:
-    """Files and folders in a published folder that its manifest does not list, as relative names."""
+    """Return the relative names of files and folders that the manifest of a published folder does not list."""
     ours = {MANIFEST}
     with suppress(InvalidInput):
         ours |= read_manifest(folder)["files"].keys()
@@ -286,7 +292,7 @@ def _not_listed(folder: Path) -> list[str]:
 
 
 def _retire(aside: Path, folder: Path) -> None:
-    """Delete an older publication; what its manifest does not list moves to `folder`, or all of it stays."""
+    """Delete an older publication after moving to `folder` what its manifest does not list; keep all if it cannot."""
     with suppress(OSError):
         for name in _not_listed(aside):
             if os.path.lexists(folder / name):
@@ -301,14 +307,14 @@ def _tag() -> str:
 
 
 def remove_stale(parent: Path) -> None:
-    """Clear what killed runs left: remove their half-made folders, bring back what they had put aside."""
+    """Remove the temporary folders of killed runs, and restore the folders that they had renamed."""
     with suppress(OSError):
         for path in list(parent.iterdir()):
             left = re.fullmatch(r"\.(tmp|old)-(\d+)-([0-9a-f]{6})[0-9a-f]{8}(?:-(.+))?", path.name)
             if not left or path.name in _live_temporaries:
                 continue
             kind, pid, machine, name = left.groups()
-            # Another machine's processes cannot be asked for: its folders go once they are a day old.
+            # Processes of another machine cannot be checked: its folders are removed when they are a day old.
             if _is_alive(int(pid)) if machine == _HERE else time.time() - path.stat().st_mtime < _ONE_DAY_S:
                 continue
             if kind == "old" and name:
@@ -321,7 +327,7 @@ def remove_stale(parent: Path) -> None:
 
 
 def _is_alive(pid: int) -> bool:
-    """Whether another process has this number; our own leftovers are in `_live_temporaries`."""
+    """Return whether another process has this number; our own folders are in `_live_temporaries`."""
     if pid == os.getpid():
         return False
     try:
@@ -335,7 +341,7 @@ def _is_alive(pid: int) -> bool:
 
 @contextmanager
 def writing(target: Path, *, only: set[int] | None = None) -> Iterator[None]:
-    """Turn a failing disk into a sentence; `only` limits it to errors that cannot be anything else."""
+    """Raise InvalidInput for an error of the disk; with `only`, for these error numbers alone."""
     try:
         yield
     except OSError as error:

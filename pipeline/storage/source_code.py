@@ -1,7 +1,7 @@
 """Digests of source code: of a module together with every module of the package that it imports.
 
-The key of an artefact holds the digest of the sources that its study imports, so that a word changed elsewhere
-recomputes nothing.  Comments and docstrings are no part of it.
+The key of an artefact contains the digest of the sources that its study imports, so that a change elsewhere
+recomputes nothing.  Comments and docstrings are not part of it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def sources_digest(modules: Iterable[str]) -> str:
 
 
 def _path(name: str) -> Path | None:
-    """The file of a module of this package, None if there is none."""
+    """Return the file of a module of this package, None if there is none."""
     first, _, rest = name.partition(".")
     if first != PACKAGE.name:
         return None
@@ -47,9 +47,9 @@ def _path(name: str) -> Path | None:
 
 @functools.cache
 def _module(name: str) -> tuple[str, frozenset[str]]:
-    """Digest of a module's code, and the modules of the package that it takes names from.
+    """Return the digest of a module's code, and the modules of the package that it imports names from.
 
-    The packages above them are run as well, but nothing is taken from them.
+    Their parent packages are left out, for no name is imported from them.
     """
     path = _path(name)
     assert path is not None

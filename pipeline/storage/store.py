@@ -1,12 +1,10 @@
-"""Where artefacts and results live: found by a key, written whole or not at all, checked when read.
+"""The store: artefacts found by a key, and published figures; written atomically, verified when read.
 
-An *artefact* is what a stage hands to the next: named arrays and notes, in ``cache/<stage>-<key>/`` as
-``arrays.npz`` and ``manifest.json``.  The key is a digest of everything that the artefact is made from, so a
-changed option, input, line of code or numerical library gives another key, and equal work is found again.
-A *publication* is what a person gets: the folder of one figure.
+An *artefact* is the result of a stage: named arrays and notes, in ``cache/<stage>-<key>/`` as ``arrays.npz`` and
+``manifest.json``.  The key is a digest of everything that the artefact depends on: options, inputs, sources and
+numerical libraries.  A *publication* is the folder of one figure.
 
-Both appear by one rename of a finished temporary folder; ``manifest.json`` is written last and carries the
-size and digest of every other file and of itself.  Whatever kills a run leaves the old state or the new one.
+Both are written to a temporary folder that is renamed when complete: a killed run leaves the old state or the new one.
 """
 
 from __future__ import annotations
@@ -52,25 +50,25 @@ from pipeline.validation import InvalidInput
 ARRAYS = "arrays.npz"
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _KINDS = "biufcUSV"
-"""Kinds of array that need no pickle."""
+"""Kinds of data types that are stored without pickle."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Artefact:
-    """What a stage made, or made before.
+    """The result of a stage, computed or found in the cache.
 
     Attributes
     ----------
     stage, key : str
-        Together the folder's name.
+        Name of the folder: ``<stage>-<key>``.
     arrays : mapping of str to np.ndarray
-        Read-only, C- or Fortran-contiguous, the same bits whether computed now or read back.
+        Read-only, contiguous, bit-identical whether computed or read.
     notes : dict
-        Small facts, as JSON gives them back.
+        Plain JSON values.
     computed : bool
-        False when it was found and reused.
+        False if it was found in the cache.
     seconds : float
-        What the computation took, when it was made.
+        Duration of the computation.
     why : str
         Why it was computed, empty when reused: ``"first time"``, ``"options.step changed 1 -> 5"``, …
     """
@@ -85,12 +83,12 @@ class Artefact:
 
     @property
     def name(self) -> str:
-        """Stage and key, as a folder's name and as another artefact's input."""
+        """Stage and key: the name of the folder, and of an input of another artefact."""
         return f"{self.stage}-{self.key}"
 
 
 class Publication:
-    """The temporary folder in which a figure's files are made ready.
+    """The temporary folder of a figure that is being published.
 
     Attributes
     ----------
@@ -103,7 +101,7 @@ class Publication:
         self._facts: Mapping[str, Any] | None = None
 
     def manifest(self, facts: Mapping[str, Any]) -> None:
-        """State what the manifest says; the size and digest of every file are added when the body ends."""
+        """Set the content of the manifest; the size and digest of every file are added at the end."""
         self._facts = facts
 
     def _seal(self) -> None:
@@ -115,12 +113,12 @@ class Publication:
 class Store:
     """Artefacts under ``<results>/cache`` and publications anywhere below `results`.
 
-    Several processes may share one folder: of two that compute the same artefact the first to finish wins.
+    Several processes may share one folder: if two compute the same artefact, that of the first to finish is kept.
 
     Parameters
     ----------
     results : Path
-        Made at the first write.  Temporary folders that a killed run left in its cache are removed.
+        Created at the first write.  Temporary folders of killed runs are removed from its cache.
     """
 
     def __init__(self, results: Path) -> None:
@@ -139,20 +137,20 @@ class Store:
         *,
         code: str,
     ) -> Artefact:
-        """The artefact that this stage makes from these options and inputs, computed only if need be.
+        """Return the artefact of a stage for these options and inputs; compute it if it is not in the cache.
 
         Parameters
         ----------
         stage : str
             Letters, digits and underscores.
         options : dataclass or mapping
-            Of finite numbers, text, enums, lists and further mappings; whatever changes the result.
+            Whatever changes the result: finite numbers, text, enums, lists and mappings.
         inputs : sequence of Artefact or str
             Artefacts, or digests of files.
         compute : callable
             Returns (arrays, notes).  Called at most once.
         code : str
-            Digest of the sources that do the work.
+            Digest of the sources.
 
         Raises
         ------
@@ -162,7 +160,7 @@ class Store:
         """
         if not re.fullmatch(r"[A-Za-z0-9_]+", stage):
             raise InvalidInput(
-                "the stage has no usable name", expected="letters, digits, _", received=repr(stage)
+                "no usable name", where="stage", expected="letters, digits, _", received=repr(stage)
             )
         made_from = {
             "stage": stage,
@@ -186,7 +184,7 @@ class Store:
         if found is None:
             with writing(folder):
                 self.cache.mkdir(parents=True, exist_ok=True)
-                if not os.access(self.cache, os.W_OK | os.X_OK):  # learnt before the work, not after it
+                if not os.access(self.cache, os.W_OK | os.X_OK):  # before the work, not after it
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
             why = damage or self._why(made_from)
             started = time.perf_counter()
@@ -203,16 +201,15 @@ class Store:
 
     @contextmanager
     def publish(self, folder: Path) -> Iterator[Publication]:
-        """A folder beside `folder` to fill, which takes its place when the body ends well.
+        """Fill a temporary folder that replaces `folder` when the ``with`` block ends without an exception.
 
-        The body writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it
-        raises, the older `folder` stays as it was.  Files in the older one that its manifest does not list are
-        kept: they move into the new one.
+        The block writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it raises,
+        `folder` is not changed.  Files in `folder` that its manifest does not list move into the new folder.
 
         Raises
         ------
         InvalidInput
-            If the results cannot be written, or what stands at `folder` carries no manifest of ours.
+            If the results cannot be written, or `folder` exists and has no sealed manifest.
         """
         with writing(folder):
             folder.parent.mkdir(parents=True, exist_ok=True)
@@ -225,14 +222,14 @@ class Store:
             swap_in(temporary, folder)
 
     def _why(self, made_from: dict[str, Any]) -> str:
-        """What differs from the most alike artefact of the same stage."""
+        """Return what differs from the most similar artefact of the same stage."""
         nearest: tuple[int, float, list[str]] | None = None
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
             try:
                 differences = _differences(json.loads(path.read_bytes()), made_from)
                 candidate = (len(differences), -path.stat().st_mtime, differences)
             except (OSError, ValueError, KeyError, TypeError, AttributeError):
-                continue  # damaged: only its own reader may judge it
+                continue  # damaged, which is reported when it is read
             nearest = min(nearest, candidate) if nearest else candidate
         if nearest is None:
             return "first time"
@@ -242,7 +239,7 @@ class Store:
     def _place(
         self, folder: Path, arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any]
     ) -> Artefact | None:
-        """Write an artefact; None, or the other process's if that was faster."""
+        """Write an artefact; return that of another process if it was faster, else None."""
         content = packed(arrays)
         with writing(folder):
             while True:
@@ -264,7 +261,7 @@ class Store:
                     self._set_aside(folder)
 
     def _set_aside(self, folder: Path) -> None:
-        """Move a damaged artefact out of the way, so that a person can look at it."""
+        """Move a damaged artefact to ``cache/damaged``."""
         with writing(folder):
             (self.cache / "damaged").mkdir(exist_ok=True)
             for n in itertools.count(1):
@@ -280,11 +277,11 @@ class Store:
 
 
 class _Damaged(Exception):
-    """An artefact that is not what was written."""
+    """An artefact that differs from what was written."""
 
 
 def _read(folder: Path) -> Artefact | None:
-    """A verified artefact, None if there is none; `_Damaged` says what is wrong."""
+    """Return a verified artefact, None if there is none.  Raises `_Damaged`."""
     if not folder.is_dir():
         return None
     try:
@@ -304,19 +301,12 @@ def _read(folder: Path) -> Artefact | None:
         raise _Damaged(f"cannot be understood: {error!r}") from error
     for array in arrays.values():
         array.setflags(write=False)
-    return Artefact(
-        manifest["stage"],
-        manifest["key"],
-        MappingProxyType(arrays),
-        manifest["notes"],
-        False,
-        manifest["seconds"],
-        "",
-    )
+    facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}
+    return Artefact(**facts, arrays=MappingProxyType(arrays), computed=False, why="")
 
 
 def _fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
-    """Read-only arrays, laid out in memory as they will be when read back."""
+    """Return read-only arrays with the memory layout that they will have when read."""
     fixed = {}
     for name, value in arrays.items():
         array = np.asarray(value)
@@ -336,7 +326,7 @@ def _fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
 
 
 def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
-    """The bytes of an ``.npz``: equal arrays give equal bytes, for no time of day is in them."""
+    """Return the bytes of an ``.npz`` without time stamps, so that equal arrays give equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, array in arrays.items():
@@ -346,7 +336,7 @@ def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 
 
 def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Sentences on what changed between two artefacts of one stage."""
+    """Return what changed between two artefacts of one stage, in phrases."""
     told = []
     if before["code"] != now["code"]:
         told.append("code changed")
@@ -364,7 +354,7 @@ def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]
 
 
 def _leaves(value: Any, path: str) -> dict[str, str]:
-    """``{dotted path: JSON text}`` of everything that is not a mapping."""
+    """Return the JSON text of everything that is not a mapping, by dotted path."""
     if isinstance(value, dict):
         return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
     return {path: json.dumps(value)}

@@ -1,16 +1,14 @@
 """Tidy tables as CSV: one row per observation, units in the column names, equal bytes for equal numbers.
 
-The only module with pandas, which sorts and writes.  It does not read: its parser pads a short row with empty
-cells and takes the surplus of a long one for an index, without a word, and a table is the record.
+pandas sorts and writes.  It does not read, because its parser silently pads a short row with empty cells and takes the
+surplus of a long one for an index.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-import os
 import re
-import secrets
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.storage.sealed_folders import digest, read_manifest
+from pipeline.storage.sealed_folders import digest, read_manifest, replace_file, writing
 from pipeline.validation import InvalidInput
 
 _INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
@@ -27,7 +25,7 @@ _SHOWN_DIFFERENCES = 10
 
 
 def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Sequence[str] = ()) -> None:
-    """Write a table, whole or not at all.
+    """Write a table atomically.
 
     Parameters
     ----------
@@ -36,13 +34,13 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
         One-dimensional, of one length: numbers (floats to ten significant digits, NaN as an empty cell),
         booleans or text.
     sort_by : sequence of str
-        Columns that order the rows; rows that they do not tell apart keep their order.
+        Columns by which the rows are sorted, stably.
 
     Raises
     ------
     InvalidInput
-        If there is no column, lengths differ, a column is not of one plain type, an order is asked for by a
-        column that is not there, or the file cannot be written.
+        If there is no column, lengths differ, a column is not of one plain type, a column of `sort_by` is missing,
+        or the file cannot be written.
     """
     path = Path(path)
     if not len(list(columns)):
@@ -63,22 +61,12 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
     if sort_by:
         frame = frame.sort_values(list(sort_by), kind="stable", na_position="last")
     text = frame.to_csv(index=False, float_format="%.10g", lineterminator="\n")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.tmp")
-    try:
-        try:
-            with temporary.open("wb") as stream:
-                stream.write(text.encode())
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise InvalidInput(f"cannot write results: {error.strerror or error} ({path})") from error
+    with writing(path):
+        replace_file(path, text.encode())
 
 
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
-    """The columns of a table, in file order.
+    """Return the columns of a table, in file order.
 
     A column is int64 if every cell is a whole number without leading zeros, else float64 if every cell is a
     number or empty (NaN), bool if every cell is ``True`` or ``False``, else text.  A column of floats that
@@ -95,12 +83,12 @@ def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
 
 
 def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
-    """The tables of a published figure by name (``table``, ``table_walkers``, …), each as `read` gives it.
+    """Return the tables of a published figure by name (``table``, ``table_walkers``, …), each as `read` does.
 
     Raises
     ------
     InvalidInput
-        If the folder has no sealed manifest, or a table is not what the manifest says it was when published.
+        If the folder has no sealed manifest, or the sha256 of a table differs from it.
     """
     files = read_manifest(folder)["files"]
     return {
@@ -111,7 +99,7 @@ def read_published(folder: Path) -> dict[str, dict[str, np.ndarray]]:
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """The rows of a table, each cell as it is written.
+    """Return the rows of a table, each cell as text.
 
     Raises
     ------
@@ -123,7 +111,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: float = 1e-9) -> list[str]:
-    """The first cells in which two tables differ, one sentence each; an empty list if they agree.
+    """Return the first cells in which two tables differ, one sentence each; an empty list if they agree.
 
     Numbers agree within ``absolute + relative * max(|a|, |b|)``, and NaN agrees with NaN; text and order of
     columns and rows must be the same.
@@ -149,7 +137,7 @@ def compare(path_a: Path, path_b: Path, *, relative: float = 1e-6, absolute: flo
 
 
 def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) -> dict[str, float]:
-    """For each column the least ``relative`` with which `compare` finds no difference; infinite if there is none.
+    """Return for each column the least ``relative`` at which `compare` finds no difference; infinite if none does.
 
     Raises
     ------
@@ -163,7 +151,7 @@ def relative_differences(path_a: Path, path_b: Path, *, absolute: float = 1e-9) 
 
 
 def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
-    """Why the cells of two tables cannot be compared; empty if they can."""
+    """Return why the cells of two tables cannot be compared; empty if they can."""
     if list(a) != list(b):
         return f"columns differ: {', '.join(a)} is not {', '.join(b)}"
     length_a, length_b = (len(next(iter(table.values()))) for table in (a, b))
@@ -171,7 +159,7 @@ def _unlike(a: Mapping[str, np.ndarray], b: Mapping[str, np.ndarray]) -> str:
 
 
 def _needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
-    """Relative tolerance at which each cell of two columns agrees: zero where they are equal, infinite if never."""
+    """Return the relative tolerance at which each cell of two columns agrees; 0 where equal, infinite if never."""
     if a.dtype.kind not in "if" or b.dtype.kind not in "if":
         return np.where(a.astype(str) == b.astype(str), 0.0, np.inf)
     with np.errstate(invalid="ignore", divide="ignore"):  # infinity less infinity, nothing over nothing
@@ -182,7 +170,7 @@ def _needed(a: np.ndarray, b: np.ndarray, absolute: float) -> np.ndarray:
 
 
 def _column(name: str, values: Any, where: str) -> np.ndarray:
-    """One column as a plain one-dimensional array, or a refusal."""
+    """Return a column as an array (N,) of a plain type."""
     if not name:
         raise InvalidInput("a column has no name", where=where)
     array = np.asarray(values)
@@ -204,12 +192,12 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
         raise InvalidInput(
             f"the column {name!r} holds text of several lines", where=where, received=repr(str(broken[0]))
         )
-    # Adding zero turns -0.0 into 0.0, whose sign would depend on the machine's summation order.
+    # Adding zero turns -0.0, whose sign would depend on the order of summation, into 0.0.
     return array + 0.0 if array.dtype.kind == "f" else array
 
 
 def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of a CSV file, every row as long as the header."""
+    """Return header and rows of a CSV file, every row as long as the header."""
     try:
         content = path.read_bytes()
         if sha256 is not None and (received := digest(content)) != sha256:
@@ -235,7 +223,7 @@ def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[
     if twice := [name for name in header if header.count(name) > 1]:
         raise InvalidInput(f"two columns are called {twice[0]!r}", where=path.name)
     for number, row in lines[1:]:
-        # A table of one column writes an empty cell as "", and an empty line is then a row cut short.
+        # In a table of one column an empty cell is written as "", so an empty line is a truncated row.
         if len(row) != len(header):
             raise InvalidInput(
                 "a row is not as long as the header",
@@ -247,7 +235,7 @@ def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[
 
 
 def _typed(cells: list[str]) -> np.ndarray:
-    """One column in the narrowest type that holds every cell."""
+    """Return a column in the narrowest type that fits every cell."""
     if cells and all(map(_INTEGER.fullmatch, cells)):
         return np.array(cells, dtype=np.int64)
     if all(map(_NUMBER.fullmatch, cells)):

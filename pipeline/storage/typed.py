@@ -1,7 +1,7 @@
-"""Frozen dataclasses of arrays, taken apart for the store and put together again.
+"""Conversion of dataclasses to arrays and notes for the store, and back.
 
-What goes from stage to stage is a dataclass with a shape and a unit beside each field.  Its arrays become the
-arrays of an artefact, named by the path to the field (``space.mean``); everything else becomes its notes.
+What a stage hands to the next is a frozen dataclass.  Its arrays become the arrays of an artefact, named by the path to
+the field (``space.mean``); everything else becomes its notes.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
 
 def _parts(part: Any) -> dict[str, Any] | None:
-    """Fields of a dataclass, or items of a mapping that holds arrays or dataclasses; else None."""
+    """Return the fields of a dataclass, or the items of a mapping with arrays or dataclasses; else None."""
     if dataclasses.is_dataclass(part) and not isinstance(part, type):
         return {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
     if isinstance(part, Mapping) and any(
@@ -67,7 +67,7 @@ def _parts(part: Any) -> dict[str, Any] | None:
 
 
 def unpack(kind: type, arrays: Mapping[str, np.ndarray], notes: Mapping[str, Any]) -> Any:
-    """Return the dataclass that `pack` took apart.
+    """Return the dataclass whose arrays and notes `pack` returned.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
 
 
 def _without_none(kind: Any) -> Any:
-    """``X`` of ``X | None``."""
+    """Return ``X`` for ``X | None``."""
     if isinstance(kind, types.UnionType) or typing.get_origin(kind) is typing.Union:
         parts = [part for part in typing.get_args(kind) if part is not type(None)]
         if len(parts) == 1:

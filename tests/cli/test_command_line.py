@@ -108,7 +108,7 @@ def test_help_on_a_terminal_that_knows_only_ascii() -> None:
         (["verify"], ["no archive is named"]),
         (["verify", "results/archive/nowhere"], ["nowhere"]),
         (["equations", "newton1687"], ["the paper must be one of", "zhang2004", "newton1687"]),
-        (["fetch", "data=synthetic"], ["needs no fetching"]),
+        (["fetch", "data=synthetic"], ["data must be optical, cmu or hdm05"]),
     ],
 )
 def test_a_wrong_command_is_answered_in_one_sentence(

@@ -344,7 +344,7 @@ def test_a_refused_connection_is_a_reason(case: Case) -> None:
         case.add(f"zoo/{n}", CONTENT, address=f"http://127.0.0.1:{port}/a")
     reasons = [why for _, why in case.fetch().failed]
     assert "refused" in reasons[0]
-    assert reasons[2].endswith("not asked, for this host gave no answer before")
+    assert reasons[2].endswith("not asked, for this host did not answer before")
 
 
 def test_a_server_that_hangs_up_is_a_reason(case: Case, server: Server) -> None:
@@ -444,11 +444,11 @@ def test_a_path_cannot_leave_the_folder(case: Case, path: str) -> None:
 @pytest.mark.parametrize(
     ("changes", "complaint"),
     [
-        ({"sha256": "abc"}, "the sha256 is not one"),
-        ({"sha256": ""}, "received none"),
-        ({"bytes": "many"}, "the size is not a number of bytes"),
-        ({"bytes": "0"}, "the size is not a number of bytes"),
-        ({"path": "zoo/first"}, "a path stands twice"),
+        ({"sha256": "abc"}, "sha256 must be 64 hexadecimal digits"),
+        ({"sha256": ""}, "got none"),
+        ({"bytes": "many"}, "bytes must be a size"),
+        ({"bytes": "0"}, "bytes must be a size"),
+        ({"path": "zoo/first"}, "a path is listed twice"),
     ],
 )
 def test_a_table_that_says_nonsense_is_refused(case: Case, changes: dict[str, str], complaint: str) -> None:

@@ -801,9 +801,7 @@ def test_a_file_of_the_readers_is_never_overwritten(tmp_path: Path) -> None:
     figure = tmp_path / "figure"
     publish(figure, table_csv="1")
     (figure / "picture.csv").write_text("mine")
-    with pytest.raises(
-        InvalidInput, match=r"figure/picture.csv: a file stands here that this program did not"
-    ):
+    with pytest.raises(InvalidInput, match=r"figure/picture.csv: this program did not write this file"):
         publish(figure, table_csv="2", picture_csv="ours")
     assert (figure / "picture.csv").read_text() == "mine"
     assert (figure / "table.csv").read_text() == "1"
@@ -875,7 +873,8 @@ def test_only_a_folder_with_our_manifest_is_replaced(
             publication.manifest({})
 
     with pytest.raises(
-        InvalidInput, match=rf"figure: what stands here was not published .* received .*{reason}"
+        InvalidInput,
+        match=rf"figure: not published by this program, so it is not replaced .* received .*{reason}",
     ):
         again()
     assert begun == (when == "meanwhile")
