@@ -73,7 +73,7 @@ bench: $(READY) ## ours against peers and naive loops, alternating, as ratios
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
 
 golden: $(READY) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
-	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden report.picture=false report.recording=false
+	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden figure.picture=false figure.recording=false
 	@for f in $(FIGURES); do cp results/golden/scratch/*/$$f/table.csv tests/golden/$$f.csv; done; rm -rf results/golden
 
 digits: $(READY) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some
