@@ -129,7 +129,9 @@ def sentence(error: Exception) -> str:
 def _of_composition(error: Exception) -> Exception:
     """Return Hydra's or OmegaConf's error as an InvalidInput with the full key."""
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
-        group, _, name = error.missing_cfg_file.rpartition("/")
+        group, _, name = error.missing_cfg_file.partition("/")
+        if group == "hydra":  # whose groups are folders of folders
+            group, _, name = error.missing_cfg_file.rpartition("/")
         options = " or ".join(o for o in error.options or () if not o.startswith("base_"))
         if group == "hydra/launcher":
             options += "; joblib needs the extra `joblib`, submitit_* the extra `cluster`"
@@ -141,7 +143,8 @@ def _of_composition(error: Exception) -> Exception:
     cause = error if isinstance(error, OmegaConfBaseException) else error.__cause__
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
         if isinstance(cause, ConfigAttributeError | ConfigKeyError) and is_dataclass(cause.object_type):
-            known = "one of " + ", ".join(field.name for field in fields(cause.object_type))
+            names = [field.name for field in fields(cause.object_type)]
+            known = "one of " + ", ".join(names) if names else "none: there are no options here"
             return InvalidInput("there is no such option", where=cause.full_key, expected=known)
         return InvalidInput(str(cause).splitlines()[0], where=cause.full_key)
     first = str(error).splitlines()[0]
