@@ -12,11 +12,10 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import getpass
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -100,11 +99,15 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     ``table.csv`` goes by the figure's name alone.  Figures of our own, which no claim rests on, are not among them.
     """
     results = tmp_path_factory.mktemp("synthetic")
-    coarse = ["scale.view_step_deg=15", "scale.sigma2_step_mm2=23"]
-    plain = ["figure.picture=false", "figure.recording=false"]
+    coarse = [
+        "data=synthetic", "scale=full", "scale.view_step_deg=15", "scale.sigma2_step_mm2=23",
+        "figure.picture=false", "figure.recording=false", f"results={results}",
+    ]  # fmt: skip
     judged = {claim.figure for paper in papers.PAPERS.values() for claim in paper.claims if claim.measure}
     names = [name for name in presets() if name in judged]
-    _make(results, results, names, ["data=synthetic", "scale=full", *coarse, *plain], FEW_TRIALS)
+    experiments = [compose([f"experiment={name}", *coarse, *FEW_TRIALS.get(name, ())]) for name in names]
+    jobs = [(experiment, results / experiment.name) for experiment in experiments]
+    assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []
     found = {}
     for name in names:
         for path in sorted((results / name).glob("table*.csv")):
@@ -150,16 +153,3 @@ def mocap_mirror() -> Path:
     if not mirror:
         pytest.skip("needs the recordings: set MOCAP_MIRROR")
     return Path(mirror)
-
-
-def _make(
-    results: Path,
-    folder: Path,
-    names: Sequence[str],
-    overrides: Sequence[str],
-    own: Mapping[str, Sequence[str]] = MappingProxyType({}),
-) -> None:
-    """Make presets below `folder`, in one process; some with overrides of their own."""
-    given = [f"results={results}", *overrides]
-    jobs = [(compose([f"experiment={name}", *given, *own.get(name, ())]), folder / name) for name in names]
-    assert make_figures(jobs, console=Console(file=StringIO(), width=200)) == []

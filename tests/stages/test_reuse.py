@@ -16,6 +16,7 @@ from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.cli.summary import Outcome
 from pipeline.storage import source_code, tables
+from pipeline.studies.experiment import Experiment
 
 STAGES = ("ingest", "dataset", "model", "sweep")
 
@@ -140,8 +141,9 @@ def reword(path: Path) -> None:
     """Change every docstring of a module and all of its comments, and nothing else."""
     tree = ast.parse(path.read_bytes())
     for node in ast.walk(tree):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            node.value.value = "In other words."
+        match node:
+            case ast.Expr(ast.Constant(str())):
+                node.value = ast.Constant("In other words.")
     path.write_text(f"# Another remark.\n{ast.unparse(tree)}\n", encoding="utf-8")
 
 
@@ -192,6 +194,12 @@ def test_changed_code_remakes_what_is_computed_with_it(
     assert tuple(stage for stage in STAGES if before[stage] != after[stage]) == remade
 
 
+@pytest.fixture(scope="module")
+def experiments() -> list[Experiment]:
+    """All presets."""
+    return [compose([f"experiment={name}"]) for name in presets()]
+
+
 @pytest.mark.parametrize(
     ("study", "figures"),
     [
@@ -202,10 +210,8 @@ def test_changed_code_remakes_what_is_computed_with_it(
     ],
 )
 def test_code_of_a_study_is_in_the_keys_of_its_own_figures(
-    sources: Path, study: str, figures: tuple[str, ...]
+    sources: Path, experiments: list[Experiment], study: str, figures: tuple[str, ...]
 ) -> None:
-    experiments = [compose([f"experiment={name}"]) for name in presets()]
-
     def digests() -> dict[str, list[str]]:
         source_code._module.cache_clear()
         return {
