@@ -2,7 +2,7 @@
 
 Steps
 -----
-1. Knee and hip flexion follow the phase, each with its own timing, over the range that brings the hands to their target.
+1. Knee and hip flexion follow the phase, each with its own timing, over the range that brings the hands to the target.
 2. Shank, thigh and trunk are a chain in the sagittal plane, which turns about the ankles until the centre of mass is
    over the feet.
 3. The feet do not move; knees are at the ends of thighs and shanks, turned out.
