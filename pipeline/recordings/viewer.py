@@ -18,11 +18,13 @@ from pipeline.validation import InvalidInput
 PROGRAM = Path(rerun.__file__).parents[1] / "rerun_cli" / ("rerun.exe" if os.name == "nt" else "rerun")
 """The program itself, since stopping its Python wrapper would leave it running."""
 
+TIMEOUT_S = 60.0
+
 FADE_S = 3.5
 """Seconds from the first view to the picture, in which start-up notices disappear."""
 
 
-def verify(path: Path, *, timeout_s: float = 60.0) -> None:
+def verify(path: Path) -> None:
     """Verify with the viewer's command line that a recording is complete and readable.
 
     Raises
@@ -32,7 +34,7 @@ def verify(path: Path, *, timeout_s: float = 60.0) -> None:
     """
     command = [str(PROGRAM), "rrd", "verify", str(path)]
     try:
-        run = subprocess.run(command, capture_output=True, text=True, timeout=timeout_s, check=False)
+        run = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
     except subprocess.TimeoutExpired as error:
         raise InvalidInput("the check did not end in time", where=str(path)) from error
     if run.returncode:
@@ -47,7 +49,6 @@ def screenshot(
     size: tuple[int, int] = (1600, 1000),
     timeline: str | None = None,
     value: float | None = None,
-    timeout_s: float = 60.0,
 ) -> tuple[str, ...]:
     """Write a picture of what the viewer shows first, and return its warnings.
 
@@ -62,8 +63,6 @@ def screenshot(
     timeline : str, optional
     value : float, optional
         Where on `timeline` to go first: seconds for ``time``, else an integer.
-    timeout_s : float
-        For everything.
 
     Raises
     ------
@@ -73,7 +72,7 @@ def screenshot(
     """
     if not Path(path).is_file():
         raise InvalidInput("no such recording", where=str(path))
-    deadline = time.monotonic() + timeout_s
+    deadline = time.monotonic() + TIMEOUT_S
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]

@@ -1,4 +1,4 @@
-"""The embedded people: `walkers` on a treadmill, `bending` to the floor, `limbs` and bodies of smooth angles.
+"""Synthetic people: `walkers` on a treadmill, `bending` to the floor, `limbs` and bodies with smooth joint angles.
 
-All have known answers, and none is drawn from the linear models that are to be judged by them.
+All have known answers, and none is drawn from the linear models that are tested on them.
 """

@@ -1,19 +1,19 @@
 """Limbs and bodies with known answers, for park2011 section 5.
 
-What is exactly true of each
-----------------------------
-`angular_limb`    keeps its length to rounding, and its two angles, in a chart of its own, lie in the span of the
-                  first K cosines (DCT-II): the limbs that [park2011 4] describes.  Its x, y, z do **not** lie in the
-                  span of few cosines, but what is left falls faster than geometrically with their number: with K = 3
-                  and swings of 0.8 rad, 28 of 100 cosines leave less than 1e-13 of it.
-`cartesian_limb`  has x, y, z in the span of the first K cosines, to rounding, as [park2011 2] says; its length is
+Exact properties of each
+------------------------
+`angular_limb`    has constant length, to rounding, and its two angles, in its own chart, lie in the span of the first
+                  K cosines (DCT-II): the limbs of [park2011 4].  Its x, y, z do **not** lie in the span of few
+                  cosines, but the remainder falls faster than geometrically with their number: with K = 3 and
+                  swings of 0.8 rad, 28 of 100 cosines leave less than 1e-13 of it.
+`cartesian_limb`  has x, y, z in the span of the first K cosines, to rounding, as in [park2011 2]; its length is
                   **not** constant.
 Both at once is impossible for a limb that moves, when 2 K - 2 < F: its coordinates are polynomials of degree K - 1 in
 u = cos(pi (i + 1/2) / F); their squares sum to r^2 at F values of u, more than the degree of that sum, hence for all
-real u; but only a constant polynomial stays bounded.  So "smooth" and "of constant length" hold together only nearly,
-and [park2011 12] has a residual even for perfect data: tests of exact recovery say which truth they take.
+real u; but only a constant polynomial is bounded.  So a limb is both smooth and of constant length only approximately,
+and [park2011 12] has a residual even for perfect data: tests of exact recovery state which of the two they use.
 
-`synthetic_body`  is a tree of angular limbs on a root that wanders: all lengths constant.
+`synthetic_body`  is a tree of angular limbs on a moving root; all lengths are constant.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ HIP_HEIGHT = SEGMENTS["thigh"] + SEGMENTS["shank"] + SEGMENTS["ankle_height"]
 """Height of the pelvis over the floor, as a part of the stature."""
 
 LARGEST_SWING_RAD = 1.5
-"""Beyond, the inclination would come to the pole of its chart."""
+"""Largest swing: beyond it the inclination would reach the pole of its chart."""
 
 REST_DIRECTIONS = {
     "sternum": (0.0, 0.0, 1.0),
@@ -45,15 +45,21 @@ REST_DIRECTIONS = {
     "knee": (0.0, 0.15, -1.0),
     "ankle": (0.0, -0.15, -1.0),
 }
-"""Middle direction of the right limb that ends at a joint, of somebody who faces +y."""
+"""Middle direction of the right limb that ends at a joint, for a body that faces +y."""
 
 SWINGS_RAD = {"sternum": 0.2, "head": 0.2, "shoulder": 0.25, "hip": 0.2}
-"""Largest swings of the trunk's limbs; those of arms and legs are the caller's."""
+"""Largest swings of the angles of the trunk's limbs."""
+
+SWING_RAD = 0.6
+"""Largest swing of the angles of arms and legs."""
+
+WANDER_MM = 400.0
+"""Largest horizontal departure of the pelvis, in each coordinate; a tenth of it vertically."""
 
 
 @dataclass(frozen=True)
 class AngularLimb:
-    """A limb of constant length whose angles are smooth.
+    """A limb of constant length with smooth angles.
 
     Attributes
     ----------
@@ -63,7 +69,7 @@ class AngularLimb:
     angles_rad : (F, 2) float64
         Inclination from the chart's z axis and azimuth from its x axis, inside the basis.
     chart : (3, 3) float64
-        Rows are the chart's axes in the world; x is the middle direction.
+        Rows are the axes of the chart in world coordinates; x is the middle direction.
     """
 
     relative: np.ndarray
@@ -74,7 +80,7 @@ class AngularLimb:
 
 @dataclass(frozen=True)
 class SyntheticBody:
-    """A body of WALKER14 that moves all limbs smoothly.
+    """A body of WALKER14 that moves all its limbs smoothly.
 
     Attributes
     ----------
@@ -83,7 +89,7 @@ class SyntheticBody:
     root_mm : (F, 3) float64
         Trajectory of the pelvis.
     relative_mm : (F, 14, 3) float64
-        Of the limbs of WALKER14, from the root to the leaves.
+        Relative trajectories of the limbs of WALKER14, from the root to the leaves.
     lengths_mm : (14,) float64
     """
 
@@ -94,7 +100,7 @@ class SyntheticBody:
 
 
 def smooth_series(generator: np.random.Generator, frames: int, count: int, *, bandwidth: int) -> np.ndarray:
-    """Series (F, count) in the span of the first K orthonormal cosines, of mean zero and largest value one.
+    """Return series (F, count) in the span of the first K orthonormal cosines, with mean zero and maximum one.
 
     Parameters
     ----------
@@ -106,15 +112,9 @@ def smooth_series(generator: np.random.Generator, frames: int, count: int, *, ba
     Raises
     ------
     InvalidInput
-        If there are not at least two cosines and as many frames.
+        If K is under 2 or over the number of frames.
     """
-    if not 2 <= bandwidth <= frames:
-        raise InvalidInput(
-            "nothing smooth moves in so few frames or cosines",
-            where="synthetic limbs",
-            expected="2 cosines or more, no more than frames",
-            received=f"{bandwidth} cosines, {frames} frames",
-        )
+    require_range("bandwidth", bandwidth, at_least=2, at_most=frames)
     coefficients = np.zeros((frames, count))
     slower_first = 1.0 / np.arange(1, bandwidth)
     coefficients[1:bandwidth] = slower_first[:, None] * generator.standard_normal((bandwidth - 1, count))
@@ -131,16 +131,16 @@ def angular_limb(
     bandwidth: int = 3,
     middle: np.ndarray | None = None,
 ) -> AngularLimb:
-    """A limb of constant length whose angles lie in a cosine basis [park2011 3].
+    """Return a limb of constant length whose angles lie in a cosine basis [park2011 3].
 
     Parameters
     ----------
     generator : numpy.random.Generator
     frames : int
     length_mm : float
-        r; 0 is a joint that coincides with its parent.
+        r; 0: the joint coincides with its parent.
     swing_rad : float
-        Largest departure of each angle from its middle; 0 is a limb that keeps its direction.
+        Largest departure of each angle from its middle; 0: the limb keeps its direction.
     bandwidth : int
         K, the constant included.
     middle : (3,) or None
@@ -149,7 +149,7 @@ def angular_limb(
     Raises
     ------
     InvalidInput
-        If a size is out of range or the middle is no direction.
+        If an argument is out of range or `middle` is no direction.
 
     Examples
     --------
@@ -179,23 +179,23 @@ def cartesian_limb(
     swing: float = 0.8,
     bandwidth: int = 6,
 ) -> np.ndarray:
-    """A relative trajectory (F, 3), mm, whose coordinates lie in a cosine basis; its length varies.
+    """Return a relative trajectory (F, 3), mm, whose coordinates lie in a cosine basis; its length varies.
 
     Parameters
     ----------
     generator : numpy.random.Generator
     frames : int
     length_mm : float
-        Of the mean vector, about which it moves.
+        Length of the mean vector.
     swing : float
-        Largest departure of each coordinate, as a part of that length.
+        Largest departure of each coordinate, as a fraction of that length.
     bandwidth : int
         K, the constant included.
 
     Raises
     ------
     InvalidInput
-        If a size is out of range.
+        If an argument is out of range.
     """
     require_range("length_mm", length_mm, at_least=0)
     require_range("swing", swing, at_least=0)
@@ -209,32 +209,25 @@ def synthetic_body(
     frames: int,
     *,
     stature_mm: float = 1700.0,
-    swing_rad: float = 0.6,
     bandwidth: int = 5,
-    wander_mm: float = 400.0,
 ) -> SyntheticBody:
-    """A body of ordinary proportions with every limb an `angular_limb`, on a pelvis that wanders [park2011 3].
+    """Return a body of mean proportions of `angular_limb`s on a moving pelvis [park2011 3].
 
     Parameters
     ----------
     generator : numpy.random.Generator
     frames : int
     stature_mm : float
-    swing_rad : float
-        Largest swing of the angles of arms and legs; the trunk's are those of `SWINGS_RAD`, or less.
     bandwidth : int
         K of all angles and of the pelvis, the constant included.
-    wander_mm : float
-        Largest horizontal departure of the pelvis, in each coordinate; a tenth of it vertically.
 
     Raises
     ------
     InvalidInput
-        If a size is out of range.
+        If an argument is out of range.
     """
-    require_range("wander_mm", wander_mm, at_least=0)
     lengths = anthropometric_lengths(WALKER14, of="stature", size_mm=stature_mm)
-    root = smooth_series(generator, frames, 3, bandwidth=bandwidth) * wander_mm * [1.0, 1.0, 0.1]
+    root = smooth_series(generator, frames, 3, bandwidth=bandwidth) * WANDER_MM * [1.0, 1.0, 0.1]
     root[:, 2] += HIP_HEIGHT * stature_mm
     relative = np.empty((frames, len(lengths), 3))
     for i, limb in enumerate(WALKER14.limbs):
@@ -244,7 +237,7 @@ def synthetic_body(
             generator,
             frames,
             length_mm=lengths[i],
-            swing_rad=min(swing_rad, SWINGS_RAD.get(part, swing_rad)),
+            swing_rad=SWINGS_RAD.get(part, SWING_RAD),
             bandwidth=bandwidth,
             middle=np.array(REST_DIRECTIONS[part]) * [side, 1.0, 1.0],
         ).relative
@@ -252,12 +245,10 @@ def synthetic_body(
 
 
 def _chart(towards: np.ndarray, twist_rad: float) -> np.ndarray:
-    """Axes (rows) of which the first points to a direction, turned about it."""
+    """Return axes (rows), the first along `towards`, turned about it."""
     size = np.linalg.norm(towards) if towards.shape == (3,) else np.nan
     if not 0.0 < size < np.inf:
-        raise InvalidInput(
-            "the middle of a limb is no direction", where="synthetic limbs", expected="(3,), not zero"
-        )
+        raise InvalidInput("must be a vector (3,), not zero", where="middle", received=str(towards))
     x = towards / size
     y = np.eye(3)[np.abs(x).argmin()]
     y = np.cross(x, y)

@@ -161,11 +161,11 @@ def test_coordinates_inside_the_basis_are_recovered_without_any_residual() -> No
     [
         ({"length_mm": -1.0}, r"length_mm must be at least 0 \(got -1\)"),
         ({"swing_rad": 1.6}, r"swing_rad must be at least 0 and at most 1.5 \(got 1.6\)"),
-        ({"bandwidth": 1}, r"nothing smooth moves .*received 1 cosines, 20 frames\)"),
-        ({"bandwidth": 21}, "nothing smooth moves"),
-        ({"middle": np.zeros(3)}, "the middle of a limb is no direction"),
-        ({"middle": np.ones(2)}, "the middle of a limb is no direction"),
-        ({"middle": np.array([np.nan, 0, 1])}, "the middle of a limb is no direction"),
+        ({"bandwidth": 1}, r"bandwidth must be at least 2 and at most 20 \(got 1\)"),
+        ({"bandwidth": 21}, "bandwidth must be at least 2 and at most 20"),
+        ({"middle": np.zeros(3)}, "middle must be a vector"),
+        ({"middle": np.ones(2)}, "middle must be a vector"),
+        ({"middle": np.array([np.nan, 0, 1])}, "middle must be a vector"),
     ],
 )
 def test_limbs_that_cannot_be_are_refused(options: dict, sentence: str) -> None:
@@ -175,12 +175,10 @@ def test_limbs_that_cannot_be_are_refused(options: dict, sentence: str) -> None:
 
 def test_bodies_and_series_that_cannot_be_are_refused() -> None:
     generator = np.random.default_rng(0)
-    with pytest.raises(InvalidInput, match="wander_mm must be at least 0"):
-        synthetic_body(generator, 20, wander_mm=np.inf)
     with pytest.raises(InvalidInput, match="the stature is no length"):
         synthetic_body(generator, 20, stature_mm=0.0)
     with pytest.raises(InvalidInput, match="swing must be at least 0"):
         cartesian_limb(generator, 20, swing=np.nan)
     assert np.abs(smooth_series(generator, 2, 1, bandwidth=2)).max() == 1.0
-    with pytest.raises(InvalidInput, match="received 2 cosines, 1 frames"):
+    with pytest.raises(InvalidInput, match=r"at most 1 \(got 2\)"):
         smooth_series(generator, 1, 1, bandwidth=2)

@@ -295,7 +295,7 @@ def test_the_walk_does_not_depend_on_the_camera(frame_rate_hz: float) -> None:
         ({"male": -1}, "male must be a whole number at least 0"),
         ({"marker_noise_mm": -0.5}, "marker_noise_mm must be at least 0"),
         ({"marker_noise_mm": float("nan")}, "noise"),
-        ({"duration_s": 1.0}, "too short"),
+        ({"duration_s": 1.0}, "duration_s of walker 0 must be at least"),
         ({"duration_s": -1.0}, "duration_s must be above 0"),
         ({"duration_s": float("inf")}, "duration"),
         ({"frame_rate_hz": 5.0}, "frame_rate_hz must be at least 20"),

@@ -1,6 +1,6 @@
-"""Performances of bending to the floor, by people of different sizes and manners, with known timing.
+"""Performances of bending to the floor by people of different sizes and manners, with known timing.
 
-`bending_performances` makes them; `correspondence` is the true matching of two courses of the action.
+`bending_performances` makes them; `correspondence` gives the true warp between two of them.
 """
 
 from pipeline.synthetic.bending.performances import SUBJECT_SHARE, BendingPerformances, bending_performances

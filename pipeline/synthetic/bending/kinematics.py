@@ -1,12 +1,12 @@
 """Joint centres of one person who bends to the floor and comes up again, at phases of the action.
 
-How a posture is made
----------------------
-1. Knee and hip flexion follow the phase, each with its own timing: as far as brings the hands to their target.
-2. Shank, thigh and trunk make a chain in the plane of walking.  It turns about the ankles until the centre of mass
-   is over the feet: so the hips go back as the trunk goes forward, and the shanks lean in a squat.
-3. The feet stay where they stand; knees are where thighs and shanks meet, turned out.
-4. Trunk, head and arms follow: leaning and twisting towards the hand that reaches, the arms hanging from the trunk.
+Steps
+-----
+1. Knee and hip flexion follow the phase, each with its own timing, over the range that brings the hands to the target.
+2. Shank, thigh and trunk are a chain in the sagittal plane, which turns about the ankles until the centre of mass is
+   over the feet.
+3. The feet do not move; knees are at the ends of thighs and shanks, turned out.
+4. The trunk leans and twists towards the reaching hand; head and arms follow.
 
 Legend: arrays are (frame, space), or (side, frame, space) with left before right; angles in radians, forward and
 flexed positive; x right, y ahead, z up, the floor at z = 0.
@@ -23,21 +23,21 @@ from pipeline.synthetic.walkers.person import SIDE, Person
 
 LEG_MASSES, UPPER_MASS = {"thigh": 0.200, "shank": 0.093}, 0.678
 LEG_CENTRE, UPPER_CENTRE = 0.433, 0.626
-"""Both thighs, both shanks, and head, arms and trunk as fractions of the body's mass; where their centres lie: from
-the upper end of thigh and shank, from the hips towards the shoulders.  Published: Winter 2009 table 4.1."""
+"""Masses of both thighs, both shanks, and head, arms and trunk, as fractions of the body's; their centres: from the
+upper end of thigh and shank, from the hips towards the shoulders.  Published: Winter 2009 table 4.1."""
 
 STOP = np.radians(135.0)
-"""Most flexion of knee and hip.  Assumed."""
+"""Largest flexion of knee and hip.  Assumed."""
 
 LEAST_BEND = np.radians(4.0)
-"""Knees that stand are not quite straight; who is too short on one side stands lower.  Assumed."""
+"""Smallest flexion of a standing knee, which sets the largest height of the hips.  Assumed."""
 
 _DEEPEST = (DOWN[1] + UP[0]) / 2.0
 _DEPTHS = (0.2, 1.6)
 
 
 def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.ndarray]) -> np.ndarray:
-    """Joint centres (F, 15, 3) mm in WALKER15 order, facing +y, of a person at these phases of the action."""
+    """Return joint centres (F, 15, 3), mm, in WALKER15 order, facing +y, at phases (F,) of the action."""
     still = dict.fromkeys(SWAY, np.zeros(1))
     target = manner.statures[0] * person.stature
     share = np.array([1.0 - manner.one_handed, 1.0 + manner.one_handed]) / 2.0
@@ -46,7 +46,7 @@ def bend(person: Person, manner: Manner, phase: np.ndarray, sway: dict[str, np.n
         deepest = _posture(person, manner, np.array([_DEEPEST]), still, depth)
         return float(share @ deepest[0, [4, 7], 2] - target)
 
-    # Hands that cannot come down as far (or are low already) go as far as they can.
+    # Hands that cannot reach the target come as near to it as they can.
     ends = [over_target(depth) for depth in _DEPTHS]
     depth = (
         brentq(over_target, *_DEPTHS, xtol=1e-6) if ends[0] > 0.0 > ends[1] else _DEPTHS[int(ends[1] > 0.0)]
@@ -107,7 +107,7 @@ def _posture(
 def _balanced(
     person: Person, knee: np.ndarray, hip: np.ndarray, ahead: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tilt of the trunk (F,) and pelvis (F, 3) mm where the centre of mass lies `ahead` of the ankles."""
+    """Return the tilt of the trunk (F,) and the pelvis (F, 3), mm, with the centre of mass `ahead` mm of the ankles."""
     thigh, shank = float(person.thigh.mean()), float(person.shank.mean())
 
     def along(tilt: np.ndarray) -> np.ndarray:
@@ -130,7 +130,7 @@ def _balanced(
 
 
 def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
-    """By how many mm the hips stand higher than the legs reach, at the worst."""
+    """Return by how many mm, at most, the hips are higher than the legs reach; 0 if they are not."""
     thigh, shank = person.thigh[:, 0], person.shank[:, 0]
     reach = np.sqrt(thigh**2 + shank**2 + 2.0 * thigh * shank * np.cos(LEAST_BEND))
     apart = hips - ankles
@@ -139,7 +139,7 @@ def _too_high(person: Person, hips: np.ndarray, ankles: np.ndarray) -> float:
 
 
 def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndarray) -> np.ndarray:
-    """Knees (2, F, 3) mm between hips and ankles, in the plane that is turned out by `opened` (2, F)."""
+    """Return knees (2, F, 3), mm, between hips and ankles, in planes turned out by `opened` (2, F)."""
     line = ankles - hips
     distance = np.linalg.norm(line, axis=-1, keepdims=True)
     line = line / distance
@@ -153,7 +153,7 @@ def _knees(person: Person, hips: np.ndarray, ankles: np.ndarray, opened: np.ndar
 
 
 def _direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
-    """Unit vectors (F, 3) that lean from the vertical, forward and to the right."""
+    """Return unit vectors (F, 3) that lean from the vertical forward and to the right."""
     return np.stack(
         [np.sin(sideways), np.sin(forward) * np.cos(sideways), np.cos(forward) * np.cos(sideways)], axis=-1
     )
@@ -169,7 +169,7 @@ def _arms(
     right: np.ndarray,
     shoulders: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Elbows and wrists, each (2, F, 3) mm; an arm that does not reach rests nearer to the trunk, elbow bent."""
+    """Return elbows and wrists, each (2, F, 3), mm; the arm that does not reach stays near the trunk, bent."""
     angles = manner.angles
     idle = np.array([[manner.one_handed], [0.0]])
     forward = np.array([[angles["left_arm"]], [angles["right_arm"]]])

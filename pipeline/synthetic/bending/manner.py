@@ -1,9 +1,9 @@
 """Differences in bending to the floor between persons, and between one person's performances.
 
 The grades of support (*published*, *assumed*) are those of `walkers.normative_gait`.  The sizes were not fitted to any
-recording.  Differences between the sides and the variation of the bent body were widened once, when people
-who were all but symmetric and repeated themselves needed only three dimensions; they were not sought to meet the
-sixteen of the paper, and do not.
+recording.  Differences between the sides and the variation of the bent body were increased once, because nearly
+symmetric people who repeated themselves needed only three dimensions; they were not fitted to the sixteen of the paper,
+which they do not reach.
 
 Legend: phases tau in [0, 1] of the action; angles in radians unless said otherwise, forward and flexed positive.
 """
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 DOWN, UP = (0.10, 0.45), (0.55, 0.90)
-"""Phases in which the body goes down and comes up; before, between and after it rests.  Assumed."""
+"""Phases in which the body goes down and comes up; otherwise it rests.  Assumed."""
 
 MANNERS_DEG = {
     "knee": (62.0, 28.0),
@@ -33,15 +33,15 @@ MANNERS_DEG = {
     "standing_elbows": (14.0, 6.0),
     "opened_knees": (8.0, 7.0),
 }
-"""Mean and SD between people; first how far each angle goes, then how it stands.  That straight-legged stoops, full
-squats and all between are in use: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
+"""Mean and SD between people, first of the range of each angle, then of its value in standing.  Stoops with straight
+legs, full squats and everything between occur: Burgess-Limerick 2003, Straker 2003.  Sizes assumed."""
 
 WITHIN = 0.2
-"""Spread of one person's performances, as a part of that between people.  Assumed."""
+"""Standard deviation within a person, as a fraction of that between people.  Assumed."""
 
 TIMED = ("knee", "hip", "lean", "twist", "head", "arms", "elbows")
 TIMING_SD, SKEW_SD = 0.02, 0.15
-"""How much earlier or later each angle begins and ends to change, in phase; logarithm of its progress's power."""
+"""Standard deviations: of the phases at which an angle begins and ends to change; of the log power of its progress."""
 
 TARGET_HEIGHT, STANCE_WIDTH, FOOT_AHEAD, BALANCE = (0.10, 0.03), (0.13, 0.03), (0.0, 0.05), (0.03, 0.006)
 """Wrists over the floor at the deepest, distance of the ankles, left ankle ahead of the right, and centre of mass
@@ -62,11 +62,11 @@ SWAY = {
     "left_knee": 0.020,
     "right_knee": 0.020,
 }
-"""Root mean square of what never stands still, mm and radians; knees: how far they open.  Assumed."""
+"""Root mean square of the sway of the body, mm and radians; knees: outward.  Assumed."""
 
 SWAY_HZ, SWAY_WAVES, SWAY_BENT = (0.1, 0.7), 3, 3.0
-"""Its slow waves, and how many times more of it is added at the deepest: no two bends are alike.  Assumed, so that
-angles vary by 2-6 degrees, as repeated lifts do (direction: Scholz 1993)."""
+"""Frequencies and number of its waves, and how many times it is added in the deepest posture.  Assumed, so that angles
+vary by 2-6 degrees, as in repeated lifts (direction: Scholz 1993)."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Manner:
 
 
 def draw_manner(rng: np.random.Generator) -> Manner:
-    """A person's own manner; the number of draws is the same for everyone."""
+    """Return the manner of a person; the number of draws is the same for everyone."""
     angles = {
         name: np.radians(max(rng.normal(mean, sd), LEAST.get(name, -np.inf)))
         for name, (mean, sd) in MANNERS_DEG.items()
@@ -110,7 +110,7 @@ def draw_manner(rng: np.random.Generator) -> Manner:
 
 
 def varied(manner: Manner, rng: np.random.Generator) -> Manner:
-    """The same person's manner on another occasion."""
+    """Return the manner of the same person in another performance."""
     angles = {
         name: max(
             manner.angles[name] + np.radians(WITHIN * sd) * rng.standard_normal(),

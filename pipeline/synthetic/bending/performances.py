@@ -1,9 +1,9 @@
-"""Performances of bending to the floor, by people of different sizes and manners, with known timing.
+"""Performances of bending to the floor by people of different sizes and manners, with known timing.
 
-No performance is drawn from a linear model: each has a body (`walkers.person`), a manner of its own (`manner`), joint
-angles that follow a phase and joints that follow from a chain of rigid segments kept in balance (`kinematics`).  The
-phase is a smooth monotone function of time (`time_warps`), drawn for every performance and kept as the truth that
-synchronization is to find.
+No performance is drawn from a linear model.  Each has a body (`walkers.person`), a manner (`manner`), joint angles that
+are functions of a phase, and joints at the ends of rigid segments kept in balance (`kinematics`).  The phase is a
+smooth monotone function of time (`time_warps`), drawn for each performance: the truth that synchronization is to
+recover.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ class BendingPerformances:
     positions_mm : tuple of (F_i, 15, 3) float64
         WALKER15 order, z up, the floor at z = 0; people stand anywhere and face anywhere.
     phase : tuple of (F_i,) float64
-        Truth: how far the action has come at each frame, 0 to 1, increasing.
+        True phase of the action at each frame, 0 to 1, increasing.
     subject : (M,) int
-        Who performs.
+        Index of the performer.
     frame_rate_hz : float
     stature_mm, leg_length_mm : (S,) float64
         Of each subject; legs from hip to floor, mean of the sides.
     male : (S,) bool
     moving_phase : (float, float)
-        Between these (about, for everyone has a timing of his own) the body moves; before and after it stands
-        still, and no method can tell the phase.
+        Approximate phases between which the body moves; before and after it stands still and the phase cannot be
+        observed.
     """
 
     positions_mm: tuple[np.ndarray, ...]
@@ -59,7 +59,7 @@ class BendingPerformances:
     moving_phase: tuple[float, float]
 
     def true_warp(self, n: int, m: int) -> np.ndarray:
-        """Frames (F_n,) of performance m, fractional, that show the phases of performance n [mozerov2006 8]."""
+        """Return the fractional frames (F_n,) of performance m with the phases of performance n [mozerov2006 8]."""
         return time_warps.correspondence(self.phase[n], self.phase[m])
 
 
@@ -73,17 +73,17 @@ def bending_performances(
     rate_spread: float = 0.3,
     marker_noise_mm: float = 0.5,
 ) -> BendingPerformances:
-    """Forty performances of a bending action, of a hundred frames on average [mozerov2006 2].
+    """Return performances of bending; by default forty of a hundred frames on average [mozerov2006 2].
 
     Parameters
     ----------
     generator : numpy.random.Generator
-        One number is drawn from it; every subject's and performance's own generators grow from that.  The first
+        One number is drawn from it, which seeds a generator for each subject and performance: the first
         performances stay the same when more are asked for.
     performances : int
-        Performed by the subjects in turn.
+        Their number; the subjects take turns.
     subjects : int
-        Women and men in turn.
+        Their number; women and men alternate.
     frames_mean : float
         Frames of a performance of mean duration.
     frame_rate_hz : float
@@ -153,7 +153,7 @@ def bending_performances(
 
 
 def _placed(joints: np.ndarray, yaw: float, rng: np.random.Generator) -> np.ndarray:
-    """Joints (F, 15, 3) turned about the vertical and put somewhere on the floor."""
+    """Return joints (F, 15, 3) turned about the vertical and moved to a random place on the floor."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(joints @ turn.T + [*rng.uniform(-PLACE_MM, PLACE_MM, 2), 0.0])

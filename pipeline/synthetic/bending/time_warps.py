@@ -1,8 +1,8 @@
-"""Smooth monotone changes of time with known truth: performances that speed up and slow down [mozerov2006 8, 9].
+"""Smooth monotone time warps with a known answer: performances that speed up and slow down [mozerov2006 8, 9].
 
-A warp is a phase w(x) in [0, 1] of the relative time x in [0, 1]: w(0) = 0, w(1) = 1, never backwards.  Its rate
-is the exponential of a few slow waves, so it is positive and as likely doubled as halved; relative to a constant
-rate it is not bounded by 2, as [mozerov2006 13] would have it.
+A warp is a phase w(x) in [0, 1] of the relative time x in [0, 1]: w(0) = 0, w(1) = 1, increasing.  Its rate is the
+exponential of a few slow waves, hence positive and as likely doubled as halved; unlike in [mozerov2006 13] it is not
+bounded by 2.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 WAVES = 4
-"""Half periods within the performance; the k-th has a k-th of the spread of the first."""
+"""Number of half periods within a performance; the k-th has 1/k of the standard deviation of the first."""
 
 _GRID = 2001
 
 
 def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
-    """Amplitudes (2, K) of cosine and sine waves of the logarithm of a rate; their standard deviation is `spread`.
+    """Return amplitudes (2, K) of the cosine and sine waves of the logarithm of a rate.
 
     Parameters
     ----------
@@ -29,12 +29,12 @@ def draw_waves(generator: np.random.Generator, spread: float) -> np.ndarray:
 
 
 def warp(waves: np.ndarray, frames: int) -> np.ndarray:
-    """Phase (F,) in [0, 1] at equally spaced instants, both ends included.
+    """Return the phase (F,), in [0, 1], at equally spaced instants, both ends included.
 
     Parameters
     ----------
     waves : (2, K)
-        Sums of `draw_waves`: the pacing of a person and that of a performance add up.
+        Amplitudes from `draw_waves`; those of a person and of a performance are added.
     frames : int
     """
     x = np.linspace(0.0, 1.0, _GRID)
@@ -45,7 +45,7 @@ def warp(waves: np.ndarray, frames: int) -> np.ndarray:
 
 
 def correspondence(phase_n: np.ndarray, phase_m: np.ndarray) -> np.ndarray:
-    """Frames (F_n,) of performance m, fractional, at the phases of performance n.
+    """Return the fractional frames (F_n,) of performance m at the phases of performance n.
 
     Parameters
     ----------

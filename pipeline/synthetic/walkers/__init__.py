@@ -1,6 +1,6 @@
-"""A population of walkers on a treadmill, made by kinematics alone: bodies, joint angles and strides, no positions.
+"""A population of walkers on a treadmill from bodies, joint angles and strides; no positions are drawn.
 
-`walking_population` draws it, with every walker's true stature, speed and stride frequency.
+`walking_population` makes it, with the true stature, speed and stride frequency of every walker.
 """
 
 from pipeline.synthetic.walkers.population import (

@@ -1,4 +1,4 @@
-"""Feet on the floor and on the belt: the rolling foot, the share of the weight, and a gait that fits both.
+"""Contact of the feet: the rolling foot, the weight on each leg, and angles that keep the feet on floor and belt.
 
 Legend: e thigh elevation, k knee flexion, l1 thigh, l2 shank.  Arrays are (space, side, frame); sides are
 ordered left, right; phases (side, frame) are in cycles, 0 at a leg's own contact.
@@ -25,7 +25,7 @@ def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[
     """Place of the ankle ahead of that over a flat foot, and its height: two arrays like `phase`, mm."""
     pitch = _FOOT_PITCH(phase % 1.0)
     pitch = pitch * np.where(pitch > 0, gains[0], gains[1])
-    # The foot turns about its heel while the toes are up, about its ball while the heel is up.
+    # The foot turns about the heel while the toes are up, about the ball while the heel is up.
     pivot = person.stature * np.where(pitch > 0, -body.FOOT_HEEL, body.FOOT_BALL)
     height = person.stature * body.SEGMENTS["ankle_height"]
     sin, cos = np.sin(pitch), np.cos(pitch)
@@ -33,7 +33,7 @@ def rolling_foot(person: Person, phase: np.ndarray, gains: np.ndarray) -> tuple[
 
 
 def weight_shares(phase: np.ndarray) -> np.ndarray:
-    """Share of the body's weight on each leg, (2, T), summing to one."""
+    """Return the share of the body's weight on each leg, (2, T), which sum to one."""
     within = phase % 1.0
     handover = norm.TOE_OFF - 0.5
     share = np.clip(np.minimum(within, norm.TOE_OFF - within) / handover, 0.0, 1.0)
@@ -42,12 +42,12 @@ def weight_shares(phase: np.ndarray) -> np.ndarray:
 
 
 def keep_to_floor(person: Person) -> Person:
-    """The person nearest to the one drawn whose feet keep to the floor and to the belt.
+    """Return the nearest person whose feet stay on the floor and move with the belt.
 
-    Angles drawn one by one do not fit a floor.  The landmark values of thigh and knee, the scale of the
-    thigh's excursion (which sets the length of the stride), the foot's excursions, and the surge and bob of
-    the pelvis are moved by Gauss–Newton least squares, each in units of its own standard deviation, until
-    the standing ankles ride where a foot that rolls on the belt puts them.
+    Angles that are drawn independently do not.  Gauss–Newton least squares adjusts the landmark values of thigh and
+    knee, the scale of the thigh's excursion (which sets the stride length), the foot's excursions, and the surge and
+    bob of the pelvis, each in units of its standard deviation, until the standing ankles are where a foot that rolls
+    on the belt puts them.
     """
     stance = np.linspace(0.0, norm.FLOOR_UNTIL, 24)
     belt = person.speed / person.frequency * stance
@@ -63,9 +63,9 @@ def keep_to_floor(person: Person) -> Person:
     expected = np.zeros(sum(sizes))
     expected[surge] = norm.SURGE_MM
     sd = np.full(expected.size, person.stature)  # places on the belt and the pelvis's level are free
-    sd[: knees[0].start] = np.radians(norm.SETTLING_SD_DEG["thigh"])
-    sd[knees[0].start : scale.start] = np.radians(norm.SETTLING_SD_DEG["knee"])
-    sd[scale], sd[gains] = norm.SETTLING_SCALE_SD, norm.FOOT_GAIN_CV
+    sd[: knees[0].start] = np.radians(norm.CORRECTION_SD_DEG["thigh"])
+    sd[knees[0].start : scale.start] = np.radians(norm.CORRECTION_SD_DEG["knee"])
+    sd[scale], sd[gains] = norm.CORRECTION_SCALE_SD, norm.FOOT_GAIN_CV
     sd[surge], sd[bob] = norm.SURGE_SD_MM, norm.BOB_SD_MM
     sides = []
     for side in (0, 1):

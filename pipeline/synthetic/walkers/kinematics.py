@@ -1,4 +1,4 @@
-"""From a person's joint angles to joint centres: a chain of rigid segments that stands on a belt.
+"""Joint centres from joint angles: a chain of rigid segments that stands on a belt.
 
 Legend: arrays are (space, side, frame) until the last line of `walk`; sides are ordered left, right.
 """
@@ -16,7 +16,7 @@ from pipeline.synthetic.walkers.strides import Strides
 
 
 def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
-    """Joint centres of a person's walk, (T, 15, 3) mm in WALKER15 order, the floor at z = 0."""
+    """Return joint centres of a walk, (T, 15, 3) mm, in WALKER15 order, the floor at z = 0."""
     phase, gains = strides.phase, strides.gains
 
     # Legs: angles first, in each leg's own plane.
@@ -25,12 +25,12 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
     reach = person.thigh * np.sin(thigh) + person.shank * np.sin(thigh - knee)
     length = person.thigh * np.cos(thigh) + person.shank * np.cos(thigh - knee)
 
-    # The sideways lean of each leg's plane keeps its ankle on its line.
+    # The plane of each leg leans sideways so that the ankle stays on its line.
     hips = person.hips(phase)
     sway = gains["trunk"] * person.sideways(phase)
     lean = np.arcsin((person.ankle_lines + strides.foot - sway - hips[0]) / length)
 
-    # The standing leg carries the pelvis; on a belt, a walker makes good what drift remains.
+    # The standing leg determines the position of the pelvis; the walker corrects the drift along the belt.
     weights = weight_shares(phase)
     shift, ankle_height = rolling_foot(person, phase, person.foot_gains)
     height = (weights * (ankle_height + length * np.cos(lean) - hips[2])).sum(axis=0)
@@ -60,7 +60,7 @@ def walk(person: Person, strides: Strides, frame_rate_hz: float) -> np.ndarray:
 
 
 def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray) -> np.ndarray:
-    """Knees from their hips, (3, 2, T) mm: bent forward of the line hip–ankle, and turned out about it."""
+    """Return knees relative to their hips, (3, 2, T) mm: forward of the line hip–ankle, turned out about it."""
     # In the leg's plane: how far the thigh is turned from the line hip–ankle.
     bend = np.arctan2(person.shank * np.sin(knee), person.thigh + person.shank * np.cos(knee))
     inclination = thigh - bend
@@ -75,7 +75,7 @@ def _knees(person: Person, thigh: np.ndarray, knee: np.ndarray, lean: np.ndarray
 def _upper_body(
     person: Person, phase: np.ndarray, gain: np.ndarray, pelvis: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Sternum (3, T), head (3, T), shoulders (3, 2, T) in mm and the thorax's rotation (T,)."""
+    """Return sternum (3, T), head (3, T), shoulders (3, 2, T), mm, and the rotation of the thorax (T,), radians."""
 
     def direction(forward: np.ndarray, sideways: np.ndarray) -> np.ndarray:
         return np.stack(
@@ -85,7 +85,7 @@ def _upper_body(
     lean = person.opposed("trunk_sway", phase) * gain
     up = direction(person.shared("trunk_lean", phase), lean)
     sternum = pelvis + person.trunk * up
-    # The head keeps nearly upright sideways: it takes a third of the trunk's lean.
+    # The head leans sideways by a third of the trunk's lean.
     head = sternum + person.head * direction(person.shared("head_lean", phase), lean / 3.0)
     yaw = person.opposed("thorax_rotation", phase) * gain
     roll = person.opposed("thorax_obliquity", phase) * gain
@@ -99,7 +99,7 @@ def _upper_body(
 def _arms(
     person: Person, phase: np.ndarray, gain: np.ndarray, yaw: np.ndarray, shoulders: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Elbows and wrists, each (3, 2, T) mm, swinging in planes that turn with the thorax."""
+    """Return elbows and wrists, each (3, 2, T) mm, which swing in planes that turn with the thorax."""
     swing = person.curve("upper_arm", phase, gain)
     bend = norm.stopped(person.curve("elbow", phase, gain), norm.ELBOW_STOP_DEG)
     still = np.zeros_like(yaw)

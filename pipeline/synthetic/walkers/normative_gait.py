@@ -1,15 +1,14 @@
-"""Published means and spreads of gait: speed, rhythm and joint angles, each with its source.
+"""Published means and standard deviations of gait: speed, rhythm and joint angles, each with its source.
 
-With the bodies of `core.anthropometry`, every number that synthetic walkers use.  Three
-grades of support, marked at each:
+Synthetic walkers use these numbers and those of `core.anthropometry`.  Each is marked with a grade of support:
 
-- *published*: a mean or standard deviation that the source prints;
-- *read*: a landmark of a curve that the source plots, or an order of size in its text: right to a degree or
-  two and a hundredth or two of a cycle; not digitised anew;
+- *published*: a mean or standard deviation printed in the source;
+- *read*: a landmark of a plotted curve, or an order of magnitude from the text, correct to about two degrees and two
+  hundredths of a cycle; not digitised;
 - *assumed*: the source gives the direction only; the number is ours.
 
-A tick ✓ marks a number looked up when this was written; the others stand as they are commonly quoted.  None
-was chosen by looking at what the linear model or a Fourier fit makes of the result.
+A tick ✓ marks a number checked in the source; the others are as commonly quoted.  None was chosen by the outcome of
+the linear model or of a Fourier fit.
 
 Legend
 ------
@@ -139,13 +138,13 @@ KNEE = NormativeCurve(
 """Knee flexion.  Read: Perry 1992; Winter 1991; Kadaba et al. 1990; SD 4–6° between people there."""
 
 FLOOR_UNTIL, FLOOR_SD_MM = 0.58, 2.0
-SETTLING_SD_DEG = {"thigh": 2.0, "knee": 3.0}
-SETTLING_SCALE_SD = 0.3
+CORRECTION_SD_DEG = {"thigh": 2.0, "knee": 3.0}
+CORRECTION_SCALE_SD = 0.3
 SURGE_MM, SURGE_SD_MM = (0.0, 0.0, 9.7, -2.4), 4.0
 BOB_SD_MM = (4.0, 4.0, 25.0, 25.0, 4.0, 4.0)
-"""How a drawn person is made to keep to the floor: until when the foot turns about ball or heel (then the toes
-bend), how exactly, and by how much each landmark may move: assumed.  Surge of the pelvis on the belt: sine
-and cosine of the first and second harmonic of the stride, 10 mm in the second, fastest just after each
+"""Adjustment of a drawn person to the floor: the phase until which the foot turns about ball or heel (then the toes
+bend), the tolerance, and the standard deviations of the landmarks' corrections: assumed.  Surge of the pelvis on the
+belt: sine and cosine of the first and second harmonic of the stride, 10 mm in the second, fastest just after each
 contact; read: Winter 1991 (forward velocity ±0.1 m/s).  Bob: spread of harmonics 1, 2 and 4; the second, two
 to a stride, is left to the legs."""
 

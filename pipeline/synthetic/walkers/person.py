@@ -1,6 +1,6 @@
-"""A person who walks, drawn from published spreads: body, pace and manner.
+"""A walker drawn from published distributions: body, pace and joint angles.
 
-The numbers stand in `core.anthropometry` (bodies) and `normative_gait` (gait).
+The numbers are in `core.anthropometry` (bodies) and `normative_gait` (gait).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SIDE = np.array([[-1.0], [1.0]])
 
 @dataclass(frozen=True)
 class Manner:
-    """One person's own curve: landmark values (2, n) in radians, and how much earlier it comes, in cycles."""
+    """A person's curve of an angle: landmark values (2, n) in radians, and its shift to earlier phases, in cycles."""
 
     values: np.ndarray
     shift: float
@@ -28,7 +28,7 @@ class Manner:
 
 @dataclass(frozen=True)
 class Person:
-    """One walker: lengths in mm, angles in radians; left and right as columns (2, 1).
+    """One walker: lengths in mm, speed in mm/s, frequency in Hz, angles in radians; left and right as columns (2, 1).
 
     `foot_gains` (2,) scales the foot's toes-up and heel-up excursions.
     """
@@ -67,10 +67,10 @@ class Person:
         return np.asarray(norm.CURVES[name].basis((phase + self.manner[name].shift) % 1.0))
 
     def curve(self, name: str, phase: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
-        """Each side's angle at its own phase, its excursion times `gain`: (2, T) cycles → (2, T) radians."""
+        """Angle (2, T), radians, of each side at its phase (2, T), cycles, with the excursion times `gain`."""
         values, shift = self.manner[name].values, self.manner[name].shift
         centre = values.mean(axis=1, keepdims=True)
-        # The person's own two splines: the basis's polynomials weighted by the landmark values.
+        # Splines of the two sides: the polynomials of the basis weighted by the landmark values.
         spline = norm.CURVES[name].basis
         own = spline.c @ (values - centre).T
         place = phase + (shift - spline.x[0])
@@ -81,17 +81,17 @@ class Person:
         return centre + gain * (((c3 * past + c2) * past + c1) * past + c0)
 
     def opposed(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Half of right less left: a curve that changes sign when the sides change places, (T,)."""
+        """Half of right minus left, (T,): changes sign when the sides are exchanged."""
         left, right = self.curve(name, phase)
         return (right - left) / 2.0
 
     def shared(self, name: str, phase: np.ndarray) -> np.ndarray:
-        """Mean of the sides: a curve that both steps repeat, (T,)."""
+        """Mean of the sides, (T,): repeats with every step."""
         left, right = self.curve(name, phase)
         return (left + right) / 2.0
 
     def hips(self, phase: np.ndarray) -> np.ndarray:
-        """Hips from the pelvis, (3, 2, T) mm."""
+        """Hips relative to the pelvis, (3, 2, T) mm."""
         yaw = self.opposed("pelvic_rotation", phase)
         roll = self.opposed("pelvic_obliquity", phase)
         axis = np.stack([np.cos(yaw) * np.cos(roll), np.sin(yaw) * np.cos(roll), np.sin(roll)])
@@ -103,7 +103,7 @@ class Person:
 
 
 def draw_person(rng: np.random.Generator, male: bool) -> Person:
-    """A person's body, pace and manner; the number of draws is the same for everyone."""
+    """Return a person; the number of draws is the same for everyone."""
 
     def positive(mean: float, cv: float, size: int | None = None) -> Any:
         return mean * np.exp(cv * rng.standard_normal(size))

@@ -1,21 +1,19 @@
-"""A population of walkers on a treadmill, made by kinematics alone.
+"""A population of walkers on a treadmill, from kinematics alone.
 
-No walker is drawn from a linear model of positions: each has a body (stature, proportions, the two sides
-unlike), a speed and a rhythm, and joint angles through published landmarks with published spreads.  Positions
-follow by a chain of rigid segments.
+No walker is drawn from a linear model of positions.  Each has a body (stature, proportions, different sides), a speed
+and a stride frequency, and joint angles through published landmarks with published standard deviations.  Positions
+follow from a chain of rigid segments.
 
-How one walker walks
---------------------
-1. A person is drawn: `person`, from the numbers of `core.anthropometry` and `normative_gait`.
-2. The drawn angles are moved as little as will let the feet keep to the floor and to the belt
-   (`footfall`).
-3. Phase φ of each leg runs on with stride times that vary and remember; right and left half a cycle apart
-   (`strides`).
-4. Thigh and knee angles at φ give the leg in its plane; the plane leans so that the ankle keeps to its line
-   (`kinematics`, and so on to 6).
-5. The standing foot rolls over heel, sole and ball and otherwise rides on the belt.  The pelvis is carried by
-   the standing leg (while both stand, by both, in shares that change over smoothly): so it bobs and surges.
-6. Pelvic sway, rotation and obliquity, the trunk, the head and the arms are added on top; then marker noise.
+Steps
+-----
+1. `person` draws a person from the numbers of `core.anthropometry` and `normative_gait`.
+2. `footfall` corrects the angles, as little as possible, so that the feet stay on the floor and move with the belt.
+3. `strides` draws the phase φ of each leg, with correlated stride times; left and right are half a cycle apart.
+4. `kinematics` computes the legs in their planes from thigh and knee angles at φ; the plane leans so that the ankle
+   stays on its line.
+5. The standing foot rolls over heel, sole and ball and moves with the belt.  The position of the pelvis follows from
+   the standing leg; while both stand, from both, with smoothly changing weights.
+6. Pelvic sway, rotation and obliquity, trunk, head and arms are added, then marker noise.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ from pipeline.synthetic.walkers.footfall import keep_to_floor
 from pipeline.synthetic.walkers.kinematics import walk
 from pipeline.synthetic.walkers.person import Person, draw_person
 from pipeline.synthetic.walkers.strides import draw_strides
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import require_range
 
 LEAST_CYCLES = 1.5
 LEAST_FRAME_RATE_HZ = 20.0
@@ -41,16 +39,16 @@ class WalkingPopulation:
     Attributes
     ----------
     positions_mm : (R, T, 15, 3) float64
-        WALKER15 order, world frame; the floor is z = 0 and the walkers stay about x = y = 0.
+        WALKER15 order, world frame; the floor is z = 0 and the walkers stay near x = y = 0.
     frame_rate_hz : float
     male : (R,) bool
     stature_mm, age_years : (R,) float64
     leg_length_mm : (R,) float64
         Hip to floor, mean of the two sides.
     speed_mm_s : (R,) float64
-        Of the belt, which moves towards −y.
+        Speed of the belt, which moves towards −y.
     stride_frequency_hz : (R,) float64
-        Intended; what eight seconds show differs by the stride-to-stride variability.
+        Mean; that of a recording differs by the stride-to-stride variability.
     """
 
     positions_mm: np.ndarray
@@ -72,13 +70,13 @@ def walking_population(
     frame_rate_hz: float = 120.0,
     marker_noise_mm: float = 0.5,
 ) -> WalkingPopulation:
-    """Walkers on a treadmill, men and women in the order of 2 to 3 while both last [zhang2007 section 2].
+    """Return walkers on a treadmill, men and women interleaved 2 to 3 [zhang2007 section 2].
 
     Parameters
     ----------
     generator : numpy.random.Generator
-        One number is drawn from it; every walker's own generators grow from that.  The k-th man and the k-th
-        woman are the same people whatever the counts, and a shorter recording is the beginning of a longer.
+        One number is drawn from it, which seeds the generators of each walker: the k-th man and the k-th woman are
+        the same people for any counts, and a shorter recording is the beginning of a longer one.
     male, female : int
     duration_s : float
     frame_rate_hz : float
@@ -88,8 +86,8 @@ def walking_population(
     Raises
     ------
     InvalidInput
-        If there is nobody, a count or the noise is negative, the frame rate is under 20 Hz, or a walker makes
-        less than 1.5 cycles in the time given.
+        If there are no walkers, a count or the noise is negative, the frame rate is under 20 Hz, or a walker makes
+        less than 1.5 cycles.
 
     Examples
     --------
@@ -111,13 +109,8 @@ def walking_population(
         seeds = np.random.SeedSequence(entropy, spawn_key=(int(is_male), index)).spawn(3)
         traits, strides, noise = (np.random.default_rng(seed) for seed in seeds)
         person = keep_to_floor(draw_person(traits, is_male))
-        if duration_s * person.frequency < LEAST_CYCLES:
-            raise InvalidInput(
-                "the recording is too short",
-                where=f"walker {number}",
-                expected=f"{LEAST_CYCLES} cycles, here {LEAST_CYCLES / person.frequency:.2f} s",
-                received=f"{duration_s:g} s",
-            )
+        shortest_s = LEAST_CYCLES / person.frequency
+        require_range(f"duration_s of walker {number}", duration_s, at_least=shortest_s, unit="s")
         people.append(person)
         noise.standard_normal(out=positions[number])
         positions[number] *= marker_noise_mm
@@ -135,7 +128,7 @@ def walking_population(
 
 
 def _order(male: int, female: int) -> list[tuple[bool, int]]:
-    """(is male, index within the sex) in the fixed order F M F M F, then whoever is left."""
+    """Return (is male, index within the sex) in the order F M F M F, then the remaining ones."""
     order: list[tuple[bool, int]] = []
     taken = {True: 0, False: 0}
     wanted = {True: male, False: female}

@@ -1,4 +1,4 @@
-"""From stride to stride: rhythm, excursions and footholds that vary and remember."""
+"""Stride-to-stride variability of rhythm, excursions and foot placement, correlated between strides."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Strides:
     Attributes
     ----------
     phase : (2, T)
-        Of each leg, cycles.
+        Phase of each leg, cycles.
     gains : dict
         Factors on excursions: ``thigh``, ``trunk`` (T,), ``knee``, ``arm`` (2, T).
     foot, lane : (2, T), (T,)
@@ -32,9 +32,9 @@ class Strides:
 
 
 def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_rate_hz: float) -> Strides:
-    """Phases and gains that vary with memory; a longer recording begins with a shorter one."""
+    """Return correlated phases and gains; a longer recording begins with a shorter one."""
     cycles = np.arange(frames) * person.frequency / frame_rate_hz
-    # One row a stride, drawn in order; the spare ones cover strides that run ahead of the mean.
+    # One row per stride, in order; spare ones for strides faster than the mean.
     rows = int(np.ceil(cycles[-1] * 1.2)) + 4
     fresh = rng.standard_normal((rows, 10))
     memory = np.full(10, norm.STRIDE_MEMORY)
@@ -42,7 +42,7 @@ def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_ra
     memory[7:9] = 0.0
     new = np.sqrt(1.0 - memory**2)
     steady = new * fresh
-    steady[0] += fresh[0] * (1.0 - new)  # the first stride is as spread as all others
+    steady[0] += fresh[0] * (1.0 - new)  # the first stride has the variance of the others
     for before, stride in pairwise(steady):
         stride += memory * before
     knots = np.arange(rows)
@@ -50,7 +50,7 @@ def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_ra
     def at(place: np.ndarray, column: int) -> np.ndarray:
         return np.interp(place, knots, steady[:, column])
 
-    # Interpolating between strides averages some of the variability away; restore its variance.
+    # Interpolation between strides reduces the variance: restore it.
     slower = norm.STRIDE_TIME_CV * at(cycles, 0) / np.sqrt((2.0 + norm.STRIDE_MEMORY) / 3.0)
     left = person.start_phase + np.cumsum(person.frequency / frame_rate_hz / (1.0 + slower))
     phase = np.stack([left, left + 0.5 + person.step_asymmetry])
@@ -61,7 +61,7 @@ def draw_strides(person: Person, rng: np.random.Generator, frames: int, frame_ra
         "arm": np.stack([1.0 + arm * at(left, c) for c in (4, 5)]),
         "trunk": 1.0 + trunk * at(left, 6),
     }
-    # A foot keeps its line while it stands and moves to the next one while it swings.
+    # A foot stays on its line while it stands and moves to the next line while it swings.
     foot = np.empty_like(phase)
     for side in (0, 1):
         stride = np.floor(phase[side] - norm.TOE_OFF).astype(int) + 1
