@@ -170,7 +170,7 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "data.duration_s=0.2", ["duration_s", "at least"]),
         ("zhang2007_fig5", "data.marker_noise_mm=-1", ["marker_noise_mm must be at least 0"]),
         ("zhang2007_fig5", "workers=0", ["workers"]),
-        ("zhang2007_fig5", "data=folder", ["data.path="]),
+        ("zhang2007_fig5", "data=folder", ["data.path must be a folder"]),
         ("zhang2007_fig5", "data=optical data.raw=nowhere", ["nowhere", "make data", "MOCAP_MIRROR"]),
     ],
 )

@@ -35,6 +35,7 @@ def measure():
 def edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str, str], str]:
     """``edited(file, old, new)``: the digest of studies.walks after a change in a file."""
     monkeypatch.setattr(source_code, "PACKAGE", tmp_path / "pipeline")
+    source_code._module.cache_clear()
     for name, text in FILES.items():
         path = tmp_path / "pipeline" / name
         path.parent.mkdir(parents=True, exist_ok=True)
