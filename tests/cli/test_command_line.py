@@ -446,14 +446,14 @@ def test_metres_that_are_said_to_be_metres_are_read(
 @pytest.mark.parametrize(
     ("make", "overrides", "words"),
     [
-        (lambda folder: None, [], ["no such folder"]),
+        (lambda folder: None, [], ["data.path must be a folder that exists"]),
         (lambda folder: folder.mkdir(), [], ["no motion capture", ".c3d", "an empty folder"]),
         (
             lambda folder: (folder.mkdir(), (folder / "walk.fbx").write_text("x")),
             [],
             ["no motion capture", ".fbx"],
         ),
-        (lambda folder: folder.write_text("x"), [], ["no such folder"]),
+        (lambda folder: folder.write_text("x"), [], ["data.path must be a folder that exists"]),
         (lambda folder: folder.mkdir(), ["data.pattern="], ["data.pattern"]),
         (lambda folder: folder.mkdir(), ["data.pattern=/*.c3d"], ["data.pattern"]),
         (
@@ -612,7 +612,7 @@ def test_a_folder_that_was_not_published_is_not_replaced(
     said = say("experiment=zhang2007_fig2", "scale=smoke", f"results={tmp_path / 'results'}")
     assert (said.status, said.out) == (1, "")
     assert_one_sentence(
-        said.err, str(destination), "was not published by this program", "manifest.json is missing"
+        said.err, str(destination), "not published by this program", "manifest.json is missing"
     )
     assert_unharmed(destination)
 
@@ -772,7 +772,7 @@ def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(t
         "pipeline.studies.walks.known_view", "KnownView.measure", signal.SIGINT, *arguments
     )
     assert status == 130
-    assert_one_sentence(err, "interrupted", "goes on from there")
+    assert_one_sentence(err, "interrupted", "continues from there")
     assert leftovers(tmp_path) == []
     assert list(tmp_path.glob("scratch/*/*")) == []
     kept = sorted(path.name.split("-")[0] for path in (tmp_path / "cache").iterdir())
