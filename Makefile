@@ -1,4 +1,4 @@
-# Every target sets up what it needs; `make sweeps` and `make test` are the two to know.
+# Every target sets up what it needs; `make sweeps` and `make test` are enough to begin.
 DATA  ?= synthetic
 SCALE ?= full
 ARGS  ?=
@@ -8,7 +8,7 @@ VENV   := .venv
 RUN    := $(VENV)/bin/python -m pipeline
 READY  := $(VENV)/.ready
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
-# One BLAS thread: many small solves with more are many times slower.
+# One BLAS thread: many small solves are several times slower with more.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
@@ -33,13 +33,13 @@ $(READY): requirements.lock
 sweeps: $(READY) ## every figure at full scale; DATA=synthetic (default), optical, cmu, hdm05
 	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(ARGS)
 
-smoke: $(READY) ## every figure, small
+smoke: $(READY) ## every figure at small scale
 	@$(RUN) figures data=$(DATA) scale=smoke $(ARGS)
 
 $(FIGURES): $(READY)
 	@$(RUN) figures experiment=$@ data=$(DATA) scale=$(SCALE) $(ARGS)
 
-data: $(READY) ## fetch the real recordings listed in data/sources.csv; MOCAP_MIRROR=dir is asked first
+data: $(READY) ## download the recordings of data/sources.csv; MOCAP_MIRROR=dir is tried first
 	@$(RUN) fetch $(ARGS)
 
 run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"
@@ -54,7 +54,7 @@ equations: $(READY) ## every numbered equation of the papers: as printed, as use
 claims: $(READY) ## the papers' claims beside our numbers
 	@$(RUN) claims data=$(DATA) scale=$(SCALE)
 
-readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical measures its figures anew
+readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical renews its rows
 	@$(RUN) readme $(ARGS)
 
 check: $(READY) ## ruff, format, types
@@ -62,14 +62,14 @@ check: $(READY) ## ruff, format, types
 	@$(VENV)/bin/ruff format --check .
 	@$(VENV)/bin/mypy pipeline
 
-format: $(READY) ## put the sources in form
+format: $(READY) ## format the sources
 	@$(VENV)/bin/ruff check --fix .
 	@$(VENV)/bin/ruff format .
 
 test: $(READY) ## the tests, on every core; make test ARGS=tests/core for some
 	@$(VENV)/bin/python -m pytest -n auto --dist loadfile $(ARGS)
 
-bench: $(READY) ## ours against peers and naive loops, alternating, as ratios
+bench: $(READY) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
 
 golden: $(READY) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
@@ -82,11 +82,11 @@ digits: $(READY) ## renew tests/golden/digits.csv: smoke tables under other kern
 golden-kernels: $(READY) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
-archive: $(READY) ## keep the full-scale results of this commit under results/archive
+archive: $(READY) ## archive the full-scale results of this commit in results/archive
 	@$(RUN) archive data=$(DATA)
 
 verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/…
 	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/)))
 
-clean: ## remove the cache and scratch results; figures and archives stay
+clean: ## remove the cache and scratch results, not figures and archives
 	@rm -rf results/cache results/scratch results/golden

@@ -165,5 +165,5 @@ def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: 
 
 
 def test_a_place_without_a_table_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="the places for tables"):
+    with pytest.raises(InvalidInput, match="the markers in the text"):
         published.insert("no place", {"walks": "| |"})

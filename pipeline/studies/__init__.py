@@ -1,1 +1,1 @@
-"""studies."""
+"""The studies: options, datasets, models, sweeps, figures and measures of walks, actions and limbs."""

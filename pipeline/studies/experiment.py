@@ -1,4 +1,4 @@
-"""One experiment, whole: what a preset in ``conf/experiment`` composes."""
+"""The experiment that a preset in ``conf/experiment`` composes."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from pipeline.validation import InvalidInput, require_range
 
 @dataclass(kw_only=True)
 class Scale:
-    """How large a run is.  Presets take their sizes from here, so any preset can wear any scale."""
+    """Sizes of a run, from which any preset takes those that it uses."""
 
     name: str
-    walkers: int  # at most so many people; 0: all
+    walkers: int  # most people; 0: all
     view_step_deg: float
     sigma2_step_mm2: float
-    performances: int  # of an action, at most; 0: all
+    performances: int  # most performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
     particles: list[int]
-    clips: int  # of varied motion, at most; 0: all
-    trials: int  # of every point of a sweep over limbs
+    clips: int  # most clips of varied motion; 0: all
+    trials: int  # trials for every value of a sweep over limbs
 
 
 @dataclass(kw_only=True)
 class Experiment:
-    """One figure of a paper with everything that it is made from."""
+    """A figure of a paper, with all options of the stages that make it."""
 
     name: str
     paper: str
@@ -45,13 +45,13 @@ class Experiment:
     results: str = "results"
 
     def validate(self) -> None:
-        """Validate all options, before anything is computed.
+        """Validate all options.
 
         Raises
         ------
         InvalidInput
-            If an option is out of range, options of different studies are mixed, or the data set holds nothing for
-            this experiment (then `where` is ``"data"``).
+            If an option is out of range, options do not belong together, or the data set has no clips for this
+            experiment (then `where` is ``"data"``).
         """
         require_range("workers", self.workers, at_least=1)
         for group, option, wanted in (

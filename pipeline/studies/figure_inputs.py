@@ -1,4 +1,4 @@
-"""What a figure is made from, and the words that describe it in captions and recordings."""
+"""Inputs of a figure, and its descriptions in captions and recordings."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SweepT = TypeVar("SweepT")
 
 @dataclass(frozen=True)
 class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
-    """What the stages made for one figure.
+    """Results of the stages for one figure.
 
     Attributes
     ----------
     experiment : Experiment
     clips : Clips
     dataset, model, sweep : dataclass
-        What the stages of these names returned.
+        Results of the stages of these names.
     """
 
     experiment: Experiment
@@ -38,7 +38,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def samples(self) -> list[str]:
-        """Name of each sample: its clip."""
+        """Name of each sample: the name of its clip."""
         return [str(name) for name in getattr(self.dataset, "clip")]  # noqa: B009 - of every dataset
 
     @property
@@ -84,20 +84,20 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """What is published as ``arrays.npz``: arrays of the sweep and of a published model, names of the samples."""
+        """Arrays of ``arrays.npz``: of the sweep, of a published model, and the names of the samples."""
         learnt = pack(self.model)[0] if self.experiment.model.published else {}
         names = {self.experiment.dataset.corpus.sample: np.array(self.samples)}
         return {**learnt, **pack(self.sweep)[0], **names}
 
 
 def tidy(columns: Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
-    """Return a table: columns of one length, rows in the order of some of them.
+    """Return a table with its rows sorted by some of its columns.
 
     Parameters
     ----------
     columns : mapping of str to array-like
     by : sequence of str
-        Columns that order the rows; rows that they do not tell apart keep their order.
+        Columns by which the rows are sorted, stably.
     """
     frame = pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
     return frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)

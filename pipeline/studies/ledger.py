@@ -1,4 +1,4 @@
-"""The ledger of claims at work: published tables in, verdicts and ``claims.csv`` out."""
+"""The ledger of claims: verdicts from published tables, and ``claims.csv``."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ Tables = Mapping[str, Any]
 ``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it."""
 
 TIMING = "table_timing"
-"""Seconds of the machine that made a figure: published, judged by nothing."""
+"""Table of times on the machine that made a figure; no claim uses it."""
 
 
 def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[papers.Verdict]:
-    """One verdict per claim, in the order of the claims, from the tables at hand.
+    """Return one verdict per claim, in the order of the claims.
 
     Parameters
     ----------
     claims : iterable of Claim
     made : Tables
-        Tables that are not made yet are absent.
+        Tables of the figures that are made.
     data_name : str
         Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
 
@@ -53,7 +53,7 @@ def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[
 
 
 def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
-    """Our values of claims and quantities by name, NaN where the tables hold none."""
+    """Return our values of claims and quantities by name, NaN where the tables have none."""
     frames = {name: _frame(name, table) for name, table in made.items()}
     return {name: _number(papers.quantity(name), frames) for name in names}
 
@@ -63,30 +63,30 @@ def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFr
 
 
 def judge_figure(figure: str, made: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
-    """Verdicts on the claims that one figure backs alone, from its tables by file name without suffix."""
+    """Return the verdicts on the claims that use one figure alone, from its tables by file name without suffix."""
     by_name = {_name(figure, name): table for name, table in made.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
     return judge(alone, by_name, data_name)
 
 
 def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[papers.Verdict]:
-    """Verdicts on all claims of these figures, from the tables published below ``results/<data>/<scale>``.
+    """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
 
     Raises
     ------
     InvalidInput
-        If a table of a figure that is there is not what was published.
+        If a table differs from what was published.
     """
     return judge(_claims(figures), read_folder(folder, figures), data_name)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
-    """The tables published for these figures, by figure and name.
+    """Return the published tables of these figures, by figure and name.
 
     Raises
     ------
     InvalidInput
-        If a table of a figure that is there is not what was published.
+        If a table differs from what was published.
     """
     return {
         _name(figure, name): _frame(_name(figure, name), columns)
@@ -112,7 +112,7 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 
 
 def write_claims(path: Path, verdicts: Sequence[papers.Verdict]) -> None:
-    """The ledger as a table, one claim to a row: the paper's number, ours, the verdict and why."""
+    """Write the verdicts as a table, one row per claim: the paper's number, ours, the verdict and why."""
     tables.write(
         path,
         {

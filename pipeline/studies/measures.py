@@ -1,10 +1,10 @@
-"""Measures: named functions of published tables that the papers' claims, explanations and the README rest on.
+"""Measures: named functions of published tables, used by the papers' claims, explanations and the README.
 
-A measure takes tables (`pandas.DataFrame`), texts and numbers, and returns one float.  A measure that finds no rows,
-or a value that is not finite among them, returns NaN: rows are never dropped to make a mean.  Which rows are taken is
-an expression over the columns, ``where: camera == 'still' and reconstructibility > 1``.
+A measure takes tables (`pandas.DataFrame`), texts and numbers, and returns one float.  It returns NaN if there are no
+rows or a value is not finite: rows are never dropped to make a mean.  Rows are selected by an expression over the
+columns, ``where: camera == 'still' and reconstructibility > 1``.
 
-Measures of all studies are here; what only one study's tables ask for is in its own `measures` module.
+Measures that only one study uses are in its own `measures` module.
 """
 
 from __future__ import annotations
@@ -22,51 +22,31 @@ from pipeline.papers import Measure
 from pipeline.validation import InvalidInput
 
 Table: TypeAlias = pd.DataFrame
-"""A table; ``attrs["name"]`` says which, for messages."""
+"""A table, with its name in ``attrs["name"]`` for messages."""
 
 Expression = NewType("Expression", str)
-"""Says of a row, by its columns, whether it is meant; empty for every row."""
+"""Condition on the columns that selects rows; empty for all rows."""
 
 Registry = Mapping[str, Callable[..., float]]
 """Measures by name."""
 
 _ALLOWED = (
-    ast.Expression,
-    ast.BoolOp,
-    ast.And,
-    ast.Or,
-    ast.Compare,
-    ast.Eq,
-    ast.NotEq,
-    ast.Lt,
-    ast.LtE,
-    ast.Gt,
-    ast.GtE,
-    ast.BinOp,
-    ast.Add,
-    ast.Sub,
-    ast.Mult,
-    ast.Div,
-    ast.UnaryOp,
-    ast.USub,
-    ast.Name,
-    ast.Load,
-    ast.Constant,
-    ast.Call,
-)
-"""What an expression over columns may be made of; of functions, `abs` alone."""
+    ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE,
+    ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.UnaryOp, ast.USub, ast.Name, ast.Load, ast.Constant, ast.Call,
+)  # fmt: skip
+"""Syntax that an expression over columns may have; the only function is `abs`."""
 
 
 # --- reading tables ---------------------------------------------------------------------------------------
 
 
 def values(table: Table, column: str, where: str = "") -> np.ndarray:
-    """A column as float64, of the rows where an expression holds; NaN where an entry is not a number.
+    """Return a column as float64, of the rows where an expression holds; NaN where an entry is not a number.
 
     Raises
     ------
     InvalidInput
-        If the table has no such column, or not those of the expression.
+        If the table lacks the column or a column of the expression.
     """
     require_columns(table, column)
     found = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
@@ -74,14 +54,14 @@ def values(table: Table, column: str, where: str = "") -> np.ndarray:
 
 
 def holds(table: Table, expression: str) -> np.ndarray:
-    """Whether an expression over the columns holds, for each row; no expression holds everywhere.
+    """Return for each row whether an expression over the columns holds; an empty expression holds for all rows.
 
-    A comparison with NaN does not hold, nor does one of a text with a number.
+    A comparison with NaN, or of a text with a number, does not hold.
 
     Raises
     ------
     InvalidInput
-        If the expression is none, or names a column that the table does not have.
+        If the expression is invalid or names a column that the table lacks.
     """
     if not expression:
         return np.ones(len(table), dtype=bool)
@@ -96,12 +76,12 @@ def holds(table: Table, expression: str) -> np.ndarray:
 
 
 def columns_of(expression: str) -> list[str]:
-    """Names of the columns that an expression reads.
+    """Return the names of the columns in an expression.
 
     Raises
     ------
     InvalidInput
-        If it holds anything but comparisons and arithmetic of columns, numbers, texts and `abs`.
+        If it contains anything but comparisons and arithmetic of columns, numbers, texts and `abs`.
 
     Examples
     --------
@@ -125,7 +105,7 @@ def columns_of(expression: str) -> list[str]:
 
 
 def require_columns(table: Table, *columns: str) -> None:
-    """Refuse a table that lacks one of these columns."""
+    """Require these columns of a table."""
     for column in columns:
         if column not in table.columns:
             raise InvalidInput(
@@ -196,7 +176,7 @@ def variation_percent(table: Table, column: str) -> float:
 
 
 def distinct(table: Table, columns: list[str]) -> float:
-    """How many different combinations of entries columns have."""
+    """Number of different combinations of entries of columns."""
     require_columns(table, *columns)
     return float(len(table[list(columns)].drop_duplicates()))
 
@@ -272,7 +252,7 @@ def smaller(of: list[float]) -> float:
 
 
 def registry(*modules: ModuleType) -> Registry:
-    """The measures of modules, by name: their public functions that return a float.
+    """Return the measures of modules, by name: their public functions that return a float.
 
     Raises
     ------
@@ -291,7 +271,7 @@ def registry(*modules: ModuleType) -> Registry:
 
 
 def check(measure: Measure, registry: Registry, where: str) -> None:
-    """Refuse a measure that no function can compute.
+    """Validate the name and the arguments of a measure.
 
     Raises
     ------
@@ -332,13 +312,12 @@ def _fits(value: object, wanted: Any) -> bool:
 
 
 def evaluate(measure: Measure, registry: Registry, tables: Mapping[str, Table]) -> float:
-    """The value of a measure on tables, NaN if one of those that it reads is not there.
+    """Return the value of a measure, NaN if one of its tables is missing.
 
     Raises
     ------
     InvalidInput
-        If the measure is unknown, or a table lacks a column that it reads: the figure and the papers' data then
-        disagree, which no verdict may hide.
+        If the measure is unknown, or a table lacks a column that it reads.
     """
     if any(name not in tables for name in measure.tables):
         return np.nan

@@ -1,7 +1,7 @@
-"""Published numbers: ``results/published.csv``, which git keeps, and the README's tables that are made of it.
+"""Published numbers: ``results/published.csv``, and the README's tables, which are made from it.
 
-The file holds our values of claims and quantities and the counts of verdicts, a row each, by data set, with the commit
-that made them.  `measured` makes the rows of a folder of published figures, `rendered` the tables.
+The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
+commit.  `measured` returns the rows of a folder of published figures, `rendered` the tables.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
 
 def names_quoted(layout: Mapping[str, Any]) -> list[str]:
-    """Names of the claims and quantities that the tables quote, sorted."""
+    """Return the names of the claims and quantities that the tables quote, sorted."""
     templates = [
         template
         for table in layout.values()
@@ -35,7 +35,7 @@ def names_quoted(layout: Mapping[str, Any]) -> list[str]:
 
 
 def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) -> pd.DataFrame:
-    """Rows of the file for the figures published below ``results/<data>/<scale>``.
+    """Return the rows of the file for the figures published below ``results/<data>/<scale>``.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
 def verdict_counts(
     by_name: Mapping[str, Any], data_name: str, layout: Mapping[str, Any]
 ) -> list[tuple[str, str, float, str]]:
-    """Figure, name, value and unit of the rows that count verdicts, for the papers that have any figure here."""
+    """Return figure, name, value and unit of the rows that count verdicts, for papers with figures here."""
     counted = []
     for keys in _judged_together(layout):
         claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
@@ -92,7 +92,7 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
 
 
 def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
-    """Each table as Markdown, from the columns of the file."""
+    """Return each table as Markdown, from the columns of the file."""
     values: dict[str, dict[str, float]] = {}
     for data_name, name, value in zip(
         published["data"], published["name"], map(float, published["value"]), strict=True
@@ -125,7 +125,7 @@ def _templates(row: Mapping[str, Any]) -> list[str]:
 
 
 def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
-    """The first template whose numbers are all there; nothing if none is, or there is no number at all."""
+    """Return the first template with all its numbers known, filled in; empty if there is none."""
     for template in templates if values else ():
         if set(placeholders(template)) <= set(values):
             return template.format_map({name: _Printed(value) for name, value in values.items()})
@@ -133,7 +133,7 @@ def _filled(templates: Sequence[str], values: Mapping[str, float]) -> str:
 
 
 class _Printed(float):
-    """A number as people print it: a minus sign, and spaces between thousands."""
+    """A number formatted with a minus sign, and spaces between thousands."""
 
     def __format__(self, specification: str) -> str:
         return super().__format__(specification).replace("-", "−").replace(",", " ")
@@ -149,12 +149,12 @@ def _count_name(keys: Iterable[str], outcome: str) -> str:
 
 
 def insert(text: str, made: Mapping[str, str]) -> str:
-    """A text with each table put between its markers, ``<!-- results:begin walks -->`` and ``<!-- results:end -->``.
+    """Return a text with each table between its markers, ``<!-- results:begin walks -->`` and ``<!-- results:end -->``.
 
     Raises
     ------
     InvalidInput
-        If a table has no place in the text, or a place no table.
+        If the markers are not those of the tables.
 
     Examples
     --------
@@ -164,7 +164,7 @@ def insert(text: str, made: Mapping[str, str]) -> str:
     places = re.findall(r"<!-- results:begin (\w+) -->", text)
     if sorted(places) != sorted(made):
         raise InvalidInput(
-            "the places for tables are not those of the tables",
+            "the markers in the text are not those of the tables",
             expected=", ".join(sorted(made)),
             received=", ".join(sorted(places)),
         )

@@ -1,4 +1,4 @@
-"""What a study consists of: options that do the work of each stage.
+"""Base classes of a study's options, which do the work of each stage.
 
 A study (walks, actions, limbs, …) is a folder beside this file.  Its options are plain dataclasses; what the user
 writes as ``sweep.trials=10`` is the field `trials` of the chosen `Sweep`, and the stage of the same name calls the
@@ -13,9 +13,8 @@ sweep      `Sweep`                 ``measure(inputs)``
 figure     `Figure`                ``tables(inputs)``, then ``draw`` and ``record``
 =========  ======================  ==========================================================
 
-Each method returns a frozen dataclass of arrays (a figure: DataFrames); its return annotation tells the store how
-to read the dataclass back.  Options are checked by ``validate`` before anything runs.  Degrees, not radians, are
-used in options: this is what people write.  Units stand in the names.
+Each method returns a frozen dataclass of arrays (a figure: DataFrames), whose type the store takes from the return
+annotation.  Options are validated by ``validate`` before anything runs.  Options use degrees, with units in the names.
 """
 
 from __future__ import annotations
@@ -40,12 +39,12 @@ DatasetT = TypeVar("DatasetT")
 ModelT = TypeVar("ModelT")
 
 MOST_VALUES = 100_000
-"""A finer grid is a slip of the pen: it would fill the memory."""
+"""Largest number of values of a grid."""
 
 
 @dataclass(kw_only=True)
 class Grid:
-    """Equally spaced values, both ends included: the stop wherever whole steps reach it.
+    """Equally spaced values from `start` to `stop`, which is included if a whole number of steps reaches it.
 
     Examples
     --------
@@ -58,7 +57,7 @@ class Grid:
     step: float
 
     def values(self, name: str) -> np.ndarray:
-        """Return the values, float64.  Raises InvalidInput, with the option's `name`, if the grid is empty."""
+        """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
         for end in ("start", "stop"):
             require_range(f"{name}.{end}", getattr(self, end))
         require_range(f"{name}.step", self.step, above=0)
@@ -69,7 +68,7 @@ class Grid:
 
 
 def scaled(**fields: str | float) -> Any:
-    """Return a field whose value, or parts of whose value, the scale sets unless the user does.
+    """Return a dataclass field whose default, or parts of it, are sizes of the scale.
 
     Parameters
     ----------
@@ -87,10 +86,10 @@ def scaled(**fields: str | float) -> Any:
 
 @dataclass(kw_only=True)
 class Dataset(ABC):
-    """How clips become samples."""
+    """Options of the dataset stage: how samples are made of clips."""
 
     corpus: ClassVar[Corpus]
-    """Which of a data set's corpora the samples are made of."""
+    """Kind of clips that the samples are made of."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -102,31 +101,31 @@ class Dataset(ABC):
 
 @dataclass(kw_only=True)
 class Model(ABC):
-    """What is learnt."""
+    """Options of the model stage: what is learnt from the samples."""
 
     dataset: ClassVar[type[Dataset]]
-    """From which samples."""
+    """Class of the dataset that it is learnt from."""
     published: ClassVar[bool] = False
-    """Whether ``arrays.npz`` holds what is learnt, beside what the sweep measured."""
+    """Whether ``arrays.npz`` contains the model, with the results of the sweep."""
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
     @abstractmethod
     def learn(self, dataset: Any, *, workers: int) -> Any:
-        """Return what is learnt: a frozen dataclass with `words` among its fields."""
+        """Return the model: a frozen dataclass with `words` among its fields."""
 
 
 @dataclass(frozen=True)
 class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
-    """What a sweep measures on.
+    """Inputs of a sweep.
 
     Attributes
     ----------
     clips, dataset, model : dataclass
-        What the earlier stages made.
+        Results of the earlier stages.
     dataset_options, model_options : Dataset, Model
-        With which options, for sweeps that learn anew from fewer samples.
+        Their options, for sweeps that learn again from fewer samples.
     workers : int
         Threads.
     seed : int
@@ -141,20 +140,20 @@ class SweepInputs(Generic[ClipsT, DatasetT, ModelT]):
     seed: int
 
     def generator(self, purpose: str = "sweep") -> np.random.Generator:
-        """Return the generator of random numbers of this sweep, or of a named part of it."""
+        """Return the random generator of this sweep, or of a named part of it."""
         return derive_generator(self.seed, purpose)
 
 
 @dataclass(kw_only=True)
 class Sweep(ABC):
-    """What is tried on every fold."""
+    """Options of the sweep stage: what is measured on every fold, for which values."""
 
     draws_random_numbers: ClassVar[bool] = False
-    """Whether another seed gives another result."""
+    """Whether the result depends on the seed."""
 
     @property
     def reads_clips(self) -> bool:
-        """Whether the clips themselves are needed, beside what the dataset and the model made of them."""
+        """Whether the clips are read, apart from the dataset and the model."""
         return False
 
     def validate(self) -> None:
@@ -162,36 +161,36 @@ class Sweep(ABC):
 
     @abstractmethod
     def measure(self, inputs: SweepInputs) -> Any:
-        """Return what was measured: a frozen dataclass."""
+        """Return the measurements: a frozen dataclass."""
 
 
 @dataclass(frozen=True)
 class Nothing:
-    """What no sweep measures."""
+    """Result of `NoSweep`."""
 
 
 @dataclass(kw_only=True)
 class NoSweep(Sweep):
-    """No sweep: the figure shows the model itself."""
+    """No sweep: the figure shows the model."""
 
     def measure(self, inputs: SweepInputs) -> Nothing:
-        """Return nothing."""
+        """Return an empty result."""
         return Nothing()
 
 
 @dataclass(kw_only=True)
 class Figure(ABC):
-    """What is tabulated, drawn and logged.
+    """Options of the figure stage: tables, picture and recordings.
 
     `validate` is given the `Experiment`, the other methods its `FigureInputs`.
     """
 
     model: ClassVar[type[Model]]
-    """The model that this figure shows."""
+    """Class of the model that it shows."""
     sweep: ClassVar[Any] = Sweep
-    """The sweep that it shows; by default whatever sweep there is."""
+    """Class of the sweep that it shows."""
     sequence: ClassVar[str] = ""
-    """The grid of the sweep that is the recording's timeline, if there is one: it counts in whole numbers."""
+    """Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none."""
 
     picture: bool = True
     recording: bool = True
@@ -205,36 +204,35 @@ class Figure(ABC):
 
     @abstractmethod
     def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Write the picture as ``<stem>.svg`` and ``<stem>.png``, of what the tables hold."""
+        """Write the picture of the tables as ``<stem>.svg`` and ``<stem>.png``."""
 
     @abstractmethod
     def record(self, inputs: Any, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Write ``recording.rrd``, and further recordings, into a folder."""
 
     def check_sequence(self, sweep: Sweep) -> None:
-        """Refuse a grid that a recording cannot count in.  Raises InvalidInput."""
+        """Require whole numbers on the recording's timeline.  Raises InvalidInput."""
         grid = getattr(sweep, self.sequence, None) if self.sequence else None
         if self.recording and isinstance(grid, Grid) and (grid.start % 1 or grid.step % 1):
             raise InvalidInput(
-                "a recording counts in whole numbers",
+                "must have whole numbers as start and step for the recording's timeline, or figure.recording=false",
                 where=f"sweep.{self.sequence}",
-                expected="whole start and step, or figure.recording=false",
                 received=f"start {grid.start:g}, step {grid.step:g}",
             )
 
 
 @dataclass(frozen=True)
 class Study:
-    """One study: its options by the words that choose them on the command line.
+    """A study: its options by the words that choose them on the command line.
 
     Attributes
     ----------
     name : str
-        Of the folder.
+        Name of the folder.
     datasets, models, sweeps, figures : dict
         Option classes by name: ``sweep=known_view`` chooses ``sweeps["known_view"]``.
     measures : module, optional
-        What the claims of its papers measure in its tables.
+        Measures that the claims of its papers use.
     """
 
     name: str

@@ -104,11 +104,11 @@ def test_a_recording_counts_in_whole_numbers() -> None:
     shown.check_sequence(known_view())
     for start, step in ((-90, 7.5), (-89.5, 1)):
         sweep = known_view(start, step)
-        words = rf"^sweep\.view_angle_deg: .*whole numbers.*figure\.recording=false.*start {start:g}, step {step:g}"
+        words = rf"^sweep\.view_angle_deg must have whole.*figure\.recording=false.*start {start:g}, step {step:g}"
         with pytest.raises(InvalidInput, match=words):
             shown.check_sequence(sweep)
         ViewErrors(recording=False).check_sequence(sweep)
-    with pytest.raises(InvalidInput, match=r"^sweep\.sigma2_mm2: .*start 0\.5"):
+    with pytest.raises(InvalidInput, match=r"^sweep\.sigma2_mm2 must .*start 0\.5"):
         NoiseVariance().check_sequence(known_view())
     shown.check_sequence(NoSweep())
 
@@ -152,7 +152,11 @@ def test_options_of_different_studies_are_not_mixed(group: str, other: str, word
         ("zhang2007_fig5", "model.components=0", r"^model\.components must be at least 1 \(got 0\)"),
         ("zhang2007_fig5", "sweep.noise_variance_mm2=0", r"^sweep\.noise_variance_mm2 must be above 0"),
         ("zhang2007_fig4", "figure.walker=-1", r"^figure\.walker must be at least 0"),
-        ("zhang2007_fig5", "sweep.view_angle_deg.step=7.5", r"^sweep\.view_angle_deg: .*whole numbers"),
+        (
+            "zhang2007_fig5",
+            "sweep.view_angle_deg.step=7.5",
+            r"^sweep\.view_angle_deg must have whole numbers",
+        ),
         (LIMBS, "sweep.trials=0", r"^sweep\.trials must be at least 1 \(got 0\)"),
     ],
 )
