@@ -59,8 +59,8 @@ def colour_name(colour: str) -> str:
 
     Examples
     --------
-    >>> colour_name("map")
-    'blue'
+    >>> colour_name("blue"), colour_name("original")
+    ('blue', 'black')
     """
     name = ROLES.get(colour, colour)
     COLOURS[name]

@@ -109,7 +109,7 @@ FROM_OUTSIDE = {
 }
 """Which packages may import a package from outside."""
 
-STUDIES = {"walks", "actions", "limbs", "face_off"}
+STUDIES = {path.parent.name for path in (PACKAGE / "studies").glob("*/__init__.py")}
 COMPARES_STUDIES = {"face_off"}
 
 

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 from omegaconf import OmegaConf
 
+from pipeline.formats import READERS
 from pipeline.skeleton import MotionCapture, SourceMapping
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
-READABLE = sorted(p for p in FIXTURES.iterdir() if p.suffix in (".amc", ".bvh", ".c3d", ".csv", ".trc"))
+READABLE = sorted(p for p in FIXTURES.iterdir() if p.suffix in READERS)
 """Files that are read without complaint; the skeleton of the AMC file is beside it."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.palette import COLOURS
+from pipeline.palette import COLOURS, hex_colour
 from pipeline.pictures import Panel, Series, Style, draw_lines, series
 from pipeline.pictures.style import CAPTION_SIZE, PNG_DPI, STYLE, applied_style, finish, new_figure
 from pipeline.validation import InvalidInput
@@ -130,8 +130,8 @@ def test_lines_of_a_table_have_the_colours_of_their_series(tmp_path: Path) -> No
     panel = Panel(y="error", band="error_sd", from_zero=True)
     draw_lines(tmp_path / "a", [panel], TABLE, x="angle", by="method", styles=STYLES)
     drawn = strokes(tmp_path / "a.svg")
-    for name in ("blue", "grey"):
-        assert drawn.count(COLOURS[name].lower()) == 2, "the line, and its entry in the legend"
+    for role in ("map", "null"):
+        assert drawn.count(hex_colour(role).lower()) == 2, "the line, and its entry in the legend"
 
 
 def test_units_are_lines_of_their_own(tmp_path: Path) -> None:
@@ -143,14 +143,14 @@ def test_units_are_lines_of_their_own(tmp_path: Path) -> None:
 
 
 def test_equal_legends_are_drawn_once_and_a_legend_of_the_figure_names_all(tmp_path: Path) -> None:
-    blue = COLOURS["blue"].lower()
+    of_map = hex_colour("map").lower()
     for name, legend, panels, entries in (
         ("equal", "panels", [Panel(y="error"), Panel(y="error")], 1),
         ("none", "panels", [Panel(y="error", legend=()), Panel(y="error", legend=())], 0),
         ("figure", "figure", [Panel(y="error"), Panel(y="error", where={"method": "map"})], 1),
     ):
         draw_lines(tmp_path / name, panels, TABLE, x="angle", by="method", styles=STYLES, legend=legend)
-        assert strokes(tmp_path / f"{name}.svg").count(blue) == 2 + entries, name
+        assert strokes(tmp_path / f"{name}.svg").count(of_map) == 2 + entries, name
 
 
 def test_panels_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
-from pipeline.palette import COLOURS
+from pipeline.palette import hex_colour
 from pipeline.recordings import (
     Bars,
     Columns,
@@ -145,7 +145,7 @@ def test_a_tidy_table_gives_a_curve_to_each_series(tmp_path: Path) -> None:
     _, label = read_column(path, "curves/error/map", "Measurements:names")
     assert label.tolist() == [["approach II"]]
     _, colour = read_column(path, "curves/error/map", "Measurements:colors")
-    assert int(colour[0, 0]) >> 8 == int(COLOURS["blue"][1:], 16), "the colour that it has in pictures"
+    assert int(colour[0, 0]) >> 8 == int(hex_colour("map")[1:], 16), "the colour that it has in pictures"
 
 
 @pytest.mark.parametrize(

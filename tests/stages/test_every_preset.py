@@ -23,9 +23,8 @@ from pipeline.storage import tables
 from pipeline.storage.sealed_folders import complaints_about
 from pipeline.studies.ledger import TIMING
 from tests import golden_digits
-from tests.stages.promised import ENTITIES, MAY_BE_EMPTY, PROMISED, WALKERS
+from tests.stages.promised import ENTITIES, GOLDEN, MAY_BE_EMPTY, PROMISED, WALKERS
 
-GOLDEN = Path(__file__).resolve().parent.parent / "golden"
 VIEWS, VARIANCES = 13, 28
 """Of the smoke scale."""
 
