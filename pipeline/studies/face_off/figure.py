@@ -15,9 +15,9 @@ from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodE
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import lift
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 METHODS = {
@@ -159,15 +159,13 @@ class FaceOffFigure(Figure):
         ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
         index = {"time": times}
         methods = [str(method) for method in sweep.methods]
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about + f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
+        with inputs.recording(
+            folder,
+            f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
             f"{sweep.shown_view_angle_deg:g}°, noise {sweep.shown_noise_px:g} px; of all walkers the one whose error "
             "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
-            edition=inputs.edition,
         ) as rec:
             worst = 0.0
             rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)

@@ -310,16 +310,14 @@ def _record(
     globe, wires = sphere()
     at = np.unique(table[timeline])
     bones, index = path_bones(truth.shape[1]), {timeline: at}
-    with recordings.Recording(
-        folder / "recording.rrd",
-        name=inputs.experiment.name,
-        about=inputs.about + f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
+    with inputs.recording(
+        folder,
+        f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
         f"`{inputs.samples[sweep.stretch[shown]]}`, {Camera(sweep.cameras[0]).words}: the trial whose errors are "
         "nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
         "the truth, orange the estimate at the value at the cursor, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
-        edition=inputs.edition,
     ) as rec:
         rec.curves(dict(table), x=timeline, y=y, by=by, styles=styles)
         rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)

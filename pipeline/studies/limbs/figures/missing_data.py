@@ -13,10 +13,10 @@ from pipeline import pictures, recordings
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import ANKLE_HEIGHT_MM
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
+from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
@@ -166,18 +166,16 @@ class MissingDataFigure(Figure):
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
         index = {"time": times}
         # Its place in the world is where it was recorded: brought to the middle of the view, on the ground.
-        ground = np.array([*-true[:, ROOT, :2].mean(axis=0), ANKLE_HEIGHT_MM - true[..., 2].min()])
+        ground = lift(true) - true[:, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
         error = np.linalg.norm(found - true, axis=-1)
         seen = ~imputed & (np.arange(true.shape[1]) != ROOT)
         name = inputs.samples[sweep.stretch[sweep.shown[0]]]
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about + f"\n`{name}` with {100 * sweep.shown_fraction:g} % of its points missing "
+        with inputs.recording(
+            folder,
+            f"\n`{name}` with {100 * sweep.shown_fraction:g} % of its points missing "
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
-            edition=inputs.edition,
         ) as rec:
             rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)
             rec.skeleton("world/reconstructed", found + ground, WALKER15.bones, index=index, colour="blue")

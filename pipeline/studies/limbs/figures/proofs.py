@@ -138,14 +138,11 @@ class ProofsFigure(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log share proved and seconds over frames."""
         options = cast(ProofSweep, inputs.experiment.sweep)
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\nProgrammes of limbs cut to so many frames; limit {options.time_limit_s:g} nominal s each. Seconds "
+        with inputs.recording(
+            folder,
+            f"\nProgrammes of limbs cut to so many frames; limit {options.time_limit_s:g} nominal s each. Seconds "
             "are those of the machine that made this recording, as log10.\n",
             timeline="frames",
-            edition=inputs.edition,
         ) as rec:
             groups = _joined(tables).groupby(["components", "noise_px"])
             for number, ((components, noise), rows) in enumerate(groups):
