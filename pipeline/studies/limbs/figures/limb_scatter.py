@@ -13,7 +13,7 @@ import pandas as pd
 
 from pipeline import pictures, recordings
 from pipeline.core.limb_chain import WALKER14
-from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE
+from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
@@ -32,7 +32,6 @@ from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.reconstructibility import (
     STARTS,
     LimbReconstructibilities,
-    Reading,
     ReconstructibilitySweep,
 )
 from pipeline.studies.limbs.scores import SUCCESS
