@@ -85,8 +85,9 @@ class MissingDataFigure(Figure):
         options = cast(MissingDataSweep, inputs.experiment.sweep)
         table = tables["table_points"].assign(percent=lambda rows: 100.0 * rows["missing_fraction"])
         first = options.patterns[0]
-        styles = {
-            p: pictures.Style(PATTERN_LABELS[p], PATTERN_COLOURS[p], banded=p is first) for p in Pattern
+        styles: dict[str, pictures.Style] = {
+            p: pictures.Style(PATTERN_LABELS[p], PATTERN_COLOURS[p], banded=p is first)
+            for p in options.patterns
         }
         # Patterns are told apart by colour everywhere; in (b) the legend names what the lines are of.
         imputed = {p: replace(style, label="imputed" if p is first else "") for p, style in styles.items()}
