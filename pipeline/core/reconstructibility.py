@@ -22,11 +22,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
+
+
+class Reading(StrEnum):
+    """What gamma of [park2011 13] is."""
+
+    vector = "vector"
+    """Relative trajectories."""
+    angle = "angle"
+    """Angles, as printed."""
+
 
 Confidence = Literal["green", "amber", "red"]
 
@@ -68,7 +79,7 @@ def reconstructibility(
     half_chord: np.ndarray,
     signs_true: np.ndarray,
     *,
-    reading: Literal["vector", "angle"] = "vector",
+    reading: Reading = Reading.vector,
     axis: np.ndarray | None = None,
 ) -> Reconstructibility:
     """Reconstructibility of an articulated trajectory, eta_a [park2011 13].
@@ -81,7 +92,7 @@ def reconstructibility(
         m and u of `pipeline.core.articulation.ray_sphere`, mm; the candidates are m + s u.
     signs_true : (F,)
         s of the truth, +1 or -1.
-    reading : {"vector", "angle"}
+    reading : Reading
         gamma as the relative direction vectors, or as printed.
     axis : (F, 3) or None
         Directions from camera to parent (`RayHits.rays.axis`), for the angle alone.
@@ -105,14 +116,12 @@ def reconstructibility(
             received=f"{middle.shape}, {half_chord.shape} and {signs.shape}",
         )
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
-    if reading == "angle":
+    if require_choice("reading", reading, Reading) == Reading.angle:
         if axis is None:
             raise InvalidInput(
                 "angles need the axis from camera to parent", expected="(F, 3)", received="nothing"
             )
         truth, impostor = viewing_angles(truth, axis), viewing_angles(impostor, axis)
-    elif reading != "vector":
-        raise InvalidInput("no such reading of gamma", expected="vector or angle", received=str(reading))
     return _compared(outside(basis, truth), outside(basis, impostor), float(np.linalg.norm(truth)))
 
 

@@ -283,7 +283,7 @@ BASIS, ONES, SIGNS = cosines(5, 2), np.ones((5, 3)), np.ones(5)
         ),
         ((BASIS, ONES, ONES, SIGNS), {"reading": "angle"}, "angles need the axis"),
         ((BASIS, ONES, ONES, SIGNS), {"reading": "angle", "axis": ONES[:2]}, "limbs and axes do not fit"),
-        ((BASIS, ONES, ONES, SIGNS), {"reading": "tangent"}, "no such reading of gamma"),
+        ((BASIS, ONES, ONES, SIGNS), {"reading": "tangent"}, "reading must be vector or angle"),
     ],
 )
 def test_what_has_no_reconstructibility_is_refused(arguments: tuple, options: dict, sentence: str) -> None:

@@ -82,7 +82,7 @@ def choose_limb(
     length: float,
     *,
     basis: TrajectoryBasis | TrajectoryBasisByRule,
-    adjust: Adjustment = "per_frame",
+    adjust: Adjustment = Adjustment.per_frame,
     noise_px: float = 0.0,
     time_limit_s: float = 1.0,
 ) -> LimbChoice:
@@ -99,7 +99,7 @@ def choose_limb(
     length : float
         mm.
     basis : TrajectoryBasis or TrajectoryBasisByRule
-    adjust : {"per_frame", "global", "robust"}
+    adjust : Adjustment
         As for `articulation.ray_sphere`.
     noise_px : float
         Of the images: where a ray touches the sphere within so much, the sign is left open.

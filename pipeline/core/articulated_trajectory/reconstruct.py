@@ -46,7 +46,7 @@ class Options:
     ----------
     basis : TrajectoryBasis or TrajectoryBasisByRule
         Of the trajectories; by rule each limb has its own K.
-    adjust : {"per_frame", "global", "robust"}
+    adjust : Adjustment
         As for `articulation.ray_sphere`.
     noise_px : float
         As for `choose_limb`.
@@ -62,7 +62,7 @@ class Options:
     """
 
     basis: TrajectoryBasis | TrajectoryBasisByRule = TrajectoryBasis()  # noqa: RUF009 (it is immutable)
-    adjust: Adjustment = "per_frame"
+    adjust: Adjustment = Adjustment.per_frame
     noise_px: float = 0.0
     use_hinges: bool = False
     try_mirrors: bool = False

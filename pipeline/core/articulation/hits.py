@@ -15,15 +15,15 @@ chord.  With ``m`` from `pipeline.core.rays` nothing cancels, however far the ca
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
-from typing import Literal, get_args
+from enum import IntEnum, StrEnum
 
 import numpy as np
 
 from pipeline.core.articulation.rays import Rays, cast_rays
 from pipeline.validation import InvalidInput, require_choice, require_range
 
-Adjustment = Literal["per_frame", "global", "robust"]
+Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
+Adjustment.__doc__ = """What is done where a ray misses the sphere of a limb."""
 
 ROBUST_QUANTILE = 0.95
 """Part of the rays that a radius adjusted robustly reaches."""
@@ -124,7 +124,7 @@ def ray_sphere(
     parents: np.ndarray,
     radius: float,
     *,
-    adjust: Adjustment = "per_frame",
+    adjust: Adjustment = Adjustment.per_frame,
 ) -> RayHits:
     """Both points of every ray at the limb's length from the parent [park2011 8, 9].
 
@@ -192,7 +192,7 @@ def _half(radius: float, distance: np.ndarray) -> np.ndarray:
 
 
 def _adjusted(distance: np.ndarray, radius: float, adjust: Adjustment) -> float:
-    require_choice("adjust", adjust, get_args(Adjustment))
+    require_choice("adjust", adjust, Adjustment)
     if adjust == "per_frame":
         return radius
     return max(radius, float(np.quantile(distance, 1.0 if adjust == "global" else ROBUST_QUANTILE)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
@@ -15,9 +15,9 @@ from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodE
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import lift
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 METHODS = {
@@ -112,37 +112,28 @@ class FaceOffFigure(Figure):
         """Draw a row of panels to a camera: error against view, noise and occlusion."""
         options = cast(FaceOffSweep, inputs.experiment.sweep)
         table = tables["table_summary"]
-        table = table.assign(band=table["error_sd_mm"] / np.sqrt(table["walkers"]))
-        top = 1.05 * float((table["error_mm"] + table["band"]).max())
-        panels = []
-        for camera in options.cameras:
-            here = table[table["camera"] == camera]
-            known = {method: METHODS[method] for method in METHODS if (here["method"] == method).any()}
-            for varied, column, label, named in PANELS:
-                rows = here[here["varied"] == varied].sort_values(column, kind="stable")
-                ticks = np.unique(rows[column])
-                styles = {
-                    method: replace(
-                        style,
-                        label=style.label if camera is options.cameras[0] and method in named else "",
-                        line=style.line if len(ticks) > 1 else "points",
-                    )
-                    for method, style in known.items()
-                }
-                panels.append(
-                    pictures.Panel(
-                        series=pictures.series(
-                            rows, x=column, y="error_mm", by="method", band="band", styles=styles
-                        ),
-                        xlabel=label,
-                        ylabel=f"Error (mm), {camera.words}" if varied == "none" else "",
-                        xticks=ticks.tolist(),
-                        ylim=(0.0, top),
-                    )
-                )
+        table = table.assign(error_se_mm=table["error_sd_mm"] / np.sqrt(table["walkers"]))
+        panels = [
+            pictures.Panel(
+                x=column,
+                y="error_mm",
+                band="error_se_mm",
+                where={"camera": camera, "varied": varied},
+                legend=named if camera is options.cameras[0] else (),
+                xlabel=label,
+                ylabel=f"Error (mm), {camera.words}" if varied == "none" else "",
+                xticks=np.unique(table.loc[table["varied"] == varied, column]).tolist(),
+                ylim=(0.0, 1.05 * float((table["error_mm"] + table["error_se_mm"]).max())),
+            )
+            for camera in options.cameras
+            for varied, column, label, named in PANELS
+        ]
         pictures.draw_lines(
             stem,
             panels,
+            table,
+            by="method",
+            styles=METHODS,
             columns=len(PANELS),
             caption=f"{inputs.caption} Mean distance of the joints from the recorded motion, relative to the pelvis, "
             f"over {len(inputs.sweep.walkers)} walkers; bands: ±1 standard error. Perspective camera at "
@@ -159,15 +150,13 @@ class FaceOffFigure(Figure):
         ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
         index = {"time": times}
         methods = [str(method) for method in sweep.methods]
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about + f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
+        with inputs.recording(
+            folder,
+            f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
             f"{sweep.shown_view_angle_deg:g}°, noise {sweep.shown_noise_px:g} px; of all walkers the one whose error "
             "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
-            edition=inputs.edition,
         ) as rec:
             worst = 0.0
             rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)

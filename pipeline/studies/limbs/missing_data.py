@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, reconstruct
+from pipeline.core.articulation import Adjustment
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
@@ -21,7 +22,7 @@ from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
 from pipeline.studies.limbs.swept_errors import ErrorSweep
-from pipeline.studies.limbs.trials import ROOT, Adjustment, LimbInputs, stacked, wrong_trajectory
+from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked, wrong_trajectory
 from pipeline.threads import map_threads
 from pipeline.validation import require_distinct, require_increasing, require_range
 
@@ -251,7 +252,7 @@ class MissingDataSweep(ErrorSweep):
             scene.lengths,
             Options(
                 basis,
-                adjust=self.adjust.value,
+                adjust=self.adjust,
                 noise_px=self.noise_px,
                 use_hinges=self.use_hinges,
                 time_limit_s=self.time_limit_s,

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import TrajectoryBasis
+from pipeline.core.articulation import Adjustment
 from pipeline.core.binary_quadratic import compile_kernels
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import distance
-from pipeline.studies.limbs.trials import Adjustment, LimbInputs, LimbSweep, stacked
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, stacked
 from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_increasing, require_range
 

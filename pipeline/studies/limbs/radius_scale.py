@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import TrajectoryBasis, TrajectoryBasisByRule
-from pipeline.core.articulation import ray_sphere
+from pipeline.core.articulation import Adjustment, ray_sphere
 from pipeline.studies.limbs.scores import limb_score
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, certificate, measured
-from pipeline.studies.limbs.trials import Adjustment, LimbInputs, LimbTrial
+from pipeline.studies.limbs.trials import LimbInputs, LimbTrial
 from pipeline.validation import require_distinct, require_increasing, require_range
 
 
@@ -80,7 +80,7 @@ class RadiusScaleSweep(ErrorSweep):
         known: dict[float, dict[str, Any]],
     ) -> dict[str, Any]:
         pixels = trial.images + self.noise_px * trial.noise
-        hits = ray_sphere(trial.view.matrix, pixels, trial.parent, scale * trial.length, adjust=adjust.value)
+        hits = ray_sphere(trial.view.matrix, pixels, trial.parent, scale * trial.length, adjust=adjust)
         if hits.radius not in known:
             ratio = hits.radius / trial.length
             choice = self.choose(trial, basis, noise_px=self.noise_px, scale=ratio)

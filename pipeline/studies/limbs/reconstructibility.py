@@ -7,33 +7,24 @@ by reprojection error from other starts as well, to see whether the choice among
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice
-from pipeline.core.reconstructibility import confidence_of_mirror_margin, outside, reconstructibility
+from pipeline.core.articulation import Adjustment
+from pipeline.core.reconstructibility import Reading, confidence_of_mirror_margin, outside, reconstructibility
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import distance, limb_score, true_signs
-from pipeline.studies.limbs.trials import Adjustment, LimbInputs, LimbSweep, LimbTrial, stacked
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, stacked
 from pipeline.threads import map_threads
 from pipeline.validation import require_range
 
 STARTS = ("programme", "random_signs", "mean_direction")
 """Of the refinement: the chosen candidates, candidates by the toss of a coin, one direction for all frames."""
-
-
-class Reading(StrEnum):
-    """What gamma of [park2011 13] is."""
-
-    vector = "vector"
-    """Relative trajectories."""
-    angle = "angle"
-    """Angles, as printed."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +145,7 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
     return {
         "reconstructibility_vector": reconstructibility(rows, middle, half, signs[used]).ratio,
         "reconstructibility_angle": reconstructibility(
-            rows, middle, half, signs[used], reading="angle", axis=axis
+            rows, middle, half, signs[used], reading=Reading.angle, axis=axis
         ).ratio,
         "mirror_margin": solution.margin,
         **vars(limb_score(trial, choice)),

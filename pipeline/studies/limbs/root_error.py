@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import TrajectoryBasis
+from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.scores import distance, limb_score, true_signs
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, certificate, measured
-from pipeline.studies.limbs.trials import Adjustment, LimbInputs, LimbTrial, wrong_trajectory
+from pipeline.studies.limbs.trials import LimbInputs, LimbTrial, wrong_trajectory
 from pipeline.validation import require_increasing, require_range
 
 

@@ -12,9 +12,10 @@ from pipeline.core.articulated_trajectory import (
     TrajectoryBasisByRule,
     choose_limb,
 )
+from pipeline.core.articulation import Adjustment
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
-from pipeline.studies.limbs.trials import ROOT, Adjustment, LimbTrial
+from pipeline.studies.limbs.trials import ROOT, LimbTrial
 
 SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
@@ -115,7 +116,7 @@ def better_of_mirrors(
             anchored[:, parent],
             float(lengths[limb]),
             basis=basis,
-            adjust=adjust.value,
+            adjust=adjust,
             noise_px=noise_px,
             time_limit_s=time_limit_s,
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from pipeline.core.articulated_trajectory import (
     TrajectoryBasisByRule,
     choose_limb,
 )
+from pipeline.core.articulation import Adjustment
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.trajectory_basis import cosine_basis
@@ -25,9 +25,6 @@ from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.validation import require_range
-
-Adjustment = StrEnum("Adjustment", {"per_frame": "per_frame", "global": "global", "robust": "robust"})
-Adjustment.__doc__ = """What is done where a ray misses the sphere of a limb."""
 
 LimbInputs = SweepInputs[VariedClips, LimbStretches, BasisFit]
 
@@ -150,7 +147,7 @@ class LimbSweep(CameraSweep):
             trial.parent if parent is None else parent,
             scale * trial.length,
             basis=basis,
-            adjust=adjust.value,
+            adjust=adjust,
             noise_px=noise_px,
             time_limit_s=self.time_limit_s if time_limit_s is None else time_limit_s,
         )

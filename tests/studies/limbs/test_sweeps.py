@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.summary import Outcome
+from pipeline.core.articulation import Adjustment
 from pipeline.core.statistics import rank_correlation
 from pipeline.storage import tables
 from pipeline.storage.typed import pack
@@ -28,7 +29,7 @@ from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.reconstructibility import LimbReconstructibilities, ReconstructibilitySweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.scores import limb_score, true_signs
-from pipeline.studies.limbs.trials import ROOT, Adjustment, wrong_trajectory
+from pipeline.studies.limbs.trials import ROOT, wrong_trajectory
 from pipeline.studies.study import Sweep
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds

@@ -19,7 +19,6 @@ from pipeline.skeleton import POSTURE12, WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
-    entity_name,
     options_of,
     sequence_rows,
     skeleton,
@@ -29,6 +28,7 @@ from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
 from pipeline.validation import require_range
 
@@ -145,16 +145,13 @@ class ActionModelFigure(Figure):
 
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median, index = action.median, {"sample": np.arange(len(action.model.mean))}
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
+        with inputs.recording(
+            folder,
+            f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
             f"silver. Other performances can be switched on in the streams tree, `world/performances/…`. Curves: mean "
             f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
-            edition=inputs.edition,
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",

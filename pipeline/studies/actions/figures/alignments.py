@@ -14,6 +14,7 @@ from pipeline.palette import Style
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.figure_inputs import FigureInputs
+from pipeline.studies.presentation import ANKLE_HEIGHT_MM
 
 STYLES = {
     "raw": Style("not synchronized", "grey"),
@@ -23,20 +24,12 @@ STYLES = {
     "true_warp": Style("synchronized by the true course", "purple", line="dashed"),
 }
 
-ANKLE_HEIGHT_MM = 80.0
-"""Of the joint above the sole, about; only for showing people on the ground."""
-
 Inputs = FigureInputs[Postures, Action, Any]
 
 
 def options_of(inputs: Inputs) -> ActionSpaceModel:
     """Return the options that the action was learnt with."""
     return cast(ActionSpaceModel, inputs.experiment.model)
-
-
-def entity_name(name: str) -> str:
-    """Return a performance's name as the path of a recording's entity can hold it."""
-    return "".join(ch if ch.isalnum() else "_" for ch in name)
 
 
 def sequence_rows(inputs: Inputs, components: Sequence[int]) -> pd.DataFrame:

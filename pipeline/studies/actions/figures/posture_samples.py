@@ -103,14 +103,11 @@ class PostureSamples(Figure):
         # The eye is in front of the row, where the image's horizontal runs to the left.
         to_right = -np.array([np.cos(angle), np.sin(angle), 0.0])
         ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
+        with inputs.recording(
+            folder,
+            "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
             "Orange, `world/mean_performance`: plays on the timeline `frame`, counted from 1.\n",
             timeline="frame",
-            edition=inputs.edition,
         ) as rec:
             rec.skeleton(
                 "world/mean_performance",

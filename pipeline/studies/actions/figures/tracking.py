@@ -126,18 +126,15 @@ class TrackingError(Figure):
 
         sweep = inputs.sweep
         index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\nPerformance `{inputs.samples[int(sweep.shown[0])]}`, by the model learnt without "
+        with inputs.recording(
+            folder,
+            f"\nPerformance `{inputs.samples[int(sweep.shown[0])]}`, by the model learnt without "
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
             + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
             f"{100 * sweep.shown_occluded:g} % of the joints hidden in runs of frames. Of all tracked ones it is the "
             "one whose error with the prior is the median. Silver: recorded. "
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
-            edition=inputs.edition,
         ) as rec:
             rec.skeleton("world/original", sweep.shown_true, WALKER15.bones, index=index)
             for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):

@@ -141,16 +141,13 @@ class OptimalPath(Figure):
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
         outline = _outline(inputs)
         corners = np.concatenate([outline, outline[:1]])
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\n{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence. The image: "
+        with inputs.recording(
+            folder,
+            f"\n{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence. The image: "
             f"samples of the median sequence to the right, disparity from {top} at the top to {-top}; root of the "
             "squared distance of the postures, dark where they are alike, brightest outside of the trellis (grey "
             "outline). Orange: the optimal path.\n",
             timeline="sample",
-            edition=inputs.edition,
         ) as rec:
             rec.matrix(  # rows are counted from the top, which is the largest disparity
                 "matrices/disparity_space_image",

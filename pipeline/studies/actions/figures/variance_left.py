@@ -19,12 +19,12 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
     Inputs,
-    entity_name,
     mean_variance_left,
     skeleton,
     variances_left,
 )
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
+from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
 
 SHORT_NAMES = {
@@ -103,15 +103,12 @@ class VarianceLeft(Figure):
         from pipeline import recordings
 
         action = inputs.model
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + "\nSamples are frames for performances that are not synchronized. Drag the cursor: all performances at "
+        with inputs.recording(
+            folder,
+            "\nSamples are frames for performances that are not synchronized. Drag the cursor: all performances at "
             "that sample, on the spot, linearly synchronized on the left and automatically on the right; the wider the "
             "bundle, the larger the variance.\n",
             timeline="sample",
-            edition=inputs.edition,
         ) as rec:
             rec.curves(tables["table"], x="sample", y="variance_left", by="stage", styles=STYLES)
             for alignment in COMPARED:

@@ -119,16 +119,13 @@ class Warp(Figure):
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
         curves = f"curves/dimension_{self.dimension}"
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\nSilver: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
+        with inputs.recording(
+            folder,
+            f"\nSilver: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
             f"{names[action.farthest]}, the performance farthest from it in time, orange linearly synchronized, blue "
             "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
             "those of the aSpace.\n",
             timeline="sample",
-            edition=inputs.edition,
         ) as rec:
             index = {"sample": np.arange(action.linear.shape[1])}
             for alignment in COMPARED:

@@ -134,13 +134,7 @@ class WarpError(Figure):
             "|---|---|",
             *(f"| {i} | {v:g} |" for i, v in enumerate(values)),
         ]
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about + "\n".join(listed) + "\n",
-            timeline="smoothness_number",
-            edition=inputs.edition,
-        ) as rec:
+        with inputs.recording(folder, "\n".join(listed) + "\n", timeline="smoothness_number") as rec:
             for error in ERRORS:
                 column = f"{error}_frames"
                 rec.curves(

@@ -29,7 +29,6 @@ from pipeline.studies.limbs.figures.presentation import (
     OUTSIDE,
     RADIUS_MM,
     path_bones,
-    quartiles,
     sphere,
     trial_columns,
 )
@@ -82,30 +81,25 @@ class RootErrorFigure(Figure):
 
     def tables(self, inputs: RootInputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
-        sweep, rows = inputs.sweep, []
-        for camera, ratio in np.ndindex(sweep.limb_error.shape[:2]):
-            child = sweep.child_error_ratio[camera, ratio]
-            middle, low, high = quartiles(child)
-            rows.append(
-                {
-                    "camera": str(sweep.cameras[camera]),
-                    "root_error_ratio": float(sweep.values[ratio]),
-                    "trials": len(child),
-                    "child_error_median": middle,
-                    "child_error_low": low,
-                    "child_error_high": high,
-                    "child_error_sd": float(sd(child, 0)),
-                    "share_above_parent_error": (child > sweep.parent_error_ratio[camera, ratio]).mean(),
-                    "limb_error_median": np.median(sweep.limb_error[camera, ratio]),
-                    "error_up_to_mirror_median": np.median(sweep.error_up_to_mirror[camera, ratio]),
-                }
-            )
         measured = (
             "limb_error", "relative_error", "error_up_to_mirror", "child_error_ratio", "parent_error_ratio",
             "reconstructibility", "proved", "objective", "lower_bound",
         )  # fmt: skip
-        swept = {"root_error_ratio": sweep.values[:, None]}
-        return _tables(sweep, inputs.samples, swept, measured, rows)
+        swept = {"root_error_ratio": inputs.sweep.values[:, None]}
+        every = _every_trial(inputs, swept, measured)
+        every["above_parent"] = every["child_error_ratio"] > every["parent_error_ratio"]
+        return _tables(
+            inputs.sweep,
+            every.drop(columns="above_parent"),
+            every.groupby(["camera", *swept]).agg(
+                trials=("trial", "size"),
+                **_quartiles("child_error", "child_error_ratio"),
+                child_error_sd=("child_error_ratio", lambda ratios: sd(ratios.to_numpy(), 0)),
+                share_above_parent_error=("above_parent", "mean"),
+                limb_error_median=("limb_error", "median"),
+                error_up_to_mirror_median=("error_up_to_mirror", "median"),
+            ),
+        )
 
     def draw(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the error against that of the parent, and its standard deviation over trials."""
@@ -173,29 +167,23 @@ class RadiusScaleFigure(Figure):
 
     def tables(self, inputs: RadiusInputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
-        sweep, rows = inputs.sweep, []
-        for camera, scale, way in np.ndindex(sweep.limb_error.shape[:3]):
-            error = sweep.limb_error[camera, scale, way]
-            middle, low, high = quartiles(error)
-            rows.append(
-                {
-                    "camera": str(sweep.cameras[camera]),
-                    "radius_scale": float(sweep.values[scale]),
-                    "adjust": str(sweep.adjusts[way]),
-                    "trials": len(error),
-                    "limb_error_median": middle,
-                    "limb_error_low": low,
-                    "limb_error_high": high,
-                    "adjusted_share": sweep.adjusted_share[camera, scale, way].mean(),
-                    "error_up_to_mirror_median": np.median(sweep.error_up_to_mirror[camera, scale, way]),
-                }
-            )
         measured = (
             "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
             "objective", "lower_bound",
         )  # fmt: skip
+        sweep = inputs.sweep
         swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
-        return _tables(sweep, inputs.samples, swept, measured, rows)
+        every = _every_trial(inputs, swept, measured)
+        return _tables(
+            sweep,
+            every,
+            every.groupby(["camera", *swept]).agg(
+                trials=("trial", "size"),
+                **_quartiles("limb_error", "limb_error"),
+                adjusted_share=("adjusted_share", "mean"),
+                error_up_to_mirror_median=("error_up_to_mirror", "median"),
+            ),
+        )
 
     def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the error against the scale of the radius, a panel to a camera."""
@@ -257,30 +245,36 @@ class RadiusScaleFigure(Figure):
         )
 
 
-def _tables(
-    sweep: SweptErrors,
-    samples: Sequence[str],
-    swept: Mapping[str, np.ndarray],
-    measured: Sequence[str],
-    rows: Sequence[Mapping[str, Any]],
-) -> dict[str, pd.DataFrame]:
-    """Every trial before the first camera; rows over trials before the first camera, and before all.
+def _every_trial(
+    inputs: RootInputs | RadiusInputs, swept: Mapping[str, np.ndarray], measured: Sequence[str]
+) -> pd.DataFrame:
+    """Every trial before every camera; the shapes of `swept` broadcast with the trials as the last axis."""
+    sweep: SweptErrors = inputs.sweep
+    shape = sweep.limb_error.shape
+    cameras = sweep.cameras.reshape(-1, *[1] * (len(shape) - 1))
+    columns = {"camera": cameras, **swept, **{name: getattr(sweep, name) for name in measured}}
+    return tidy(
+        {
+            **trial_columns(inputs.samples, sweep.stretch, sweep.limb, shape),
+            **{name: np.broadcast_to(values, shape).ravel() for name, values in columns.items()},
+        },
+        by=["trial", *swept],
+    )
 
-    `swept` has the columns of what is swept, whose shapes broadcast with the trials as the last axis.
-    """
-    shape = sweep.limb_error[0].shape
-    of_trials = {
-        **trial_columns(samples, sweep.stretch, sweep.limb, shape),
-        "camera": np.full(np.prod(shape), sweep.cameras[0]),
-        **{name: np.broadcast_to(values, shape).ravel() for name, values in swept.items()},
-        **{name: getattr(sweep, name)[0].ravel() for name in measured},
-    }
-    over_trials = pd.DataFrame(rows).sort_values(["camera", *swept], ignore_index=True)
-    first = over_trials["camera"] == sweep.cameras[0]
+
+def _quartiles(name: str, column: str) -> dict[str, Any]:
+    """Aggregations of a column over trials: its median, lower and upper quartile."""
+    ends = {"median": 0.5, "low": 0.25, "high": 0.75}
+    return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
+
+
+def _tables(sweep: SweptErrors, every: pd.DataFrame, over_trials: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Every trial before the first camera; over trials before the first camera, and before all."""
+    first, cameras = sweep.cameras[0], over_trials.reset_index()
     return {
-        "table": tidy(of_trials, by=["trial", *swept]),
-        "table_points": over_trials[first].reset_index(drop=True),
-        "table_cameras": over_trials,
+        "table": every[every["camera"] == first],
+        "table_points": cameras[cameras["camera"] == first].reset_index(drop=True),
+        "table_cameras": cameras,
     }
 
 
@@ -310,16 +304,14 @@ def _record(
     globe, wires = sphere()
     at = np.unique(table[timeline])
     bones, index = path_bones(truth.shape[1]), {timeline: at}
-    with recordings.Recording(
-        folder / "recording.rrd",
-        name=inputs.experiment.name,
-        about=inputs.about + f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
+    with inputs.recording(
+        folder,
+        f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
         f"`{inputs.samples[sweep.stretch[shown]]}`, {Camera(sweep.cameras[0]).words}: the trial whose errors are "
         "nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
         "the truth, orange the estimate at the value at the cursor, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
-        edition=inputs.edition,
     ) as rec:
         rec.curves(dict(table), x=timeline, y=y, by=by, styles=styles)
         rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)

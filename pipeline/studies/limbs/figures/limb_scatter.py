@@ -13,7 +13,7 @@ import pandas as pd
 
 from pipeline import pictures, recordings
 from pipeline.core.limb_chain import WALKER14
-from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE
+from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
@@ -32,7 +32,6 @@ from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.reconstructibility import (
     STARTS,
     LimbReconstructibilities,
-    Reading,
     ReconstructibilitySweep,
 )
 from pipeline.studies.limbs.scores import SUCCESS
@@ -189,17 +188,14 @@ class LimbScatter(Figure):
                 f"{sweep.mirror_margin.ravel()[trial]:.2f} ({sweep.confidence.ravel()[trial]})"
             )
 
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of one metre: "
+        with inputs.recording(
+            folder,
+            "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of one metre: "
             "green the truth, orange the impostor, amber the estimate, drawn "
             f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(shown['good'])}\n- impostor: "
             f"{words(shown['impostor'])}\n- at the cursor: the trial with that reconstructibility.\n\n"
             "The cursor counts 1000 log10 of eta: 0 is eta = 1, 301 is 2, 1000 is 10.\n",
             timeline="log10_eta_per_mille",
-            edition=inputs.edition,
         ) as rec:
             middle_at, middle_rows = increasing(
                 1000.0 * np.log10(np.clip(running["reconstructibility"].to_numpy(), *RANGE))

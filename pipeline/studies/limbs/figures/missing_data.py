@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import cast
 
@@ -13,10 +14,10 @@ from pipeline import pictures, recordings
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import ANKLE_HEIGHT_MM
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
+from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
@@ -81,47 +82,21 @@ class MissingDataFigure(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the relative error as in the paper, and the error of points that were seen and that were not."""
-        options, table = cast(MissingDataSweep, inputs.experiment.sweep), tables["table_points"]
-        panels: list[list[pictures.Series]] = [[], []]
-        for pattern in options.patterns:
-            rows = table[table["pattern"] == pattern]
-            x, colour, first = (
-                100.0 * rows["missing_fraction"],
-                PATTERN_COLOURS[pattern],
-                pattern is options.patterns[0],
-            )
-            panels[0] += [
-                pictures.Series(
-                    x=x,
-                    y=rows["relative_error_mean"],
-                    band=rows["relative_error_sd"] if first else None,
-                    label=PATTERN_LABELS[pattern],
-                    colour=colour,
-                ),
-                pictures.Series(
-                    x=x, y=rows["relative_error_up_to_mirror_mean"], line="dashed", colour=colour
-                ),
-            ]
-            missing = np.isfinite(rows["imputed_error_mm_median"])
-            if missing.any():
-                panels[1].append(
-                    pictures.Series(
-                        x=x[missing],
-                        y=rows["imputed_error_mm_median"][missing],
-                        label="imputed" if first else "",
-                        colour=colour,
-                    )
-                )
-            panels[1].append(
-                pictures.Series(
-                    x=x,
-                    y=rows["seen_error_mm_median"],
-                    label="seen" if first else "",
-                    line="dotted",
-                    colour=colour,
-                )
-            )
-        limits = (0.0, 100.0 * float(table["missing_fraction"].max()))
+        options = cast(MissingDataSweep, inputs.experiment.sweep)
+        table = tables["table_points"].assign(percent=lambda rows: 100.0 * rows["missing_fraction"])
+        first = options.patterns[0]
+        styles: dict[str, pictures.Style] = {
+            p: pictures.Style(PATTERN_LABELS[p], PATTERN_COLOURS[p], banded=p is first)
+            for p in options.patterns
+        }
+        # Patterns are told apart by colour everywhere; in (b) the legend names what the lines are of.
+        imputed = {p: replace(style, label="imputed" if p is first else "") for p, style in styles.items()}
+        seen = {
+            p: replace(style, label="seen" if p is first else "", line="dotted")
+            for p, style in styles.items()
+        }
+        dashed = {p: replace(style, label="", line="dashed") for p, style in styles.items()}
+        lines = partial(pictures.series, x="percent", by="pattern")
         published = pictures.Series(
             x=np.array([100.0 * PUBLISHED_FRACTION]),
             y=np.array([PUBLISHED_ERROR]),
@@ -129,23 +104,35 @@ class MissingDataFigure(Figure):
             label="published",
             colour="black",
         )
+        panel = partial(
+            pictures.Panel, xlabel="Missing points (%)", xlim=(0.0, float(table["percent"].max()))
+        )
+        missing = table[np.isfinite(table["imputed_error_mm_median"])]
         high = table["relative_error_mean"] + table["relative_error_sd"]
+        errors_mm = table[["imputed_error_mm_median", "seen_error_mm_median"]]
         pictures.draw_lines(
             stem,
             [
-                pictures.Panel(
-                    series=[*panels[0], published],
-                    xlabel="Missing points (%)",
-                    xlim=limits,
+                panel(
+                    series=[
+                        *lines(table, y="relative_error_mean", band="relative_error_sd", styles=styles),
+                        *lines(table, y="relative_error_up_to_mirror_mean", styles=dashed),
+                        published,
+                    ],
                     ylabel=r"$\Vert X - \hat X\Vert\,/\,\Vert X\Vert$",
                     ylim=(0.0, 1.05 * float(high.max())),
                 ),
-                pictures.Panel(
-                    series=panels[1],
-                    xlabel="Missing points (%)",
-                    xlim=limits,
+                panel(
+                    series=[
+                        *(
+                            lines(missing, y="imputed_error_mm_median", styles=imputed)
+                            if len(missing)
+                            else []
+                        ),
+                        *lines(table, y="seen_error_mm_median", styles=seen),
+                    ],
                     ylabel="3D error of a joint (mm)",
-                    ylim=(0.0, 1.08 * max(float(np.max(line.y)) for line in panels[1])),
+                    ylim=(0.0, 1.08 * float(np.nanmax(errors_mm))),
                 ),
             ],
             columns=2,
@@ -166,18 +153,16 @@ class MissingDataFigure(Figure):
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
         index = {"time": times}
         # Its place in the world is where it was recorded: brought to the middle of the view, on the ground.
-        ground = np.array([*-true[:, ROOT, :2].mean(axis=0), ANKLE_HEIGHT_MM - true[..., 2].min()])
+        ground = lift(true) - true[:, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
         error = np.linalg.norm(found - true, axis=-1)
         seen = ~imputed & (np.arange(true.shape[1]) != ROOT)
         name = inputs.samples[sweep.stretch[sweep.shown[0]]]
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about + f"\n`{name}` with {100 * sweep.shown_fraction:g} % of its points missing "
+        with inputs.recording(
+            folder,
+            f"\n`{name}` with {100 * sweep.shown_fraction:g} % of its points missing "
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
-            edition=inputs.edition,
         ) as rec:
             rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)
             rec.skeleton("world/reconstructed", found + ground, WALKER15.bones, index=index, colour="blue")

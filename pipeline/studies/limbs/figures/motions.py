@@ -16,10 +16,11 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import confidences, entity_name
+from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsSweep
 from pipeline.studies.limbs.trials import ROOT
+from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
 from pipeline.validation import require_range
 
@@ -179,17 +180,14 @@ class MotionsFigure(Figure):
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
+        with inputs.recording(
+            folder,
+            "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
             "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
             "| clip | action | from | camera | error | confidence |\n|---|---|---|---|---|---|\n"
             + _lines(inputs, tables["table_clips"], words),
-            edition=inputs.edition,
         ) as rec:
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]

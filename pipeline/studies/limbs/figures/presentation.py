@@ -16,9 +16,6 @@ ADJUST_NAMES = {
 }
 ADJUST_COLOURS = {"global": "blue", "robust": "green", "per_frame": "orange"}
 
-ANKLE_HEIGHT_MM = 80.0
-"""Of the joint above the sole, about; only for showing people on the ground."""
-
 LEAST = 1e-3
 """On logarithmic axes, errors are drawn as at least so much."""
 
@@ -70,11 +67,6 @@ def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(values, kind="stable")
     whole, first = np.unique(np.rint(values[order]).astype(int), return_index=True)
     return whole, order[first]
-
-
-def entity_name(name: str) -> str:
-    """Return a clip's name as the path of a recording's entity can hold it."""
-    return "".join(ch if ch.isalnum() else "_" for ch in name)
 
 
 def confidences(margins: np.ndarray) -> np.ndarray:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -46,86 +47,79 @@ class ProofsFigure(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: share proved; ``table_trials``: all; ``table_timing``: seconds of this machine."""
         sweep = inputs.sweep
-        groups = np.stack([sweep.frames, sweep.components, sweep.noise_px], axis=1)
-        proved_rows: list[dict[str, Any]] = []
-        timing_rows: list[dict[str, Any]] = []
-        for group in np.unique(groups, axis=0):
-            here = (groups == group).all(axis=1)
-            proved, seconds = sweep.proved[here], sweep.timing.seconds[here]
-            first, last = sweep.first_objective[here], sweep.objective[here]
-            keys = {"frames": int(group[0]), "components": int(group[1]), "noise_px": float(group[2])}
-            keys |= {"trials": int(here.sum())}
-            proved_rows.append(
-                keys
-                | {
-                    "proved_share": proved.mean(),
-                    "gap_median": np.median(sweep.gap[here]),
-                    "first_best_share": (first <= last * (1 + SAME)).mean(),
-                    "limb_error_median": np.median(sweep.limb_error[here]),
-                }
-            )
-            timing_rows.append(
-                keys
-                | {
-                    "seconds_median": np.median(seconds),
-                    "seconds_to_proof_median": np.median(seconds[proved]) if proved.any() else np.nan,
-                    "seconds_most": seconds.max(),
-                    "first_seconds_median": np.median(sweep.timing.first_seconds[here]),
-                }
-            )
         measured = (
             "camera", "proved", "objective", "lower_bound", "gap", "first_objective", "limb_error", "boxes", "steps",
         )  # fmt: skip
+        each = tidy(
+            {
+                **{name: getattr(sweep, name) for name in [*KEYS, "trial"]},
+                "clip": np.array(inputs.samples)[sweep.stretch],
+                "limb": np.array(WALKER14.limbs)[sweep.limb],
+                **{name: getattr(sweep, name) for name in measured},
+                "seconds": sweep.timing.seconds,
+                "first_seconds": sweep.timing.first_seconds,
+            },
+            by=[*KEYS, "trial"],
+        )
+        each["first_best"] = each["first_objective"] <= each["objective"] * (1 + SAME)
+        each["seconds_to_proof"] = each["seconds"].where(each["proved"])
+        groups = each.groupby(KEYS)
+        shares = groups.agg(
+            trials=("trial", "size"),
+            proved_share=("proved", "mean"),
+            gap_median=("gap", "median"),
+            first_best_share=("first_best", "mean"),
+            limb_error_median=("limb_error", "median"),
+        )
+        timing = groups.agg(
+            trials=("trial", "size"),
+            seconds_median=("seconds", "median"),
+            seconds_to_proof_median=("seconds_to_proof", "median"),
+            seconds_most=("seconds", "max"),
+            first_seconds_median=("first_seconds", "median"),
+        )
         return {
-            "table": pd.DataFrame(proved_rows),
-            "table_timing": pd.DataFrame(timing_rows),
-            "table_trials": tidy(
-                {
-                    **{name: getattr(sweep, name) for name in [*KEYS, "trial"]},
-                    "clip": np.array(inputs.samples)[sweep.stretch],
-                    "limb": np.array(WALKER14.limbs)[sweep.limb],
-                    **{name: getattr(sweep, name) for name in measured},
-                },
-                by=[*KEYS, "trial"],
-            ),
+            "table": shares.reset_index(),
+            "table_timing": timing.reset_index(),
+            "table_trials": each.loc[:, : measured[-1]],
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw share proved and seconds against frames, for every K and noise."""
         options = cast(ProofSweep, inputs.experiment.sweep)
         table = _joined(tables)
-        panels: list[list[pictures.Series]] = [[], []]
         colours = dict(zip(options.components, COLOURS * len(options.components), strict=False))
-        for (components, noise), rows in table.groupby(["components", "noise_px"]):
-            look: dict[str, Any] = {"colour": colours[components], "line": "dashed" if noise else "solid"}
-            label = "" if noise != options.noises_px[0] else f"$K$ = {components}"
-            share = 100.0 * rows["proved_share"]
-            panels[0].append(pictures.Series(x=rows["frames"], y=share, label=label, **look))
-            panels[1].append(pictures.Series(x=rows["frames"], y=rows["seconds_median"], **look))
+        styles = {
+            line: pictures.Style(
+                f"$K$ = {k}" if noise == options.noises_px[0] else "",
+                colours[k],
+                line="dashed" if noise else "solid",
+            )
+            for line, (k, noise) in _lines(table).items()
+        }
         first = table.groupby("frames")["first_seconds_median"].median()
-        panels[1].append(
-            pictures.Series(x=first.index, y=first, label="first signs", colour="black", line="dotted")
-        )
+        signs = pictures.Series(x=first.index, y=first, label="first signs", colour="black", line="dotted")
         fewest, most = table["trials"].min(), table["trials"].max()
         limit = options.time_limit_s
         best = 100 * np.average(table["first_best_share"], weights=table["trials"])
         pictures.draw_lines(
             stem,
             [
+                pictures.Panel(y="proved_percent", ylabel="Programmes proved (%)", ylim=(0.0, 105.0)),
                 pictures.Panel(
-                    series=panels[0],
-                    xlabel="Frames",
-                    ylabel="Programmes proved (%)",
-                    ylim=(0.0, 105.0),
-                ),
-                pictures.Panel(
-                    series=panels[1],
-                    xlabel="Frames",
+                    y="seconds_median",
+                    legend=(),
+                    series=[signs],
                     ylabel="Seconds, median",
                     yscale="log",
                     references=[("y", limit, "nominal limit")],
                 ),
             ],
+            table,
+            x="frames",
+            by="line",
+            styles=styles,
+            xlabel="Frames",
             columns=2,
             caption=f"{inputs.caption.replace(inputs.model.words, 'components as named')} {most} limbs at every point"
             + (f", {fewest} where they are longest" if fewest < most else "")
@@ -138,30 +132,21 @@ class ProofsFigure(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log share proved and seconds over frames."""
         options = cast(ProofSweep, inputs.experiment.sweep)
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\nProgrammes of limbs cut to so many frames; limit {options.time_limit_s:g} nominal s each. Seconds "
+        with inputs.recording(
+            folder,
+            f"\nProgrammes of limbs cut to so many frames; limit {options.time_limit_s:g} nominal s each. Seconds "
             "are those of the machine that made this recording, as log10.\n",
             timeline="frames",
-            edition=inputs.edition,
         ) as rec:
-            groups = _joined(tables).groupby(["components", "noise_px"])
-            for number, ((components, noise), rows) in enumerate(groups):
-                entity = f"k{components}_noise_{noise:g}_px".replace(".", "_")
-                seconds = np.log10(np.maximum(rows["seconds_median"].to_numpy(), 1e-6))
-                for curve, values in (
-                    ("proved_share", rows["proved_share"].to_numpy()),
-                    ("log10_seconds", seconds),
-                ):
-                    rec.curve(
-                        f"curves/{curve}/{entity}",
-                        rows["frames"].to_numpy(),
-                        values,
-                        label=f"K = {components}, {noise:g} px",
-                        colour=RECORDED_COLOURS[number % len(RECORDED_COLOURS)],
-                    )
+            table = _joined(tables)
+            table["log10_seconds"] = np.log10(table["seconds_median"].clip(lower=1e-6))
+            colours = itertools.cycle(RECORDED_COLOURS)
+            styles = {
+                line: recordings.Style(f"K = {k}, {noise:g} px", next(colours))
+                for line, (k, noise) in _lines(table).items()
+            }
+            for column in ("proved_share", "log10_seconds"):
+                rec.curves(table, x="frames", y=column, by="line", styles=styles)
             share, log_seconds = (
                 recordings.Plot(name=name, origin=f"curves/{curve}", y_range=limits)
                 for name, curve, limits in (
@@ -174,5 +159,15 @@ class ProofsFigure(Figure):
 
 
 def _joined(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Share proved and seconds side by side, rows by increasing frames."""
-    return tables["table"].merge(tables["table_timing"], on=[*KEYS, "trials"], validate="one_to_one")
+    """Share proved and seconds side by side, rows by increasing frames, with the name of the line of each row."""
+    table = tables["table"].merge(tables["table_timing"], on=[*KEYS, "trials"], validate="one_to_one")
+    lines = [
+        f"k{k}_noise_{noise:g}_px" for k, noise in zip(table["components"], table["noise_px"], strict=True)
+    ]
+    table["line"] = pd.Series(lines).str.replace(".", "_")
+    return table.assign(proved_percent=100.0 * table["proved_share"])
+
+
+def _lines(table: pd.DataFrame) -> dict[str, tuple[int, float]]:
+    """Components and noise of each line, in order."""
+    return {rows["line"].iloc[0]: key for key, rows in table.groupby(["components", "noise_px"])}

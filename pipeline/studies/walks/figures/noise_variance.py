@@ -120,13 +120,7 @@ class NoiseVariance(Figure):
         views = sweep.path_view_mm2
         shown = np.unique(np.linspace(0, len(sweep.view_angle_deg) - 1, 7).astype(int))
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about,
-            timeline="sigma2_mm2",
-            edition=inputs.edition,
-        ) as rec:
+        with inputs.recording(folder, timeline="sigma2_mm2") as rec:
             rec.curves(
                 tables["table"],
                 x="sigma2_mm2",

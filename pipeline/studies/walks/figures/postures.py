@@ -14,9 +14,10 @@ from pipeline.palette import colour_name
 from pipeline.skeleton import WALKER15
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
+from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHODS, entity_name, lift
+from pipeline.studies.walks.figures.presentation import METHODS
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import require_range
@@ -138,18 +139,15 @@ class Postures(Figure):
         seconds = 1.0 / float(np.median(data.frequency_hz))
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
+        with inputs.recording(
+            folder,
+            "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
             "Grey: original. "
             + ", ".join(
                 f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in inputs.sweep.methods.tolist()
             )
             + ".\n",
-            edition=inputs.edition,
         ) as rec:
             for r, name in enumerate(inputs.samples):
                 word = entity_name(name)

@@ -13,9 +13,9 @@ from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure, Nothing
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import lift
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 EIGENWALKERS_SHOWN = 3
@@ -80,12 +80,7 @@ class Spectrum(Figure):
         table, model = tables["table"], inputs.model
         frequency = float(inputs.dataset.frequency_hz.mean())
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about,
-            edition=inputs.edition,
-        ) as rec:
+        with inputs.recording(folder) as rec:
             index = {"time": times}
             average = fourier.synthesise(unflatten(model.mean), frequency, times)
             ground = lift(average)

@@ -94,13 +94,7 @@ class ViewAngleEstimates(Figure):
         """Estimate less truth over the true angle, with its spread; median error below."""
         table = tables["table"]
         table = table.assign(error_deg=table["estimated_mean_deg"] - table["view_angle_deg"])
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about,
-            timeline="view_angle_deg",
-            edition=inputs.edition,
-        ) as rec:
+        with inputs.recording(folder, timeline="view_angle_deg") as rec:
             for name, column, spread in (
                 ("estimated_deg", "estimated_mean_deg", "estimated_sd_deg"),
                 ("error_deg", "error_deg", "estimated_sd_deg"),

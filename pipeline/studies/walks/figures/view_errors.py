@@ -14,13 +14,10 @@ from pipeline.core import camera, errors, fourier
 from pipeline.core.reconstruction import from_known_views
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import (
-    METHODS,
-    VIEW_AXIS,
-    lift,
-)
+from pipeline.studies.walks.figures.presentation import METHODS, VIEW_AXIS
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
@@ -113,15 +110,12 @@ class ViewErrors(Figure):
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
         ground = lift(posture)
-        with recordings.Recording(
-            folder / "recording.rrd",
-            name=inputs.experiment.name,
-            about=inputs.about
-            + f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
+        with inputs.recording(
+            folder,
+            f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
             "is what the camera at that angle sees, the coloured skeletons what each approach makes of it"
             + (" (at the phase of the 3D motion).\n" if sweep.phase_rad is not None else ".\n"),
             timeline="view_angle_deg",
-            edition=inputs.edition,
         ) as rec:
             for measure, spread in (
                 ("absolute_error_mm2", "absolute_error_sd_mm2"),

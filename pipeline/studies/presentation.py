@@ -1,0 +1,18 @@
+"""How the figures of every study name and place people in recordings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+ANKLE_HEIGHT_MM = 80.0
+"""Of the joint above the sole, about; only for showing people on the ground."""
+
+
+def entity_name(name: str) -> str:
+    """Return the name of a clip as the path of a recording's entity can hold it."""
+    return "".join(ch if ch.isalnum() else "_" for ch in name)
+
+
+def lift(motion: np.ndarray) -> np.ndarray:
+    """Return what to add to a motion (T, 15, 3) so that its lower ankle stands on the ground, (3,) mm."""
+    return np.array([0.0, 0.0, ANKLE_HEIGHT_MM - motion[..., 2].min()])
