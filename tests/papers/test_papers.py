@@ -48,6 +48,11 @@ def test_the_register_holds_the_equations_of_every_paper_without_a_gap() -> None
         assert all(found == list(range(1, len(found) + 1)) for found in sections.values()), key
 
 
+def test_all_81_equations_of_the_four_papers_are_there() -> None:
+    printed = {"zhang2004": 14, "zhang2007": 30, "mozerov2006": 19, "park2011": 18}
+    assert {key: len(papers.PAPERS[key].equations) for key in printed} == printed
+
+
 @pytest.mark.parametrize("equation", EQUATIONS, ids=lambda e: f"{e.paper}-{e.number}")
 def test_every_equation_is_told_in_one_line_and_located(equation: papers.Equation) -> None:
     assert len(equation.words) >= 15
