@@ -23,7 +23,7 @@ SUCCESS = 0.1
 
 @dataclass(frozen=True)
 class LimbScore:
-    """Error of the choice for one limb.
+    """Error of the choice for one limb, and what is known of the best signs.
 
     Attributes
     ----------
@@ -33,11 +33,17 @@ class LimbScore:
         ||X - X_hat|| / ||X|| of the child in the world's coordinates, as in the paper; depends on their origin.
     error_up_to_mirror : float
         `limb_error` of the signs or of their mirror, whichever is smaller.
+    proved : bool
+    objective, lower_bound : float
+        As `BinarySolution`, square millimetres.
     """
 
     limb_error: float
     relative_error: float
     error_up_to_mirror: float
+    proved: bool
+    objective: float
+    lower_bound: float
 
 
 def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None) -> LimbScore:
@@ -50,12 +56,15 @@ def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | Non
     parent : (F, 3), optional
         Trajectory that was taken for the parent's, mm; the true one by default.
     """
-    error = distance(choice.relative, trial.relative) / trial.length
+    error, solution = distance(choice.relative, trial.relative) / trial.length, choice.solution
     estimate = choice.relative + (trial.parent if parent is None else parent)
     return LimbScore(
         limb_error=error,
         relative_error=round(float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)), 12),
         error_up_to_mirror=min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
+        proved=solution.proved,
+        objective=solution.objective,
+        lower_bound=solution.lower_bound,
     )
 
 
