@@ -6,13 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import (
-    LimbChoice,
-    TrajectoryBasis,
-    TrajectoryBasisByRule,
-    choose_limb,
-)
-from pipeline.core.articulation import Adjustment
+from pipeline.core.articulated_trajectory import LimbChoice, Options, choose_limb
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
 from pipeline.studies.limbs.trials import ROOT, LimbTrial
@@ -90,11 +84,7 @@ def better_of_mirrors(
     images: np.ndarray,
     root: np.ndarray,
     lengths: np.ndarray,
-    basis: TrajectoryBasis | TrajectoryBasisByRule,
-    *,
-    adjust: Adjustment = Adjustment.per_frame,
-    noise_px: float = 0.0,
-    time_limit_s: float = 0.0,
+    options: Options,
 ) -> np.ndarray:
     """Return positions (F, 15, 3), mm, with of every limb and its mirror the one nearer to the truth, not refined.
 
@@ -111,10 +101,8 @@ def better_of_mirrors(
         Trajectory that is taken for the root's, mm.
     lengths : (14,)
         As assumed, mm.
-    basis : TrajectoryBasis or TrajectoryBasisByRule
-    adjust : Adjustment
-    noise_px, time_limit_s : float
-        As for `choose_limb`.
+    options : Options
+        Basis, adjustment, noise and time limit of each limb.
     """
     chosen, anchored = np.empty_like(truth), np.empty_like(truth)
     chosen[:, ROOT] = anchored[:, ROOT] = root
@@ -124,10 +112,10 @@ def better_of_mirrors(
             images[:, child],
             anchored[:, parent],
             float(lengths[limb]),
-            basis=basis,
-            adjust=adjust,
-            noise_px=noise_px,
-            time_limit_s=time_limit_s,
+            basis=options.basis,
+            adjust=options.adjust,
+            noise_px=options.noise_px,
+            time_limit_s=options.time_limit_s,
         )
         true = truth[:, child] - truth[:, parent]
         nearer = min((choice, choice.mirror()), key=lambda c: distance(c.relative, true))
