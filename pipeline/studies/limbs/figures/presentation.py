@@ -60,7 +60,15 @@ def path_bones(frames: int) -> list[tuple[int, int]]:
 
 
 def quartile_columns(name: str, column: str) -> dict[str, Any]:
-    """Return aggregations of a column of a table: its median, lower and upper quartile, named ``<name>_median``, …"""
+    """Return how a table is aggregated: columns with median, lower and upper quartile of another.
+
+    Parameters
+    ----------
+    name : str
+        Of the columns, before ``_median``, ``_low`` and ``_high``.
+    column : str
+        What is aggregated.
+    """
     ends = {"median": 0.5, "low": 0.25, "high": 0.75}
     return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
 
