@@ -49,6 +49,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       presentation           names and places of people in recordings
       measures, ledger       functions of published tables; verdicts on the papers' claims
       published              published numbers and the README's tables
+      presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline

@@ -152,6 +152,10 @@ class Scene:
         missing[:, ROOT] = False
         return missing
 
+    def without(self, hidden: np.ndarray) -> np.ndarray:
+        """Return the images (F, 15, 2), px, NaN where points are missing."""
+        return np.where(hidden[..., None], np.nan, self.images)
+
 
 @dataclass(kw_only=True)
 class MissingDataSweep(ErrorSweep):
@@ -188,8 +192,10 @@ class MissingDataSweep(ErrorSweep):
         def one(item: tuple[Pattern, float, int]) -> tuple[dict[str, Any], np.ndarray]:
             pattern, fraction, number = item
             hidden = scenes[number].hidden(pattern, fraction, seed)
-            found = self.reconstruct(scenes[number], basis, hidden)
-            return self._errors(scenes[number], found, hidden, basis), found.positions
+            scene = scenes[number]
+            left = scene.without(hidden)
+            found = reconstruct(left, scene.view, scene.root, scene.lengths, self.options(basis))
+            return self._errors(scene, found, hidden, basis), found.positions
 
         # Nothing is missing in the same way whatever the pattern.
         first = self.patterns[0]
@@ -217,7 +223,7 @@ class MissingDataSweep(ErrorSweep):
             shown_true=scenes[shown].positions,
             shown_found=known[(first, self.fractions[value], shown)][1],
             shown_imputed=hidden,
-            shown_image=np.where(hidden[..., None], np.nan, scenes[shown].images),
+            shown_image=scenes[shown].without(hidden),
             shown_fraction=self.fractions[value],
             shown_pattern=str(first),
         )
@@ -243,36 +249,21 @@ class MissingDataSweep(ErrorSweep):
             true_lengths=lengths,
         )
 
-    def reconstruct(self, scene: Scene, basis: TrajectoryBasis, hidden: np.ndarray) -> Articulated:
-        """Return the skeleton from what is left of its images: limb by limb, and all limbs refined together."""
-        return reconstruct(
-            np.where(hidden[..., None], np.nan, scene.images),
-            scene.view,
-            scene.root,
-            scene.lengths,
-            Options(
-                basis,
-                adjust=self.adjust,
-                noise_px=self.noise_px,
-                use_hinges=self.use_hinges,
-                time_limit_s=self.time_limit_s,
-            ),
+    def options(self, basis: TrajectoryBasis) -> Options:
+        """Return how a skeleton is reconstructed: limb by limb, and all limbs refined together."""
+        return Options(
+            basis,
+            adjust=self.adjust,
+            noise_px=self.noise_px,
+            use_hinges=self.use_hinges,
+            time_limit_s=self.time_limit_s,
         )
 
     def _errors(
         self, scene: Scene, found: Articulated, hidden: np.ndarray, basis: TrajectoryBasis
     ) -> dict[str, Any]:
-        best = better_of_mirrors(
-            scene.positions,
-            scene.view,
-            np.where(hidden[..., None], np.nan, scene.images),
-            scene.root,
-            scene.lengths,
-            basis,
-            adjust=self.adjust,
-            noise_px=self.noise_px,
-            time_limit_s=self.time_limit_s,
-        )
+        left, options = scene.without(hidden), self.options(basis)
+        best = better_of_mirrors(scene.positions, scene.view, left, scene.root, scene.lengths, options)
         true, positions, refined = scene.positions, found.positions, found.refined
         assert refined is not None, "it was asked for"
         limbs, size = np.arange(true.shape[1]) != ROOT, float(scene.true_lengths.mean())

@@ -9,7 +9,7 @@ made beside, under a limit if there is any, and says how much better any signs c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -204,34 +204,21 @@ class _Reconstruction:
 
     def found(self) -> dict[str, Any]:
         """Return what `Motions` holds of it."""
-        options = self.options
-        made = reconstruct(
-            self.images,
-            self.camera,
-            self.root,
-            self.lengths,
-            Options(
-                self.basis,
-                noise_px=options.noise_px,
-                use_hinges=options.use_hinges,
-                try_mirrors=options.try_mirrors,
-                time_limit_s=options.time_limit_s if options.exact else 0.0,
-            ),
+        options = Options(
+            self.basis,
+            noise_px=self.options.noise_px,
+            use_hinges=self.options.use_hinges,
+            try_mirrors=self.options.try_mirrors,
+            time_limit_s=self.options.time_limit_s if self.options.exact else 0.0,
         )
+        made = reconstruct(self.images, self.camera, self.root, self.lengths, options)
         self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
         estimated = relative_trajectories(WALKER14, made.positions)
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
         sizes = np.linalg.norm(estimated, axis=-1)
-        better = better_of_mirrors(
-            self.truth,
-            self.camera,
-            self.images,
-            self.root,
-            self.lengths,
-            self.basis,
-            noise_px=options.noise_px,
-        )
+        first_signs = replace(options, time_limit_s=0.0)
+        better = better_of_mirrors(self.truth, self.camera, self.images, self.root, self.lengths, first_signs)
         eta = self.reconstructibilities()
         middle = self.camera.at(len(self.truth) // 2).centre - self.truth[:, ROOT].mean(axis=0)
         return {

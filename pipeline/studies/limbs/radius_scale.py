@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.core.articulated_trajectory import TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.articulation import Adjustment, ray_sphere
 from pipeline.studies.limbs.scores import limb_score
-from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, certificate, measured
+from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial
 from pipeline.validation import require_distinct, require_increasing, require_range
 
@@ -87,7 +87,6 @@ class RadiusScaleSweep(ErrorSweep):
             known[hits.radius] = {
                 **vars(limb_score(trial, choice)),
                 "radius_ratio": ratio,
-                **certificate(choice),
                 "paths": np.stack([trial.relative, choice.relative]) / trial.length,
             }
         return {**known[hits.radius], "adjusted_share": float(hits.adjusted.mean())}

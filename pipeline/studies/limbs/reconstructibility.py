@@ -38,10 +38,9 @@ class LimbReconstructibilities:
         Of the trial, indices into the data set and ``WALKER14.limbs``.
     reconstructibility_vector, reconstructibility_angle, mirror_margin : (C, T)
         eta_a by both readings, and J(-s) / J(s).
-    limb_error, relative_error, error_up_to_mirror : (C, T)
+    limb_error, relative_error, error_up_to_mirror, proved, objective, lower_bound : (C, T)
         As `scores.LimbScore`.
-    proved : (C, T) bool
-    objective, lower_bound, truth_objective, impostor_objective : (C, T)
+    truth_objective, impostor_objective : (C, T)
         Square millimetres.
     confidence : (C, T) text
         Green, amber or red by the mirror margin.
@@ -105,11 +104,7 @@ class ReconstructibilitySweep(LimbSweep):
     def measure(self, inputs: LimbInputs) -> LimbReconstructibilities:
         """Return error and reconstructibility of every trial before every camera."""
         basis = inputs.model_options.limb_basis()
-        trials = [
-            self.trial(inputs.dataset, number, camera, inputs.seed)
-            for camera in self.cameras
-            for number in range(self.trials)
-        ]
+        trials = self.every_trial(inputs)
         choices = map_threads(
             lambda trial: self.choose(trial, basis, adjust=self.adjust, noise_px=self.noise_px),
             trials,
@@ -149,9 +144,6 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         ).ratio,
         "mirror_margin": solution.margin,
         **vars(limb_score(trial, choice)),
-        "proved": solution.proved,
-        "objective": solution.objective,
-        "lower_bound": solution.lower_bound,
         "truth_objective": outside(rows, truth[used]) ** 2,
         "impostor_objective": outside(rows, impostor[used]) ** 2,
         "confidence": confidence_of_mirror_margin(solution.margin),

@@ -6,13 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import (
-    LimbChoice,
-    TrajectoryBasis,
-    TrajectoryBasisByRule,
-    choose_limb,
-)
-from pipeline.core.articulation import Adjustment
+from pipeline.core.articulated_trajectory import LimbChoice, Options, choose_limb
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.pinhole import Pinhole
 from pipeline.studies.limbs.trials import ROOT, LimbTrial
@@ -23,7 +17,7 @@ SUCCESS = 0.1
 
 @dataclass(frozen=True)
 class LimbScore:
-    """Error of the choice for one limb.
+    """Error of the choice for one limb, and what is known of the best signs.
 
     Attributes
     ----------
@@ -33,11 +27,17 @@ class LimbScore:
         ||X - X_hat|| / ||X|| of the child in the world's coordinates, as in the paper; depends on their origin.
     error_up_to_mirror : float
         `limb_error` of the signs or of their mirror, whichever is smaller.
+    proved : bool
+    objective, lower_bound : float
+        As `BinarySolution`, square millimetres.
     """
 
     limb_error: float
     relative_error: float
     error_up_to_mirror: float
+    proved: bool
+    objective: float
+    lower_bound: float
 
 
 def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None) -> LimbScore:
@@ -50,12 +50,15 @@ def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | Non
     parent : (F, 3), optional
         Trajectory that was taken for the parent's, mm; the true one by default.
     """
-    error = distance(choice.relative, trial.relative) / trial.length
+    error, solution = distance(choice.relative, trial.relative) / trial.length, choice.solution
     estimate = choice.relative + (trial.parent if parent is None else parent)
     return LimbScore(
         limb_error=error,
         relative_error=round(float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)), 12),
         error_up_to_mirror=min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
+        proved=solution.proved,
+        objective=solution.objective,
+        lower_bound=solution.lower_bound,
     )
 
 
@@ -81,11 +84,7 @@ def better_of_mirrors(
     images: np.ndarray,
     root: np.ndarray,
     lengths: np.ndarray,
-    basis: TrajectoryBasis | TrajectoryBasisByRule,
-    *,
-    adjust: Adjustment = Adjustment.per_frame,
-    noise_px: float = 0.0,
-    time_limit_s: float = 0.0,
+    options: Options,
 ) -> np.ndarray:
     """Return positions (F, 15, 3), mm, with of every limb and its mirror the one nearer to the truth, not refined.
 
@@ -102,10 +101,8 @@ def better_of_mirrors(
         Trajectory that is taken for the root's, mm.
     lengths : (14,)
         As assumed, mm.
-    basis : TrajectoryBasis or TrajectoryBasisByRule
-    adjust : Adjustment
-    noise_px, time_limit_s : float
-        As for `choose_limb`.
+    options : Options
+        Basis, adjustment, noise and time limit of each limb.
     """
     chosen, anchored = np.empty_like(truth), np.empty_like(truth)
     chosen[:, ROOT] = anchored[:, ROOT] = root
@@ -115,10 +112,10 @@ def better_of_mirrors(
             images[:, child],
             anchored[:, parent],
             float(lengths[limb]),
-            basis=basis,
-            adjust=adjust,
-            noise_px=noise_px,
-            time_limit_s=time_limit_s,
+            basis=options.basis,
+            adjust=options.adjust,
+            noise_px=options.noise_px,
+            time_limit_s=options.time_limit_s,
         )
         true = truth[:, child] - truth[:, parent]
         nearer = min((choice, choice.mirror()), key=lambda c: distance(c.relative, true))

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import LimbChoice
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, stacked
 from pipeline.threads import map_threads
 
@@ -24,11 +23,8 @@ class SweptErrors:
         Of what is swept.
     stretch, limb : (T,) int
         Of the trial, indices into the data set and ``WALKER14.limbs``.
-    limb_error, relative_error, error_up_to_mirror : (C, V, …, T)
+    limb_error, relative_error, error_up_to_mirror, proved, objective, lower_bound : (C, V, …, T)
         As `scores.LimbScore`.
-    proved : (C, V, …, T) bool
-    objective, lower_bound : (C, V, …, T)
-        Square millimetres.
     shown : (1,) int
         The first camera's trial whose errors are, over all values, nearest to the medians.
     paths : (V, 2, F, 3)
@@ -57,11 +53,6 @@ class ErrorSweep(LimbSweep):
     """Whether errors are made in the trajectory basis, so that K has to be given."""
 
 
-def certificate(choice: LimbChoice) -> dict[str, Any]:
-    """Return what is known of the best signs, by the fields of `SweptErrors`."""
-    return {name: getattr(choice.solution, name) for name in ("proved", "objective", "lower_bound")}
-
-
 def measured(
     sweep: ErrorSweep,
     inputs: LimbInputs,
@@ -80,11 +71,7 @@ def measured(
         What was found at every point for one trial, `paths` (2, F, 3) among it.
     """
     cameras, trials, flat = len(sweep.cameras), sweep.trials, int(np.prod(points))
-    tried = [
-        sweep.trial(inputs.dataset, number, camera, inputs.seed)
-        for camera in sweep.cameras
-        for number in range(trials)
-    ]
+    tried = sweep.every_trial(inputs)
     found = map_threads(errors_of, tried, inputs.workers)
     paths = [[row.pop("paths") for row in of_trial] for of_trial in found]
     columns = stacked([row for of_trial in found for row in of_trial], (cameras, trials, flat))

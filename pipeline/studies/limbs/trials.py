@@ -114,6 +114,14 @@ class LimbSweep(CameraSweep):
             length=float(stretches.lengths_mm[stretch, limb]),
         )
 
+    def every_trial(self, inputs: LimbInputs) -> list[LimbTrial]:
+        """Return all trials before each camera in turn."""
+        return [
+            self.trial(inputs.dataset, number, camera, inputs.seed)
+            for camera in self.cameras
+            for number in range(self.trials)
+        ]
+
     def choose(
         self,
         trial: LimbTrial,

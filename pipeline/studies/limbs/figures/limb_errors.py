@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -29,6 +29,7 @@ from pipeline.studies.limbs.figures.presentation import (
     OUTSIDE,
     RADIUS_MM,
     path_bones,
+    quartile_columns,
     sphere,
     trial_columns,
 )
@@ -93,7 +94,7 @@ class RootErrorFigure(Figure):
             every.drop(columns="above_parent"),
             every.groupby(["camera", *swept]).agg(
                 trials=("trial", "size"),
-                **_quartiles("child_error", "child_error_ratio"),
+                **quartile_columns("child_error", "child_error_ratio"),
                 child_error_sd=("child_error_ratio", lambda ratios: sd(ratios.to_numpy(), 0)),
                 share_above_parent_error=("above_parent", "mean"),
                 limb_error_median=("limb_error", "median"),
@@ -179,7 +180,7 @@ class RadiusScaleFigure(Figure):
             every,
             every.groupby(["camera", *swept]).agg(
                 trials=("trial", "size"),
-                **_quartiles("limb_error", "limb_error"),
+                **quartile_columns("limb_error", "limb_error"),
                 adjusted_share=("adjusted_share", "mean"),
                 error_up_to_mirror_median=("error_up_to_mirror", "median"),
             ),
@@ -260,12 +261,6 @@ def _every_trial(
         },
         by=["trial", *swept],
     )
-
-
-def _quartiles(name: str, column: str) -> dict[str, Any]:
-    """Aggregations of a column over trials: its median, lower and upper quartile."""
-    ends = {"median": 0.5, "low": 0.25, "high": 0.75}
-    return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
 
 
 def _tables(sweep: SweptErrors, every: pd.DataFrame, over_trials: pd.DataFrame) -> dict[str, pd.DataFrame]:

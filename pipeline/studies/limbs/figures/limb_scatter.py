@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -24,7 +23,7 @@ from pipeline.studies.limbs.figures.presentation import (
     RADIUS_MM,
     increasing,
     path_bones,
-    quartiles,
+    quartile_columns,
     sphere,
     trial_columns,
 )
@@ -51,6 +50,12 @@ RANGE = (1e-2, 1e3)
 
 PATHS = {"truth": ("green", 1.0), "impostor": ("orange", 1.0), "estimate": ("amber", OUTSIDE)}
 """Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
+
+RUNNING = {
+    "median": recordings.Style("running median", "blue", width=1.25),
+    "low": recordings.Style("lower quartile", "grey", width=0.5),
+    "high": recordings.Style("upper quartile", "grey", width=0.5),
+}
 
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
@@ -197,22 +202,13 @@ class LimbScatter(Figure):
             "The cursor counts 1000 log10 of eta: 0 is eta = 1, 301 is 2, 1000 is 10.\n",
             timeline="log10_eta_per_mille",
         ) as rec:
-            middle_at, middle_rows = increasing(
-                1000.0 * np.log10(np.clip(running["reconstructibility"].to_numpy(), *RANGE))
+            places, nearest = increasing(
+                1000.0 * np.log10(running["reconstructibility"].clip(*RANGE).to_numpy())
             )
-            for which, label, colour, width in (
-                ("median", "running median", "blue", 1.25),
-                ("low", "lower quartile", "grey", 0.5),
-                ("high", "upper quartile", "grey", 0.5),
-            ):
-                rec.curve(
-                    f"curves/limb_error/{which}",
-                    middle_at,
-                    running[f"limb_error_{which}"].to_numpy()[middle_rows],
-                    label=label,
-                    colour=colour,
-                    width=width,
-                )
+            curves = running.iloc[nearest].assign(place=places)
+            for end, style in RUNNING.items():
+                entity = f"curves/limb_error/{end}"
+                rec.curves(curves, x="place", y=f"limb_error_{end}", styles=style, entity=entity)
             globe, wires = sphere()
             first = {"log10_eta_per_mille": at[:1]}
             for where, chosen in {**{k: np.array([v]) for k, v in shown.items()}, "cursor": rows}.items():
@@ -248,24 +244,19 @@ def _options(inputs: Inputs) -> ReconstructibilitySweep:
 
 def _bins(eta: np.ndarray, error: np.ndarray, impostor: np.ndarray) -> pd.DataFrame:
     """One row to each bin that has trials."""
-    rows: list[dict[str, Any]] = []
-    for low, high in pairwise(EDGES):
-        here = (eta >= low) & ((eta < high) | (high == EDGES[-1]))
-        if here.any():
-            middle, lower, upper = quartiles(error[here])
-            rows.append(
-                {
-                    "reconstructibility_from": low,
-                    "reconstructibility_to": high,
-                    "trials": int(here.sum()),
-                    "limb_error_median": middle,
-                    "limb_error_low": lower,
-                    "limb_error_high": upper,
-                    "success": (error[here] < SUCCESS).mean(),
-                    "taken_impostor": impostor[here].mean(),
-                }
-            )
-    return pd.DataFrame(rows)
+    number = np.minimum(np.searchsorted(EDGES, eta, side="right"), len(EDGES) - 1)
+    edges = {
+        "reconstructibility_from": np.take(EDGES, number - 1),
+        "reconstructibility_to": np.take(EDGES, number),
+    }
+    trials = pd.DataFrame({**edges, "error": error, "found": error < SUCCESS, "impostor": impostor})
+    bins = trials.groupby(list(edges)).agg(
+        trials=("error", "size"),
+        **quartile_columns("limb_error", "error"),
+        success=("found", "mean"),
+        taken_impostor=("impostor", "mean"),
+    )
+    return bins.reset_index()
 
 
 def _running(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
@@ -274,7 +265,8 @@ def _running(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
     count = len(values)
     width = min(count, max(5, count // WINDOW))
     starts = np.clip(np.arange(count) - width // 2, 0, count - width)
-    middle, low, high = quartiles(error[order][starts[:, None] + np.arange(width)])
+    nearest = error[order][starts[:, None] + np.arange(width)]
+    low, middle, high = np.quantile(nearest, [0.25, 0.5, 0.75], axis=1)
     return pd.DataFrame(
         {
             "reconstructibility": values[order],

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
@@ -56,10 +59,18 @@ def path_bones(frames: int) -> list[tuple[int, int]]:
     return [(f, f + 1) for f in range(frames - 1)]
 
 
-def quartiles(values: np.ndarray, axis: int = -1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the median, the lower and the upper quartile along an axis."""
-    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75], axis=axis)
-    return middle, low, high
+def quartile_columns(name: str, column: str) -> dict[str, Any]:
+    """Return how a table is aggregated: columns with median, lower and upper quartile of another.
+
+    Parameters
+    ----------
+    name : str
+        Of the columns, before ``_median``, ``_low`` and ``_high``.
+    column : str
+        What is aggregated.
+    """
+    ends = {"median": 0.5, "low": 0.25, "high": 0.75}
+    return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -53,13 +53,14 @@ class Postures(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view."""
         sweep, data = inputs.sweep, inputs.dataset
+        methods = inputs.sweep.methods.tolist()
         require_range("figure.walker", self.walker, at_most=len(inputs.samples) - 1)
         views = sweep.demonstration_view_deg
         times = np.arange(self.instants) / self.instants  # fractions of a cycle, at one hertz
         original = fourier.synthesise(data.coefficients[self.walker], 1.0, times)
         rows: dict[str, list[np.ndarray]] = {}
         joints = np.tile(WALKER15.joints, self.instants)
-        for m, method in enumerate(inputs.sweep.methods.tolist()):
+        for m, method in enumerate(methods):
             for v, view in enumerate(views):
                 again = fourier.synthesise(reconstructed(inputs, m, self.walker, v), 1.0, times)
                 block = {
@@ -83,12 +84,12 @@ class Postures(Figure):
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
         untried = np.full(squared[0].size, np.nan)
         for method in METHODS:
-            if method in inputs.sweep.methods.tolist():
-                errors_of_method = np.sqrt(squared[inputs.sweep.methods.tolist().index(method)]).ravel()
+            if method in methods:
+                errors_of_method = np.sqrt(squared[methods.index(method)]).ravel()
                 demonstrations[f"rms_error_{method}_mm"] = errors_of_method
             elif method in published:
                 demonstrations[f"rms_error_{method}_mm"] = untried
-        both = set(inputs.sweep.methods.tolist()) == set(METHODS)
+        both = set(methods) == set(METHODS)
         if both or len(published) > 1:
             apart = errors.walker_error(errors.absolute_error(sweep.missing[0] - sweep.missing[-1]))
             demonstrations["rms_between_methods_mm"] = np.sqrt(apart).ravel() if both else untried
@@ -103,9 +104,10 @@ class Postures(Figure):
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
         columns = columns_of(tables["table"])
+        methods = inputs.sweep.methods.tolist()
         shape = (self.instants, len(WALKER15.joints))
         groups = []
-        for m, method in enumerate(inputs.sweep.methods.tolist()):
+        for m, method in enumerate(methods):
             rows = []
             for view in inputs.sweep.demonstration_view_deg:
                 here = (columns["method"] == method) & (columns["view_angle_deg"] == view)
@@ -117,11 +119,7 @@ class Postures(Figure):
                     across = camera.missing_dimension(space, np.radians(view))
                     seen.append(np.stack([across, space[..., 2]], axis=-1))
                 rows.append(pictures.PostureRow(label=f"{view:g}°", original=seen[0], reconstructed=seen[1]))
-            title = (
-                f"({'ab'[m]}) Approach {'I' * (1 + (method == 'map'))}"
-                if len(inputs.sweep.methods.tolist()) > 1
-                else ""
-            )
+            title = f"({'ab'[m]}) Approach {'I' * (1 + (method == 'map'))}" if len(methods) > 1 else ""
             groups.append((title, rows))
         pictures.draw_postures(
             stem,
@@ -134,6 +132,7 @@ class Postures(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Every walker, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
+        methods = inputs.sweep.methods.tolist()
         chosen = entity_name(inputs.samples[self.walker])
         middle = 1 if len(views) > 1 else 0
         seconds = 1.0 / float(np.median(data.frequency_hz))
@@ -144,9 +143,7 @@ class Postures(Figure):
             "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
             "Grey: original. "
-            + ", ".join(
-                f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in inputs.sweep.methods.tolist()
-            )
+            + ", ".join(f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in methods)
             + ".\n",
         ) as rec:
             for r, name in enumerate(inputs.samples):
@@ -162,7 +159,7 @@ class Postures(Figure):
                         WALKER15.bones,
                         index=index,
                     )
-                    for m, method in enumerate(inputs.sweep.methods.tolist()):
+                    for m, method in enumerate(methods):
                         rec.skeleton(
                             f"world/reconstructed/{method}/view_{view:.0f}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
@@ -175,14 +172,11 @@ class Postures(Figure):
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
-                        *(f"world/reconstructed/{m}/view_{view:.0f}" for m in inputs.sweep.methods.tolist()),
+                        *(f"world/reconstructed/{m}/view_{view:.0f}" for m in methods),
                     ),
                     shown=(
                         f"world/original/{chosen}",
-                        *(
-                            f"world/reconstructed/{m}/view_{view:.0f}/{chosen}"
-                            for m in inputs.sweep.methods.tolist()
-                        ),
+                        *(f"world/reconstructed/{m}/view_{view:.0f}/{chosen}" for m in methods),
                     ),
                 )
                 for view in views

@@ -40,7 +40,7 @@ class ViewAngleEstimates(Figure):
         return {
             "table": tidy(
                 {
-                    "method": np.repeat(inputs.sweep.methods.tolist(), angles),
+                    "method": np.repeat(sweep.methods.tolist(), angles),
                     "view_angle_deg": np.tile(views, methods),
                     "estimated_mean_deg": (views + mean_error).ravel(),
                     "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1).ravel(),
@@ -53,7 +53,7 @@ class ViewAngleEstimates(Figure):
             "table_walkers": tidy(
                 {
                     "walker": np.tile(inputs.samples, methods),
-                    "method": np.repeat(inputs.sweep.methods.tolist(), walkers),
+                    "method": np.repeat(sweep.methods.tolist(), walkers),
                     "mean_error_deg": statistics.circular_mean_deg(error, axis=2).ravel(),
                     "absolute_angle_error_median_deg": np.median(np.abs(error), axis=2).ravel(),
                     "absolute_angle_error_max_deg": np.abs(error).max(axis=2).ravel(),

@@ -46,7 +46,7 @@ class ViewErrors(Figure):
         return {
             "table": tidy(
                 {
-                    "method": np.repeat(inputs.sweep.methods.tolist(), angles),
+                    "method": np.repeat(sweep.methods.tolist(), angles),
                     "view_angle_deg": np.tile(views, methods),
                     "absolute_error_mm2": absolute.mean(axis=1).ravel(),
                     "absolute_error_sd_mm2": sd(absolute, 1).ravel(),
@@ -61,7 +61,7 @@ class ViewErrors(Figure):
             "table_walkers": tidy(
                 {
                     "walker": np.tile(inputs.samples, methods),
-                    "method": np.repeat(inputs.sweep.methods.tolist(), walkers),
+                    "method": np.repeat(sweep.methods.tolist(), walkers),
                     "absolute_error_mm2": absolute.mean(axis=2).ravel(),
                     "relative_error": relative.mean(axis=2).ravel(),
                 },
@@ -101,10 +101,10 @@ class ViewErrors(Figure):
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
         table = tables["table"]
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
-        views = np.rint(sweep.view_angle_deg).astype(int)
+        views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         absolute = errors.walker_error(sweep.absolute_error_mm2)
         walker = int(np.argsort(absolute[0].mean(axis=1))[absolute.shape[1] // 2])  # the median one
-        fold = inputs.model.fold(walker)
+        fold = model.fold(walker)
         truth = data.coefficients[walker]
         index = {"view_angle_deg": views}
         instant = np.array([_INSTANT])
@@ -127,26 +127,20 @@ class ViewErrors(Figure):
                 x="view_angle_deg",
                 y="missing_variance_mm2",
                 sd="missing_variance_sd_mm2",
-                where={"method": inputs.sweep.methods[0]},  # the same for every method
+                where={"method": sweep.methods[0]},  # the same for every method
                 styles=recordings.Style("variance of the missing dimension", "green"),
                 entity="curves/missing_variance_mm2/truth",
             )
-            for method in inputs.sweep.methods.tolist():
-                noise = inputs.sweep.noise_variance_mm2 if method == "map" else None
-                found = from_known_views(
-                    fold, model.samples[walker], np.radians(sweep.view_angle_deg), noise_variance=noise
-                )
-                again = np.stack(
-                    [
-                        fourier.synthesise(
-                            camera.combine(camera.project(truth, a), found.missing[i], a), 1.0, instant
-                        )[0]
-                        for i, a in enumerate(np.radians(sweep.view_angle_deg))
-                    ]
-                )
+            for method in sweep.methods.tolist():
+                noise = sweep.noise_variance_mm2 if method == "map" else None
+                found = from_known_views(fold, model.samples[walker], angles, noise_variance=noise)
+                again = [
+                    fourier.synthesise(camera.combine(camera.project(truth, a), missing, a), 1.0, instant)[0]
+                    for a, missing in zip(angles, found.missing, strict=True)
+                ]
                 rec.skeleton(
                     f"world/reconstructed/{method}",
-                    again + ground,
+                    np.stack(again) + ground,
                     WALKER15.bones,
                     index=index,
                     colour=METHODS[method].colour,
@@ -157,7 +151,7 @@ class ViewErrors(Figure):
                 WALKER15.bones,
                 index=index,
             )
-            seen = np.stack([camera.project(posture, a) for a in np.radians(sweep.view_angle_deg)])
+            seen = np.stack([camera.project(posture, a) for a in angles])
             rec.image_points("image/observed", seen, WALKER15.bones, index=index)
             rec.blueprint(
                 recordings.Columns(
