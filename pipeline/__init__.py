@@ -46,7 +46,6 @@ The modules, from the base upwards; each imports only from those above it in thi
       limbs/                 park2011
       face_off/              comparison of walks and limbs, the only study that imports others
       registry               the list of studies
-      presentation           names and places of people in recordings
       measures, ledger       functions of published tables; verdicts on the papers' claims
       published              published numbers and the README's tables
       presentation           names and heights of people in recordings
