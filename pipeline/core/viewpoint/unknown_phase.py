@@ -109,7 +109,9 @@ def estimate_unknown_phase(
             lower, upper = np.maximum(lower, low), np.minimum(upper, high)
         return _descend(gram, rows, which, start[which, cell], lower, upper, noise_variance)
 
-    best = prefer_lower(descend(every, first), descend(contenders, second[contenders]), contenders)
+    best = descend(every, first)
+    if contenders.size:  # a cost that has one minimum only leaves none
+        best = prefer_lower(best, descend(contenders, second[contenders]), contenders)
     _, phase = _profile(gram, rows, every, best.angle_rad, noise_variance, bend=False)
     return PhasedEstimate(
         in_half_open_circle(best.angle_rad),

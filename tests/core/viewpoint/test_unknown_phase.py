@@ -42,6 +42,22 @@ def test_view_and_phase_of_a_walker_whom_the_model_can_be_are_found(
     assert np.allclose(found.coefficients, known.coefficients, atol=0.1)
 
 
+def test_where_the_cost_has_one_minimum_there_is_no_runner_up() -> None:
+    generator = np.random.default_rng(22)
+    model = fit(walkers(generator, 20).reshape(20, -1), 6)
+    view = np.radians([30.0])
+    clip = observation.observe(played(unflatten(inside(model, generator)), 1.02, 2.2, 2.9), RATE_HZ, view)
+    found = estimate_unknown_phase(
+        model,
+        clip.image,
+        noise_variance=None,
+        frequency_hz=clip.frequency_hz,
+        angle_range_rad=(np.radians(20.0), np.radians(40.0)),
+    )
+    assert np.abs(found.angle_rad - view).max() < 1e-4
+    assert np.isinf(found.runner_up_cost).all()
+
+
 @given(fold=folds(), noise=noises)
 @settings(max_examples=10, deadline=None)
 def test_no_view_and_phase_of_the_printed_problem_cost_less(fold: Fold, noise: float | None) -> None:
