@@ -5,6 +5,7 @@ A data set names a corpus for each kind of clips; `Data.request` turns its optio
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -109,7 +110,7 @@ class Steady:
 
 
 @dataclass(kw_only=True)
-class Data:
+class Data(ABC):
     """Where clips come from."""
 
     knows_true_course: ClassVar[bool] = False
@@ -125,6 +126,7 @@ class Data:
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput, with ``data`` as its `where`, if this data set holds no clips of this kind."""
 
+    @abstractmethod
     def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
         """Return the request for the clips of one kind.
 
@@ -140,7 +142,6 @@ class Data:
         InvalidInput
             If there are none, or their recordings are not on this machine.
         """
-        raise NotImplementedError
 
 
 @dataclass(kw_only=True)
