@@ -16,7 +16,7 @@ from rich.text import Text
 from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
-from pipeline.cli.presets import presets
+from pipeline.cli.presets import listed, presets
 from pipeline.cli.summary import claims_table, open_console
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
@@ -136,9 +136,8 @@ def readme(arguments: Sequence[str]) -> int:
         published.renew(path, published.measured(folder, figures_for(arguments), layout))
     document = provenance.PROJECT / "README.md"
     text = document.read_text(encoding="utf-8")
-    document.write_text(
-        published.insert(text, published.rendered(layout, tables.read(path))), encoding="utf-8"
-    )
+    made = {"figures": listed(), **published.rendered(layout, tables.read(path))}
+    document.write_text(published.insert(text, made), encoding="utf-8")
     return 0
 
 

@@ -16,3 +16,9 @@ def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
     lines = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     return next((line[2:].strip() for line in lines if line.startswith("# ") and "@package" not in line), "")
+
+
+def listed() -> str:
+    """Return the README's table of the figures: name and first comment of each preset, as Markdown."""
+    rows = (f"| `{name}` | {first_comment(name)} |" for name in presets())
+    return "\n".join(["| figure | shows |", "|---|---|", *rows])
