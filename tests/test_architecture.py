@@ -62,7 +62,7 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 LAYERS = (
     {"validation"},
-    {"skeleton", "palette", "tidy", "threads", "seeding"},
+    {"skeleton", "palette", "tidy", "processes", "threads", "seeding"},
     {"core"},
     {"formats", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
@@ -80,6 +80,7 @@ NARROW = {
     "skeleton": {"validation"},
     "palette": set(),
     "tidy": {"validation"},
+    "processes": set(),
     "threads": set(),
     "seeding": set(),
     "core": {"validation", "skeleton"},
@@ -103,7 +104,7 @@ FROM_OUTSIDE = {
     "rich": {"cli"},
     "yaml": {"papers"},
     "numba": {"core"},
-    "threadpoolctl": {"threads"},
+    "threadpoolctl": {"processes", "threads"},
     "scipy": {"core", "synthetic", "studies"},
     "numpy": {"*"},
 }
