@@ -103,7 +103,7 @@ class Display:
         self._began[figure] = time.monotonic()
         name = self._experiments[figure].name
         self._progress.reset(
-            self._slots[slot], total=len(STAGES), description=name, visible=True, figure=name
+            self._slots[slot], total=len(STAGES), description=name, visible=True, figure=name, left=""
         )
         self._estimate()
 
