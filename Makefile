@@ -7,6 +7,8 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 VENV   := .venv
 RUN    := $(VENV)/bin/python -m pipeline
 READY  := $(VENV)/.ready
+DEV    := $(VENV)/.ready-dev
+PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
 # One BLAS thread: many small solves are several times slower with more.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -22,15 +24,21 @@ help: ## this list
 	@echo "                $(FIGURES)" | fold -s -w 90 | sed '2,$$s/^/                /'
 	@echo "  everything else: make run ARGS=--help"
 
-install: $(READY) ## .venv from requirements.lock
+install: $(READY) ## .venv from requirements.lock: what a run needs; tests and checks add requirements-dev.lock
 $(READY): requirements.lock
 	@test -n "$(PYTHON)" || { echo "no Python of version 3.11 or newer was found; name one: make $(MAKECMDGOALS) PYTHON=/path/to/python3" >&2; exit 1; }
 	@echo "setting up $(VENV) from requirements.lock (once; the rerun viewer is large)"
 	@test -x $(VENV)/bin/python || $(PYTHON) -m venv $(VENV)
-	@$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@$(PIP) -r requirements.lock
 	@touch $(READY)
 
-sweeps: $(READY) ## every figure at full scale; DATA=synthetic (default), optical, cmu, hdm05
+# Both lists, so that every requirement of a tool has its version and hash.
+$(DEV): requirements-dev.lock $(READY)
+	@echo "adding the tools of tests, checks and benchmarks from requirements-dev.lock (once)"
+	@$(PIP) -r requirements.lock -r requirements-dev.lock
+	@touch $(DEV)
+
+sweeps: $(READY) ## every figure at full scale, on every core (ARGS=workers=1: on one); DATA=synthetic (default), optical, cmu, hdm05
 	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(ARGS)
 
 smoke: $(READY) ## every figure at small scale
@@ -57,29 +65,29 @@ claims: $(READY) ## the papers' claims beside our numbers
 readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical renews its rows
 	@$(RUN) readme $(ARGS)
 
-check: $(READY) ## ruff, format, types
+check: $(DEV) ## ruff, format, types
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/ruff format --check .
 	@$(VENV)/bin/mypy pipeline
 
-format: $(READY) ## format the sources
+format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff check --fix .
 	@$(VENV)/bin/ruff format .
 
-test: $(READY) ## the tests, on every core; make test ARGS=tests/core for some
+test: $(DEV) ## the tests, on every core; make test ARGS=tests/core for some
 	@$(VENV)/bin/python -m pytest -n auto --dist loadfile $(ARGS)
 
-bench: $(READY) ## run times relative to peers and naive loops
+bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
 
-golden: $(READY) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
+golden: $(DEV) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
 	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden figure.picture=false figure.recording=false
 	@for f in $(FIGURES); do cp results/golden/scratch/*/$$f/table.csv tests/golden/$$f.csv; done; rm -rf results/golden
 
-digits: $(READY) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some
+digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some
 	@$(VENV)/bin/python -m tests.golden_digits $(ARGS)
 
-golden-kernels: $(READY) ## the golden tables of the figures that iterate, under two BLAS kernels
+golden-kernels: $(DEV) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
 archive: $(READY) ## archive the full-scale results of this commit in results/archive

@@ -5,7 +5,8 @@ The modules, from the base upwards; each imports only from those above it in thi
     validation             InvalidInput: what, where, expected, received; the shared checks
     skeleton               joints, world frame, units, how source points become joints
     palette, tidy          colours and looks of series; rows of a table by series
-    threads, seeding       work on several threads; random generators
+    processes, threads     work on several processes that share the cores, or on threads
+    seeding                random generators
 
     core/                  the mathematics: pure functions on arrays
       fourier                periodic motion as a series                       zhang2007 3.1, 3.2, 3.4

@@ -1,4 +1,4 @@
-"""Work spread over threads, with one BLAS thread to each: the only threadpoolctl.
+"""Work spread over threads, with one BLAS thread to each.
 
 Many small solves with BLAS threads of their own run several times slower than without: they wait for each
 other.  Here the folds are spread and BLAS is held to one thread.  Results come in the order of the items.

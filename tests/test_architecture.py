@@ -62,7 +62,7 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 LAYERS = (
     {"validation"},
-    {"skeleton", "palette", "tidy", "threads", "seeding"},
+    {"skeleton", "palette", "tidy", "processes", "threads", "seeding"},
     {"core"},
     {"formats", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
@@ -80,6 +80,7 @@ NARROW = {
     "skeleton": {"validation"},
     "palette": set(),
     "tidy": {"validation"},
+    "processes": set(),
     "threads": set(),
     "seeding": set(),
     "core": {"validation", "skeleton"},
@@ -103,7 +104,7 @@ FROM_OUTSIDE = {
     "rich": {"cli"},
     "yaml": {"papers"},
     "numba": {"core"},
-    "threadpoolctl": {"threads"},
+    "threadpoolctl": {"processes", "threads"},
     "scipy": {"core", "synthetic", "studies"},
     "numpy": {"*"},
 }
@@ -432,15 +433,22 @@ def test_every_folder_of_the_package_is_installed() -> None:
     assert without - {"pipeline.__init__"} == set(), "a folder without __init__.py is not installed"
 
 
-def test_every_dependency_is_locked_to_one_version() -> None:
-    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    locked = {match[1].lower() for match in re.finditer(r"^([A-Za-z0-9_.-]+)==\S+", text, re.MULTILINE)}
-    extras = PROJECT["project"]["optional-dependencies"].values()
-    wanted = {_requirement(t) for part in (PROJECT["project"]["dependencies"], *extras) for t in part}
-    assert wanted <= locked, f"not locked: {sorted(wanted - locked)}"
+def _locked(name: str) -> set[str]:
+    """Packages of a lock file, every line of which is one, a hash or a comment."""
+    text = (ROOT / name).read_text(encoding="utf-8")
     assert "://" not in text
     for line in text.splitlines():
         assert re.match(r"[A-Za-z0-9_.-]+==|    --hash=sha256:[0-9a-f]{64}|    #|#|$", line), line
+    return {match[1].lower() for match in re.finditer(r"^([A-Za-z0-9_.-]+)==\S+", text, re.MULTILINE)}
+
+
+def test_every_dependency_is_locked_to_one_version() -> None:
+    run, tools = _locked("requirements.lock"), _locked("requirements-dev.lock")
+    wanted = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
+    extras = {_requirement(t) for part in PROJECT["project"]["optional-dependencies"].values() for t in part}
+    assert wanted <= run, f"not locked: {sorted(wanted - run)}"
+    assert extras <= tools, f"not locked: {sorted(extras - tools)}"
+    assert not run & tools, f"in both: {sorted(run & tools)}"
 
 
 def _tracked() -> list[Path]:

@@ -11,6 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBase
 from pipeline import skeleton
 from pipeline.cli.presets import CONF, presets
 from pipeline.clips.options import FolderData, RecordedData, SyntheticData
+from pipeline.processes import processes_for
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
 from pipeline.validation import InvalidInput, require_name
@@ -33,8 +35,9 @@ from pipeline.validation import InvalidInput, require_name
 DATA = {"synthetic": SyntheticData, "recorded": RecordedData, "folder": FolderData}
 
 
+@cache
 def register() -> None:
-    """Register the option classes with Hydra.
+    """Register the option classes with Hydra, once: it takes longer than to compose.
 
     A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is chosen by its name.
     """
@@ -89,6 +92,7 @@ def _typed(composed: Any) -> Experiment:
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
     _name_folder(experiment)
+    experiment.workers = processes_for(experiment.workers)
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", experiment.data.name)
@@ -180,6 +184,8 @@ def run_hydra(arguments: Sequence[str], make: Callable[[Experiment, Sequence[str
             print(error, file=sys.stderr)
             return
         folder = Path(settings.runtime.output_dir) / experiment.name if variant else None
+        if variant and settings.runtime.choices["hydra/launcher"] == "joblib":
+            experiment.workers = 1  # variants run side by side, each on a core
         refused = make(experiment, settings.overrides.task, folder)
         if refused and variant:
             # The other variants are made; the launcher passes this one's error to the caller.

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from pipeline.cli.summary import STAGES, Outcome, summarise
+from pipeline.cli.compose import sentence
+from pipeline.cli.pool import make_side_by_side
+from pipeline.cli.progress import Display
+from pipeline.cli.summary import Failure, Outcome, summarise
 from pipeline.clips.kinds import Clips
 from pipeline.papers import OVERRIDDEN, Verdict
+from pipeline.processes import core_lent
 from pipeline.stages import dataset, figure, ingest, model, sweep
 from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.storage.store import Store
@@ -39,6 +44,7 @@ def make_figure(
     experiment.validate()
     require_replaceable(folder)
     seconds: dict[str, float] = {}
+    processor_s = _processor_s()
 
     @contextmanager
     def stage(name: str) -> Iterator[None]:
@@ -60,7 +66,14 @@ def make_figure(
         verdicts = figure.run(experiment, stages, folder, store)
     reused = tuple(kept.artefact.stage for kept in stages if not kept.artefact.computed)
     remarks = [remark for kept in stages for remark in getattr(kept.value, "remarks", [])]
-    return Outcome(experiment.name, folder, seconds, reused, verdicts, (*remarks, *_remarks_on(clips.value)))
+    remarks += _remarks_on(clips.value)
+    took_s = _processor_s() - processor_s
+    return Outcome(experiment.name, folder, seconds, reused, verdicts, tuple(remarks), took_s)
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and its helpers."""
+    return sum(os.times()[:4])
 
 
 def _remarks_on(clips: Clips) -> list[str]:
@@ -79,48 +92,63 @@ def _remarks_on(clips: Clips) -> list[str]:
     return remarks
 
 
+def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None]) -> Outcome | Failure:
+    """Make a figure and return it, or why it could not be made.
+
+    A store of its own remembers the artefacts of one figure: memory does not grow with the number of figures.
+    """
+    try:
+        return make_figure(experiment, folder, store=Store(Path(experiment.results), core_lent), at=at)
+    except Exception as error:
+        words = sentence(error)
+        if words:
+            return Failure(experiment.name, words)
+        return Failure(experiment.name, f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
 def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -> list[str]:
-    """Make figures and return why some were refused, a sentence each; the others are made all the same.
+    """Make figures and return why some were not made, a sentence each; the others are made all the same.
 
     Parameters
     ----------
     jobs : sequence of (Experiment, Path)
-        Each figure's experiment and folder.
+        Each figure's experiment and folder, in the order in which they are begun.  As many processes as the
+        experiments' `workers` make them side by side; one figure alone uses all of these for its own work.
     console : Console
-        For progress and summary; the refusals are printed to standard error.
+        For progress and summary; why figures were not made is printed to standard error.
     """
-    outcomes: list[Outcome] = []
-    refusals: dict[str, list[str]] = {}
-    stores: dict[str, Store] = {}
-    with Progress(
-        TextColumn("{task.description}", justify="left"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        console=console,
-        disable=not console.is_terminal,
-        transient=True,
-    ) as progress:
-        task = progress.add_task("starting", total=len(jobs) * len(STAGES))
-        for number, (experiment, folder) in enumerate(jobs):
-            first = number * len(STAGES)
-
-            def at(stage: str, name: str = experiment.name, first: int = first) -> None:
-                progress.update(task, description=f"{name}: {stage}", completed=first + STAGES.index(stage))
-
-            try:
-                store = stores.get(experiment.results) or stores.setdefault(
-                    experiment.results, Store(Path(experiment.results))
-                )
-                outcomes.append(make_figure(experiment, folder, store=store, at=at))
-            except InvalidInput as error:
-                refusals.setdefault(str(error), []).append(experiment.name)
+    cores = max([1, *(experiment.workers for experiment, _ in jobs)])
+    processes = min(cores, len(jobs))
+    started = time.perf_counter()
+    with Display([e for e, _ in jobs], console, slots=processes, cores=cores) as display:
+        if processes > 1:
+            made = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
+        else:
+            made = _make_in_turn(jobs, display)
+    outcomes = [one for one in made if isinstance(one, Outcome)]
     if outcomes:
-        summarise(outcomes, _ledger(outcomes, {e.name: e for e, _ in jobs}), console)
+        verdicts = _ledger(outcomes, {e.name: e for e, _ in jobs})
+        summarise(outcomes, verdicts, console, seconds=time.perf_counter() - started)
+    failures = [one for one in made if isinstance(one, Failure)]
     complaints = Console(stderr=True, highlight=False)
-    for sentence, figures in refusals.items():
-        complaints.print(Text(f"refused ({', '.join(figures)}): {sentence}", style="red"), soft_wrap=True)
-    return list(refusals)
+    for trace in dict.fromkeys(failure.traceback for failure in failures if failure.traceback):
+        complaints.print(Text(trace), soft_wrap=True)
+    told: dict[str, list[str]] = {}
+    for failure in failures:
+        told.setdefault(failure.sentence, []).append(failure.figure)
+    for words, figures in told.items():
+        complaints.print(Text(f"refused ({', '.join(figures)}): {words}", style="red"), soft_wrap=True)
+    return list(told)
+
+
+def _make_in_turn(jobs: Sequence[tuple[Experiment, Path]], display: Display) -> list[Outcome | Failure]:
+    """Make figures one after the other in this process."""
+    made: list[Outcome | Failure] = []
+    for number, (experiment, folder) in enumerate(jobs):
+        display.began(0, number)
+        made.append(attempt(experiment, folder, lambda stage: display.at(0, stage)))
+        display.ended(0, number, made[-1])
+    return made
 
 
 def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> list[Verdict]:

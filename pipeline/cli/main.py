@@ -28,19 +28,23 @@ On a cluster (extra `cluster`):
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
 A preset writes to results/DATA/SCALE/FIGURE; with other overrides, to results/scratch/TIME/FIGURE.
-Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted.
+Figures are made side by side in `workers` processes: every core by default, and no more than there are.
+Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted (Ctrl-C or SIGTERM).
 """
 
 from __future__ import annotations
 
+import signal
 import sys
 import textwrap
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.cli.presets import first_comment, presets
+from pipeline.cli.presets import first_comment, place, presets
 
 if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
@@ -77,9 +81,9 @@ def _moment() -> str:
 
 
 def make_all(arguments: Sequence[str]) -> int:
-    """Make several figures in one process and return the exit status.
+    """Make several figures side by side and return the exit status.
 
-    ``experiment=a,b`` picks some; by default all that the data set has something for.
+    ``experiment=a,b`` picks some, in this order; by default all that the data set has something for.
     """
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import lacking, make_figures
@@ -96,6 +100,8 @@ def make_all(arguments: Sequence[str]) -> int:
             left_out.setdefault(reason, []).append(name)
             continue
         jobs.append((experiment, destination(experiment, common, moment)))
+    if not chosen:
+        jobs.sort(key=lambda job: place(job[0].paper, job[0].cost_s, job[0].name))
     console = open_console()
     refused = make_figures(jobs, console=console)
     for reason, names in left_out.items():
@@ -118,7 +124,8 @@ def main(arguments: Sequence[str]) -> int:
         print(help_text())
         return 0
     try:
-        return _run(arguments)
+        with _ended_by_sigterm():
+            return _run(arguments)
     except KeyboardInterrupt:
         print("interrupted: finished stages are kept; the same command continues from there", file=sys.stderr)
         return 130
@@ -130,6 +137,23 @@ def main(arguments: Sequence[str]) -> int:
             raise
         print(words, file=sys.stderr)
         return 1
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM end a run as Ctrl-C does."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _run(arguments: Sequence[str]) -> int:

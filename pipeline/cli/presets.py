@@ -12,6 +12,15 @@ def presets() -> list[str]:
     return sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
 
 
+PAPERS = ("zhang2007", "zhang2004", "mozerov2006", "park2011")
+"""The papers in the order in which their figures are made: as people read them.  Others come after these."""
+
+
+def place(paper: str, cost_s: float, name: str) -> tuple[int, float, str]:
+    """Return the place of a figure among others: by paper, and of one paper the short before the long."""
+    return (PAPERS.index(paper) if paper in PAPERS else len(PAPERS), cost_s, name)
+
+
 def first_comment(name: str) -> str:
     """Return the first comment of a preset: paper, figure and what it shows."""
     lines = (CONF / "experiment" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()

@@ -37,6 +37,8 @@ class Outcome:
         On the claims that rest on the figure alone.
     remarks : tuple of str
         Warnings, one sentence each.
+    processor_s : float
+        Processor time of all of it, on every core.
     """
 
     figure: str
@@ -45,13 +47,38 @@ class Outcome:
     reused: tuple[str, ...]
     verdicts: list[Verdict]
     remarks: tuple[str, ...]
+    processor_s: float
 
 
-def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console) -> None:
-    """Print each figure with its files and seconds, the verdicts on the papers' claims and the remarks."""
+@dataclass(frozen=True)
+class Failure:
+    """A figure that was not made.
+
+    Attributes
+    ----------
+    figure : str
+    sentence : str
+        Why.
+    traceback : str
+        Of a bug; empty for what the user can correct.
+    """
+
+    figure: str
+    sentence: str
+    traceback: str = ""
+
+
+def summarise(
+    outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console: Console, *, seconds: float
+) -> None:
+    """Print each figure with its files and seconds, the verdicts on the papers' claims and the remarks.
+
+    `seconds` is the time that all of them took together.
+    """
     figures = Table(title="Figures", title_justify="left", box=None, pad_edge=False)
-    for heading in ("figure", "seconds", "of which figure", "reused", "folder", "files"):
-        figures.add_column(heading, justify="right" if "second" in heading or "which" in heading else "left")
+    for heading in ("figure", "seconds", "of which figure", "processor", "reused", "folder", "files"):
+        numeric = heading in ("seconds", "of which figure", "processor")
+        figures.add_column(heading, justify="right" if numeric else "left")
     for outcome in outcomes:
         files = sorted(p.name for p in outcome.folder.iterdir() if p.suffix in {".rrd", ".svg", ".png"})
         tables = sorted(p.name for p in outcome.folder.glob("table*.csv"))
@@ -59,6 +86,7 @@ def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console:
             outcome.figure,
             f"{sum(outcome.seconds.values()):.2f}",
             f"{outcome.seconds['figure']:.2f}",
+            f"{outcome.processor_s:.2f}",
             " ".join(outcome.reused) or "-",
             f"{outcome.folder}/",
             f"{len(tables)} tables, {' '.join(files)}",
@@ -68,11 +96,11 @@ def summarise(outcomes: Sequence[Outcome], verdicts: Sequence[Verdict], console:
     for outcome in outcomes:
         for stage, seconds in outcome.seconds.items():
             total[stage] = total.get(stage, 0.0) + seconds
-    computed = sum(v for stage, v in total.items() if stage != "figure")
+    processor = sum(outcome.processor_s for outcome in outcomes)
     console.print(
-        f"Computed in {computed:.1f} s ("
-        + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES if stage != "figure")
-        + f"), tabulated, drawn and logged in {total['figure']:.1f} s."
+        f"Made in {seconds:.1f} s, {processor:.1f} s of processor time (the stages of all figures: "
+        + ", ".join(f"{stage} {total[stage]:.1f}" for stage in STAGES)
+        + ")."
     )
     if verdicts:
         console.print(claims_table(verdicts))

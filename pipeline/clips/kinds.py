@@ -16,7 +16,7 @@ import numpy as np
 
 from pipeline.clips.corpus import Clip, read_clip
 from pipeline.core import walking
-from pipeline.threads import map_threads
+from pipeline.processes import map_processes
 from pipeline.validation import InvalidInput
 
 
@@ -200,7 +200,7 @@ def read_and_prepare(
             reason = str(refusal).replace(str(clip.path), clip.name)
             return PreparedClip(row | {"verdict": "refused", "reason": reason})
 
-    return map_threads(one, clips, workers)
+    return map_processes(one, clips, workers)
 
 
 def collect(

@@ -24,9 +24,9 @@ from pipeline.clips.kinds import (
 from pipeline.clips.options import Locomotion, Recordings, Steady, SyntheticData
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
+from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.synthetic import walkers
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
@@ -74,7 +74,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
         row = report_row(REPORT_COLUMNS, clip=name, person=name, source="synthetic")
         return steady_walk(RawClip(row, population.positions_mm[r], options.frame_rate_hz), steady)
 
-    return _walks(map_threads(one, range(count), workers), steady)
+    return _walks(map_processes(one, range(count), workers), steady)
 
 
 def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int) -> Walks:

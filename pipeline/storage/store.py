@@ -20,13 +20,14 @@ import re
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from pipeline.storage.locks import exclusive, remove_unheld
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,
@@ -49,6 +50,8 @@ from pipeline.validation import InvalidInput
 
 ARRAYS = "arrays.npz"
 _KEYED_LIBRARIES = ("numpy", "scipy")
+_LOCK = ".lock-"
+"""Beginning of the name of a lock file, beside the artefacts."""
 _KINDS = "biufcUSV"
 """Kinds of data types that are stored without pickle."""
 
@@ -113,20 +116,27 @@ class Publication:
 class Store:
     """Artefacts under ``<results>/cache`` and publications anywhere below `results`.
 
-    Several processes may share one folder: if two compute the same artefact, that of the first to finish is kept.
+    Several processes may share one folder: an artefact that another one computes is waited for.  Where files cannot
+    be locked (Windows) both compute it, and that of the first to finish is kept.
 
     Parameters
     ----------
     results : Path
         Created at the first write.  Temporary folders of killed runs are removed from its cache.
+    waiting : callable
+        Makes the context in which another process's artefact is waited for.
     """
 
-    def __init__(self, results: Path) -> None:
+    def __init__(
+        self, results: Path, waiting: Callable[[], AbstractContextManager[None]] = nullcontext
+    ) -> None:
         self.results = Path(results)
+        self._waiting = waiting
         self.cache = self.results / "cache"
         self._memory: dict[str, Artefact] = {}
         self._libraries = versions(_KEYED_LIBRARIES)
         remove_stale(self.cache)
+        remove_unheld(self.cache, f"{_LOCK}*")
 
     def artefact(
         self,
@@ -174,30 +184,55 @@ class Store:
         if known := self._memory.get(name):
             return dataclasses.replace(known, notes=copy.deepcopy(known.notes), computed=False, why="")
         folder = self.cache / name
-        damage = ""
-        try:
-            found = _read(folder)
-        except _Damaged as error:
-            damage = f"artefact damaged: {error}"
-            self._set_aside(folder)
-            found = None
+        found, damage = self._found(folder)
         if found is None:
             with writing(folder):
                 self.cache.mkdir(parents=True, exist_ok=True)
                 if not os.access(self.cache, os.W_OK | os.X_OK):  # before the work, not after it
                     raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-            why = damage or self._why(made_from)
-            started = time.perf_counter()
-            made_arrays, made_notes = compute()
-            seconds = time.perf_counter() - started
-            arrays = _fixed(made_arrays, stage)
-            notes = json.loads(compact(canonical(made_notes, "notes")))
-            facts = {**made_from, "key": key, "notes": notes, "seconds": round(seconds, 6)}
-            found = Artefact(stage, key, arrays, notes, True, facts["seconds"], why)
-            if winner := self._place(folder, arrays, facts):
-                found = dataclasses.replace(winner, computed=True, seconds=found.seconds, why=why)
+            with self._alone(name):
+                found, damaged_since = self._found(folder)  # another process may have been faster
+                if found is None:
+                    why = damage or damaged_since or self._why(made_from)
+                    found = self._made(folder, made_from, compute, why)
         self._memory[name] = found
         return dataclasses.replace(found, notes=copy.deepcopy(found.notes))
+
+    @contextmanager
+    def _alone(self, name: str) -> Iterator[None]:
+        """Hold the lock of an artefact."""
+        path = self.cache / f"{_LOCK}{name}"
+        with ExitStack() as held:
+            with writing(path):
+                held.enter_context(exclusive(path, self._waiting))
+            yield
+
+    def _found(self, folder: Path) -> tuple[Artefact | None, str]:
+        """Return an artefact, None if there is none; and what is wrong with one that was therefore set aside."""
+        try:
+            return _read(folder), ""
+        except _Damaged as error:
+            self._set_aside(folder)
+            return None, f"artefact damaged: {error}"
+
+    def _made(
+        self,
+        folder: Path,
+        made_from: dict[str, Any],
+        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        why: str,
+    ) -> Artefact:
+        """Compute an artefact and keep it."""
+        stage, _, key = folder.name.rpartition("-")
+        started = time.perf_counter()
+        made_arrays, made_notes = compute()
+        seconds = round(time.perf_counter() - started, 6)
+        arrays = _fixed(made_arrays, stage)
+        notes = json.loads(compact(canonical(made_notes, "notes")))
+        facts = {**made_from, "key": key, "notes": notes, "seconds": seconds}
+        if winner := self._place(folder, arrays, facts):
+            return dataclasses.replace(winner, computed=True, seconds=seconds, why=why)
+        return Artefact(stage, key, arrays, notes, True, seconds, why)
 
     @contextmanager
     def publish(self, folder: Path) -> Iterator[Publication]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from pipeline.clips.options import Data
+from pipeline.processes import usable_cores
 from pipeline.skeleton import SourceMapping
 from pipeline.studies.study import Dataset, Figure, Model, Sweep
 from pipeline.validation import InvalidInput, require_range
@@ -40,8 +41,11 @@ class Experiment:
     model: Model
     sweep: Sweep
     figure: Figure
+    cost_s: float  # processor time at full scale, about: short before long, and how long is left
     seed: int = 2007
-    workers: int = 2
+    workers: int = field(
+        default_factory=usable_cores
+    )  # processes at a time; more are as many as there are cores
     results: str = "results"
 
     def validate(self) -> None:
@@ -54,6 +58,7 @@ class Experiment:
             experiment (then `where` is ``"data"``).
         """
         require_range("workers", self.workers, at_least=1)
+        require_range("cost_s", self.cost_s, above=0)
         for group, option, wanted in (
             ("model", self.model, self.figure.model),
             ("sweep", self.sweep, self.figure.sweep),

@@ -9,7 +9,8 @@ import signal
 import sys
 import textwrap
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -18,8 +19,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipeline.storage import locks, sealed_folders
 from pipeline.storage import provenance as provenance_module
-from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
 from pipeline.storage.sealed_folders import canonical, complaints_about, is_complete
 from pipeline.storage.store import Artefact
@@ -559,36 +560,97 @@ def test_an_error_of_the_computation_is_not_taken_for_a_full_disk(tmp_path: Path
     assert not isinstance(caught.value, InvalidInput)
 
 
-def test_two_processes_that_compute_the_same_agree_on_one(tmp_path: Path) -> None:
+def test_of_two_processes_that_ask_for_the_same_one_computes_it(tmp_path: Path) -> None:
     script = textwrap.dedent("""
         import os, sys, time
+        from contextlib import contextmanager
         from pathlib import Path
         import numpy as np
         from pipeline.storage.store import Store
         results, me, other = Path(sys.argv[1]), sys.argv[2], sys.argv[3]
-        store = Store(results)
+
+        @contextmanager
+        def waiting():
+            (results / f"{me}{i} waits").touch()
+            yield
+
+        store = Store(results, waiting)
         for i in range(8):
+            (results / f"{me}{i} asks").touch()
+            while not (results / f"{other}{i} asks").exists():
+                time.sleep(0.0005)
             def compute():
-                (results / f"{me}{i}").touch()
-                while not (results / f"{other}{i}").exists():  # the test ends both if one of them fails
+                while not (results / f"{other}{i} waits").exists():  # the test ends both if one of them fails
                     time.sleep(0.0005)
                 return {"x": np.array([float(os.getpid()), i])}, {}
             made = store.artefact("s", {"i": i}, [], compute, code="0" * 64)
-            assert made.computed
-            print(made.arrays["x"].tolist())
+            print(made.computed, made.arrays["x"].tolist())
         """)
     command = [sys.executable, "-c", script, str(tmp_path)]
     with started([*command, "a", "b"]) as one, started([*command, "b", "a"]) as other:
         answers = [process.communicate(timeout=WAIT_S) for process in (one, other)]
         assert [process.returncode for process in (one, other)] == [0, 0], answers
-    assert answers[0][0] == answers[1][0]  # the slower one of each pair took the faster one's numbers
-    assert len(answers[0][0].splitlines()) == 8
+    said = [[line.split(" ", 1) for line in out.splitlines()] for out, _ in answers]
+    assert len(said[0]) == len(said[1]) == 8
+    for (computed, numbers), (computed_too, same_numbers) in zip(*said, strict=True):
+        assert {computed, computed_too} == {"True", "False"}
+        assert numbers == same_numbers
     assert leftovers(tmp_path) == []
-    assert not (tmp_path / "cache" / "damaged").exists()
     assert all(complaints_about(folder) == [] for folder in (tmp_path / "cache").iterdir())
 
 
-def test_the_slower_one_replaces_a_damaged_winner(tmp_path: Path) -> None:
+def test_a_process_that_is_killed_while_it_computes_is_not_waited_for(tmp_path: Path) -> None:
+    script = textwrap.dedent("""
+        import os, signal, sys
+        from pathlib import Path
+        from pipeline.storage.store import Store
+        Store(Path(sys.argv[1])).artefact(
+            "s", {}, [], lambda: os.kill(os.getpid(), signal.SIGKILL), code=sys.argv[2]
+        )
+        """)
+    for code in ("0" * 64, "1" * 64):
+        assert python("-c", script, str(tmp_path), code).returncode == -signal.SIGKILL
+    assert len(list((tmp_path / "cache").glob(".lock-*"))) == 1, "the second run removed that of the first"
+    made = Store(tmp_path).artefact("s", {}, [], lambda: ({"x": np.ones(2)}, {}), code="1" * 64)
+    assert made.computed
+    assert [path.name for path in (tmp_path / "cache").iterdir()] == [made.name]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs locks on files")
+def test_a_lock_that_is_removed_while_it_is_waited_for_is_taken_anew(tmp_path: Path) -> None:
+    path, order = tmp_path / ".lock-s", []
+
+    @contextmanager
+    def waiting() -> Iterator[None]:
+        path.unlink()  # as the owner does when it ends
+        first.close()
+        yield
+
+    first = ExitStack()
+    first.enter_context(locks.exclusive(path))
+    with locks.exclusive(path, waiting):
+        order.append(path.exists())
+        locks.remove_unheld(tmp_path, ".lock-*")
+        order.append(path.exists())
+    assert order == [True, True]
+    assert not path.exists()
+
+
+def test_without_locks_the_first_to_finish_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(locks, "fcntl", None)
+
+    def overtaken() -> tuple[dict, dict]:
+        faster = Store(tmp_path).artefact("s", {}, [], lambda: ({"x": np.ones(2)}, {}), code="0" * 64)
+        assert faster.computed
+        return {"x": np.zeros(2)}, {}
+
+    made = Store(tmp_path).artefact("s", {}, [], overtaken, code="0" * 64)
+    assert made.computed
+    np.testing.assert_array_equal(made.arrays["x"], 1)
+
+
+def test_the_slower_one_replaces_a_damaged_winner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(locks, "fcntl", None)  # or it would be waited for
     folder = {}
 
     def overtaken() -> tuple[dict, dict]:

@@ -12,9 +12,9 @@ from pipeline.clips.performances import PERFORMANCES, Performances
 from pipeline.core import posture
 from pipeline.core.posture import LimbLengths
 from pipeline.core.resampling import frames_at_rate, interpolate
+from pipeline.processes import map_processes
 from pipeline.studies.study import Dataset
 from pipeline.synthetic.bending import correspondence
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_range
 
 
@@ -165,7 +165,9 @@ class PostureDataset(Dataset):
             )
             return found, positions, floor, posture.limb_lengths(positions), at
 
-        found, positions, floors, bodies, at = zip(*map_threads(one, range(len(clips)), workers), strict=True)
+        found, positions, floors, bodies, at = zip(
+            *map_processes(one, range(len(clips)), workers), strict=True
+        )
         frames = [len(p) for p in found]
         phase = None
         if clips.phase is not None:

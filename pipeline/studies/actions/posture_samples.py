@@ -13,10 +13,10 @@ import numpy as np
 
 from pipeline.core import action_model, posture
 from pipeline.core.action_model import ActionModel
+from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action
 from pipeline.studies.study import Sweep, SweepInputs
-from pipeline.threads import map_threads
 from pipeline.validation import require_distinct, require_range
 
 KINDS = ("accepted", "outside", "training")
@@ -181,4 +181,4 @@ def nearest(joints: np.ndarray, recorded: np.ndarray, workers: int) -> np.ndarra
             total += np.sqrt(np.maximum(squares, 0.0))
         return total.reshape(len(some), count, length).min(axis=-1) / joints.shape[1]
 
-    return np.concatenate(map_threads(block, range(0, len(joints), _BLOCK), workers))
+    return np.concatenate(map_processes(block, range(0, len(joints), _BLOCK), workers))

@@ -15,10 +15,10 @@ import numpy as np
 
 from pipeline.core import synchronization
 from pipeline.core.action_model import mean_squared_deviation
+from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, Penalty, Start
 from pipeline.studies.study import Sweep, SweepInputs
-from pipeline.threads import map_threads
 from pipeline.validation import require_distinct, require_range
 
 
@@ -83,7 +83,7 @@ class Smoothness(Sweep):
                 errors.append((off.mean(), off[moving].mean()))
             return np.array(errors).reshape(len(starts), len(penalties), len(mu), 2)
 
-        error = np.stack(map_threads(one, range(len(linear)), inputs.workers), axis=3)
+        error = np.stack(map_processes(one, range(len(linear)), inputs.workers), axis=3)
         return TimeErrors(
             starts=np.array(starts),
             penalties=np.array(penalties),

@@ -18,6 +18,7 @@ import numpy as np
 from pipeline.clips.walks import Walks
 from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.resampling import interpolate
+from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.observed_joints import occlusion, require_occlusion
 from pipeline.studies.actions.tracking_conditions import tracked
@@ -26,7 +27,6 @@ from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.model import Eigenwalkers
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_increasing, require_range
 
 EIGENWALKERS = ("least_squares", "map")
@@ -165,7 +165,7 @@ class FaceOffSweep(CameraSweep):
         distinct = sorted({condition for _, condition in wanted})
         noise_px = self.noise_px[len(self.noise_px) // 2]
         shown = Condition(self.varied_view_deg, noise_px, self.occluded[0])
-        found = map_threads(
+        found = map_processes(
             lambda r: _Walk(self, inputs, int(r)).scores(distinct, shown), chosen, inputs.workers
         )
         rows = [distinct.index(condition) for _, condition in wanted]

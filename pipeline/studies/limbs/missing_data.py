@@ -17,13 +17,13 @@ from pipeline.core.articulation import Adjustment
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
+from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
 from pipeline.studies.limbs.swept_errors import ErrorSweep
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked, wrong_trajectory
-from pipeline.threads import map_threads
 from pipeline.validation import require_distinct, require_increasing, require_range
 
 MOST_MISSING = 0.9
@@ -206,7 +206,7 @@ class MissingDataSweep(ErrorSweep):
             for number in range(trials)
         ]
         distinct = list(dict.fromkeys(points))
-        known = dict(zip(distinct, map_threads(one, distinct, inputs.workers), strict=True))
+        known = dict(zip(distinct, map_processes(one, distinct, inputs.workers), strict=True))
         shape = (len(self.patterns), len(self.fractions), trials)
         errors = stacked([known[point][0] for point in points], shape)
         value = int(np.abs(np.array(self.fractions) - SHOWN_FRACTION).argmin())

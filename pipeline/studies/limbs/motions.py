@@ -28,13 +28,13 @@ from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.reconstructibility import Reconstructibility, of_clip, reconstructibility
+from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked
 from pipeline.studies.study import scaled
-from pipeline.threads import map_threads
 from pipeline.validation import require_range
 
 CHILDREN = WALKER14.ends[:, 1]
@@ -154,7 +154,7 @@ class MotionsSweep(CameraSweep):
             ).found()
 
         items = [(int(number), kind) for number in chosen for kind in self.cameras]
-        found = map_threads(one, items, inputs.workers)
+        found = map_processes(one, items, inputs.workers)
         return Motions(
             cameras=np.array(self.cameras),
             stretch=chosen,

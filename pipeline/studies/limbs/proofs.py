@@ -11,11 +11,11 @@ import numpy as np
 from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.articulation import Adjustment
 from pipeline.core.binary_quadratic import compile_kernels
+from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import distance
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, stacked
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_increasing, require_range
 
 LONG = 100
@@ -173,6 +173,6 @@ class ProofSweep(LimbSweep):
 
         compile_kernels()  # or the first programmes would seem slow
         programmes = self.programmes()
-        found = stacked(map_threads(one, programmes, inputs.workers), (len(programmes),))
+        found = stacked(map_processes(one, programmes, inputs.workers), (len(programmes),))
         seconds = {name: found.pop(name) for name in ("seconds", "first_seconds")}
         return Proofs(**found, timing=Timing(**seconds, threads=inputs.workers))

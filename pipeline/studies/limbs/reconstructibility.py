@@ -16,11 +16,11 @@ from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import Reading, confidence_of_mirror_margin, outside, reconstructibility
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
+from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import distance, limb_score, true_signs
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, stacked
-from pipeline.threads import map_threads
 from pipeline.validation import require_range
 
 STARTS = ("programme", "random_signs", "mean_direction")
@@ -105,14 +105,14 @@ class ReconstructibilitySweep(LimbSweep):
         """Return error and reconstructibility of every trial before every camera."""
         basis = inputs.model_options.limb_basis()
         trials = self.every_trial(inputs)
-        choices = map_threads(
+        choices = map_processes(
             lambda trial: self.choose(trial, basis, adjust=self.adjust, noise_px=self.noise_px),
             trials,
             inputs.workers,
         )
         pairs = list(zip(trials, choices, strict=True))
-        found = map_threads(lambda pair: _compared_with_truth(*pair), pairs, inputs.workers)
-        refined = map_threads(
+        found = map_processes(lambda pair: _compared_with_truth(*pair), pairs, inputs.workers)
+        refined = map_processes(
             lambda pair: _from_each_start(*pair, noise_px=self.noise_px, seed=inputs.seed),
             [(trial, choice) for trial, choice in pairs if trial.number < self.refined],
             inputs.workers,

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from pipeline.processes import map_processes
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, stacked
-from pipeline.threads import map_threads
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ def measured(
     """
     cameras, trials, flat = len(sweep.cameras), sweep.trials, int(np.prod(points))
     tried = sweep.every_trial(inputs)
-    found = map_threads(errors_of, tried, inputs.workers)
+    found = map_processes(errors_of, tried, inputs.workers)
     paths = [[row.pop("paths") for row in of_trial] for of_trial in found]
     columns = stacked([row for of_trial in found for row in of_trial], (cameras, trials, flat))
     columns = {name: np.moveaxis(values, 1, 2) for name, values in columns.items()}

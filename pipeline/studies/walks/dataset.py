@@ -9,8 +9,8 @@ import numpy as np
 
 from pipeline.clips.walks import WALKS, Walks
 from pipeline.core import fourier, walking
+from pipeline.processes import map_processes
 from pipeline.studies.study import Dataset
-from pipeline.threads import map_threads
 from pipeline.validation import require_range
 
 
@@ -113,7 +113,7 @@ class FourierDataset(Dataset):
             )
             return series, motion[0, 0] - centred[0, 0]
 
-        series, origins = zip(*map_threads(one, chosen, workers), strict=True)
+        series, origins = zip(*map_processes(one, chosen, workers), strict=True)
 
         def stack(name: str) -> np.ndarray:
             return np.stack([getattr(s, name) for s in series])

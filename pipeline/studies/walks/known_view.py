@@ -12,12 +12,12 @@ import numpy as np
 
 from pipeline.clips.walks import Walks
 from pipeline.core import errors
+from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import Motion3d, Observed2d
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput
 
 
@@ -152,7 +152,7 @@ class KnownView(Sweep):
                 found["path"] = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
             return found
 
-        folds = map_threads(one, range(len(model.samples)), inputs.workers)
+        folds = map_processes(one, range(len(model.samples)), inputs.workers)
 
         def stack(name: str, axis: int = 0) -> np.ndarray | None:
             return np.stack([found[name] for found in folds], axis=axis) if name in folds[0] else None

@@ -9,9 +9,9 @@ import numpy as np
 
 from pipeline.core import fourier, linear_model
 from pipeline.core.linear_model import LinearModel
+from pipeline.processes import map_processes
 from pipeline.studies.study import Model
 from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_range
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
@@ -108,7 +108,7 @@ class EigenwalkersModel(Model):
             divisor=self.divisor.value,
             scale_last=scale_last,
         )
-        folds = map_threads(lambda fold: fold[0], held_out, workers)
+        folds = map_processes(lambda fold: fold[0], held_out, workers)
         kept = min(len(fold.eigenvalues) for fold in folds)
         fewer = kept < self.components
         remark = (

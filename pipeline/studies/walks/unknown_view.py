@@ -13,12 +13,12 @@ import numpy as np
 from pipeline.clips.walks import Walks
 from pipeline.core import camera, viewpoint
 from pipeline.core.linear_model import unflatten
+from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import PHASES, Observed2d
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_range
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
@@ -144,7 +144,7 @@ class UnknownView(Sweep):
             ]
             return {name: np.stack([getattr(e, name) for e in estimates]) for name in names}
 
-        folds = map_threads(one, range(len(model.samples)), inputs.workers)
+        folds = map_processes(one, range(len(model.samples)), inputs.workers)
 
         def stack(name: str, axis: int = 1) -> np.ndarray:
             return np.stack([found[name] for found in folds], axis=axis)

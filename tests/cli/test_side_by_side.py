@@ -1,0 +1,228 @@
+"""Figures side by side: the same tables, each stage once, an end that leaves no process and nothing half-written."""
+
+from __future__ import annotations
+
+import functools
+import os
+import signal
+import sys
+import textwrap
+import time
+from collections.abc import Callable
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from pipeline.cli.compose import compose
+from pipeline.cli.presets import presets
+from pipeline.cli.progress import Display
+from pipeline.cli.summary import Failure
+from pipeline.processes import CAN_FORK, processes_for
+from pipeline.storage.sealed_folders import is_complete
+from pipeline.studies.walks.known_view import KnownView
+from tests.processes import WAIT_S, started
+
+QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
+needs_fork = pytest.mark.skipif(not CAN_FORK, reason="workers are forks, which know what a test has replaced")
+
+
+def made(results: Path) -> dict[str, bytes]:
+    """Tables and arrays of all figures in scratch, by figure and file."""
+    return {
+        f"{path.parent.name}/{path.name}": path.read_bytes()
+        for path in results.glob("scratch/*/*/*")
+        if path.suffix in (".csv", ".npz")
+    }
+
+
+def test_one_process_and_two_give_the_same_bytes(say: Callable, tmp_path: Path) -> None:
+    names = "zhang2007_fig2,zhang2007_fig4,zhang2004_fig5,mozerov2006_variance_left,park2011_fig3a"
+    tables = []
+    for workers in (1, 2):
+        said = say(
+            "figures", f"experiment={names}", *QUICK, f"results={tmp_path / str(workers)}", f"workers={workers}"
+        )  # fmt: skip
+        assert (said.status, said.err) == (0, "")
+        tables.append(made(tmp_path / str(workers)))
+    assert {name.split("/")[0] for name in tables[0]} == set(names.split(","))
+    assert tables[0] == tables[1]
+
+
+@needs_fork
+def test_two_figures_of_one_sweep_measure_it_once(
+    say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    really = KnownView.measure
+
+    @functools.wraps(really)  # the store reads the annotations
+    def counted(self: KnownView, inputs: object) -> object:
+        with (tmp_path / "measured").open("a") as stream:
+            stream.write(f"{os.getpid()}\n")
+        return really(self, inputs)
+
+    monkeypatch.setattr(KnownView, "measure", counted)
+    said = say(
+        "figures", "experiment=zhang2007_fig4,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
+    )
+    assert (said.status, said.err) == (0, "")
+    (process,) = (tmp_path / "measured").read_text().split()
+    assert int(process) != os.getpid()
+
+
+@needs_fork
+def test_a_worker_that_dies_is_named_and_the_others_go_on(
+    say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = [
+        "figures", "experiment=zhang2007_fig5,zhang2007_fig2,zhang2007_fig6", *QUICK, f"results={tmp_path}", "workers=2"
+    ]  # fmt: skip
+    with monkeypatch.context() as patch:
+
+        @functools.wraps(KnownView.measure)
+        def killed(self: KnownView, inputs: object) -> None:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+        patch.setattr(KnownView, "measure", killed)
+        said = say(*arguments)
+    assert said.status == 1
+    assert said.err.strip() == (
+        "refused (zhang2007_fig5): the process that made it ended by signal 9; "
+        "finished stages are kept: the same command continues"
+    )
+    assert {path.parent.name for path in tmp_path.glob("scratch/*/*/table.csv")} == {
+        "zhang2007_fig2", "zhang2007_fig6"
+    }  # fmt: skip
+    said = say(*arguments)
+    assert (said.status, said.err) == (0, "")
+    assert "zhang2007_fig6: " in said.out
+    assert "reused ingest dataset model sweep" in said.out
+
+
+@needs_fork
+def test_a_bug_in_one_figure_is_shown_and_the_others_go_on(
+    say: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @functools.wraps(KnownView.measure)
+    def wrong(self: KnownView, inputs: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(KnownView, "measure", wrong)
+    for workers in (1, 2):
+        said = say(
+            "figures", "experiment=zhang2007_fig5,zhang2007_fig2", *QUICK, f"results={tmp_path}", f"workers={workers}"
+        )  # fmt: skip
+        assert said.status == 1
+        assert "Traceback" in said.err
+        assert said.err.splitlines()[-1] == "refused (zhang2007_fig5): ZeroDivisionError: a bug"
+        assert "zhang2007_fig2" in said.out
+
+
+SLEEPING = """
+    import functools, sys, time
+    from pipeline.cli import main as command_line
+    from pipeline.studies.walks.known_view import KnownView
+
+    @functools.wraps(KnownView.measure)
+    def asleep(self, inputs):
+        print("here", flush=True)
+        time.sleep(3600)
+
+    KnownView.measure = asleep
+    sys.exit(command_line.main(sys.argv[1:]))
+"""
+
+
+def none_is_left(group: int) -> bool:
+    """Whether every process of a group has ended."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+@needs_fork
+@pytest.mark.parametrize(
+    ("number", "whom"),
+    [
+        (signal.SIGINT, os.killpg),  # as a terminal does
+        (signal.SIGINT, os.kill),
+        (signal.SIGTERM, os.kill),
+        (signal.SIGKILL, os.kill),
+    ],
+)
+def test_a_signal_ends_all_processes_and_the_next_run_goes_on(
+    say: Callable, tmp_path: Path, number: int, whom: Callable
+) -> None:
+    arguments = [
+        "figures", "experiment=zhang2007_fig2,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
+    ]  # fmt: skip
+    with started([sys.executable, "-c", textwrap.dedent(SLEEPING), *arguments]) as process:
+        assert process.stdout is not None
+        first, second = sorted(process.stdout.readline() for _ in range(2))
+        assert first.startswith("1/2 zhang2007_fig2: "), "a line as soon as a figure is finished"
+        assert second == "here\n"
+        whom(process.pid, number)
+        _, err = process.communicate(timeout=WAIT_S)
+        if number == signal.SIGKILL:
+            while not none_is_left(process.pid):
+                time.sleep(0.01)
+        assert none_is_left(process.pid)
+    if number != signal.SIGKILL:
+        assert process.returncode == 130
+        assert err == "interrupted: finished stages are kept; the same command continues from there\n"
+        hidden = list(tmp_path.rglob(".*"))
+        assert hidden == [], "no temporary folder, no lock"
+    assert [path.name for path in tmp_path.glob("scratch/*/*")] == ["zhang2007_fig2"]
+    assert all(is_complete(path) for path in (tmp_path / "cache").glob("[!.]*"))
+    said = say(*arguments)
+    assert (said.status, said.err) == (0, "")
+    assert "zhang2007_fig5: " in said.out
+    assert list(tmp_path.glob("cache/.*")) == []
+
+
+def test_figures_are_begun_by_paper_and_short_before_long(
+    say: Callable, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    begun = []
+
+    def only_listed(jobs: list, **_: object) -> list[str]:
+        begun.extend(jobs)
+        return []
+
+    monkeypatch.setattr("pipeline.cli.figures.make_figures", only_listed)
+    assert say("figures", f"results={tmp_path}").status == 0
+    experiments = [experiment for experiment, _ in begun]
+    assert sorted(experiment.name for experiment in experiments) == presets()
+    papers = list(dict.fromkeys(experiment.paper for experiment in experiments))
+    assert papers == ["zhang2007", "zhang2004", "mozerov2006", "park2011"]
+    for paper in papers:
+        costs = [experiment.cost_s for experiment in experiments if experiment.paper == paper]
+        assert costs == sorted(costs)
+
+
+def test_more_workers_than_cores_are_as_many_as_cores() -> None:
+    assert compose(["experiment=zhang2007_fig5", "workers=1000"]).workers == processes_for(1000)
+
+
+def test_on_a_terminal_one_display_names_what_runs_and_what_is_left() -> None:
+    console = Console(file=StringIO(), force_terminal=True, width=120, height=20)
+    names = ("zhang2007_fig2", "zhang2007_fig5", "zhang2007_fig6")
+    experiments = [compose([f"experiment={name}"]) for name in names]
+    with Display(experiments, console, slots=2, cores=2) as display:
+        for slot in range(2):
+            display.began(slot, slot)
+        display.at(0, "sweep")
+        display.ended(1, 1, Failure("zhang2007_fig5", "no"))
+        display.began(1, 2)
+        display._progress.refresh()
+        with console.capture() as capture:
+            console.print(display._progress.get_renderable())
+    shown = capture.get()
+    assert "1/3" in shown
+    assert "zhang2007_fig2: sweep" in shown
+    assert "zhang2007_fig6" in shown
+    assert "zhang2007_fig5" not in shown
+    assert "about 10 s left" in shown
