@@ -17,6 +17,7 @@ all that it is needed for is a sum of squares less another.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -68,6 +69,46 @@ def cosine_basis(F: int, K: int, *, at: np.ndarray | None = None) -> np.ndarray:
     basis = np.sqrt(2.0 / F) * np.cos(np.pi / (2 * F) * quarters)
     basis[:, 0] = np.sqrt(1.0 / F)
     return basis
+
+
+class BasisProducts(NamedTuple):
+    """Theta^T diag(w) Theta for any weights w (F,), as ``scale * (sums[first] + sums[second])``, sums w^T columns.
+
+    Attributes
+    ----------
+    columns : (F, n)
+    first, second : (K, K) int
+        Places of a product among the columns.
+    scale : (K, K)
+    """
+
+    columns: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    scale: np.ndarray
+
+
+def products(basis: np.ndarray) -> BasisProducts:
+    """Products of the columns of a basis (F, K): of cosines, cosines of sum and difference, 2 K - 1 in all.
+
+    Examples
+    --------
+    >>> found, weights = products(cosine_basis(4, 2)), np.array([1.0, 2.0, 3.0, 4.0])
+    >>> sums = weights @ found.columns
+    >>> blocks = found.scale * (sums[found.first] + sums[found.second])
+    >>> np.allclose(blocks, cosine_basis(4, 2).T @ np.diag(weights) @ cosine_basis(4, 2))
+    True
+    """
+    frames, components = basis.shape
+    k = np.arange(components)
+    if components <= frames and np.array_equal(basis, cosine_basis(frames, components)):
+        quarters = (2 * np.arange(frames)[:, None] + 1) * np.arange(2 * components - 1) % (4 * frames)
+        size = np.where(k > 0, np.sqrt(2.0 / frames), np.sqrt(1.0 / frames))
+        columns = np.cos(np.pi / (2 * frames) * quarters)
+        return BasisProducts(columns, np.abs(k[:, None] - k), k[:, None] + k, 0.5 * np.outer(size, size))
+    pairs = k[:, None] * components + k
+    columns = (basis[:, :, None] * basis[:, None]).reshape(frames, -1)
+    return BasisProducts(columns, pairs, pairs, np.full(pairs.shape, 0.5))
 
 
 def soft_ridge(components: int, cutoff: float) -> np.ndarray:

@@ -14,6 +14,9 @@ Why computed differently from how it is printed: with ``J(s) = ||c||² - ||B^T c
 space never appears as an F x F matrix, and a flip costs O(K).  As a difference of two large numbers it would lose
 everything when a limb lies in the basis, so J is summed as ``||r||² + tr(z G z^T)``: the same, and no term is
 negative.  Half its derivative by s_i is ``u_i · r_i``.
+
+Searches ask for little else than derivatives, ``A s + u · r(0)``, for signs that differ in a frame or two.  So for
+programmes of up to `TABLE` frames A is kept, and a step costs a row of it; costs that decide are those above.
 """
 
 from __future__ import annotations
@@ -24,6 +27,9 @@ import numpy as np
 
 from pipeline.core.binary_quadratic import kernels
 from pipeline.validation import InvalidInput, require_range, require_shape
+
+TABLE = 256
+"""Frames up to which A is kept: of more, a row is longer than what it saves."""
 
 _ORTHONORMAL = 1e-12
 """Entries of G below this are rounding: the basis is hard."""
@@ -48,6 +54,14 @@ class Programme(NamedTuple):
         between them.
     bent : (F,)
         Half the second derivative of J by each value, mm².
+    table : (F, F) or (0, 0)
+        A, ``(I - B B^T)_ij u_i · u_j`` mm²; none for more than `TABLE` frames.
+    pull : (F,)
+        Half the derivative of J by each value where all are zero, mm².
+    still : float
+        J there, mm².
+    size : float
+        The largest ||c||² of any choice, mm²: the scale of rounding.
     """
 
     basis: np.ndarray
@@ -56,16 +70,15 @@ class Programme(NamedTuple):
     half_chord: np.ndarray
     kind: np.ndarray
     bent: np.ndarray
+    table: np.ndarray
+    pull: np.ndarray
+    still: float
+    size: float
 
     @property
     def frames(self) -> int:
         """F."""
         return len(self.basis)
-
-    @property
-    def size(self) -> float:
-        """The largest ||c||² of any choice, mm²: the scale of rounding."""
-        return float(np.square(np.abs(self.middle) + np.abs(self.half_chord)).sum())
 
     @property
     def weight(self) -> np.ndarray:
@@ -85,10 +98,7 @@ class Programme(NamedTuple):
         Each r is a sum of F + K products, wrong by a fraction 4 (F + K) eps of the size of c at most, and J is
         the sum of their squares.  Columns that are orthonormal only to rounding add some eps of ||c||².
         """
-        eps = float(np.finfo(float).eps)
-        relative = 4.0 * sum(self.basis.shape) * eps
-        size = self.size
-        return float(2.0 * relative * np.sqrt(max(objective, 0.0) * size) + 64.0 * eps * size)
+        return float(kernels.allowance_of(sum(self.basis.shape), self.size, objective))
 
     def with_relaxed(self, values: np.ndarray) -> np.ndarray:
         """`values` (F,) with those of the relaxed frames at their best, the others as they are."""
@@ -156,4 +166,12 @@ def programme_of(
     kind = np.zeros(frames, dtype=np.int8)
     kind[lengths < relax_below] = kernels.RELAXED
     kind[lengths == 0] = kernels.FORCED
-    return Programme(basis, excess, middle, half_chord, kind, kernels.curvature(basis, half_chord))
+    outside = middle - basis @ (basis.T @ middle)
+    pull = (half_chord * outside).sum(axis=1)
+    still = float(np.square(outside).sum() + ((basis.T @ middle) * (excess @ (basis.T @ middle))).sum())
+    coupling = np.zeros((0, 0))
+    if frames <= TABLE:
+        coupling = (np.eye(frames) - basis @ basis.T) * (half_chord @ half_chord.T)
+    bent = kernels.curvature(basis, half_chord)
+    size = float(np.square(np.abs(middle) + np.abs(half_chord)).sum())
+    return Programme(basis, excess, middle, half_chord, kind, bent, coupling, pull, still, size)

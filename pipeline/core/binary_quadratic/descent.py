@@ -56,25 +56,8 @@ def search(programme: Programme) -> tuple[np.ndarray, float]:
 
     A later start counts only if it is better by `kernels.MARGIN`, so that rounding does not choose between equals.
     """
-    starts: dict[bytes, tuple[np.ndarray, float]] = {}
-    for first, second in DIFFERENCES:
-        path = kernels.smooth_path(programme, first, second)
-        for start in (path, mirrored(programme, path)):
-            found, best = descend(programme, start, longest=1)
-            starts.setdefault(found.astype(np.int8).tobytes(), (found, best))
-    least = min(best for _, best in starts.values())
-    enough = max(NEARLY * least, least + programme.allowance(least))
-    ends = [descend(programme, found, longest=LONGEST) for found, best in starts.values() if best <= enough]
-    chosen = ends[0]
-    for end in ends[1:]:
-        chosen = _better(programme, chosen, end)
-    mirror = descend(programme, mirrored(programme, chosen[0]), longest=LONGEST)
-    return _better(programme, chosen, mirror)
-
-
-def _better(
-    programme: Programme, first: tuple[np.ndarray, float], second: tuple[np.ndarray, float]
-) -> tuple[np.ndarray, float]:
-    """Of two results the second if it is better by the margin, else the first."""
-    margin = kernels.MARGIN * abs(first[1]) + programme.allowance(first[1])
-    return second if second[1] < first[1] - margin else first
+    differences = np.array(DIFFERENCES)
+    values, least = kernels.first_signs(
+        programme, programme.weight, differences, LONGEST, NEARLY, programme.size
+    )
+    return values, float(least)

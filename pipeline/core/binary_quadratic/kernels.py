@@ -9,6 +9,9 @@ write to.  The symbols are those of `candidates`; others:
 ``half``    half the derivative of J by each value (F,), ``u_i · r_i``
 ``z``       B^T (m + s u), one row for each coordinate (3, K)
 
+Arrays are taken out of `p` before a loop, and innermost loops stand where they are used: to hand an array over, or to
+read one of `p`, costs as much as a hundred products.
+
 The compiler may take the terms of a sum in another order, which `Programme.allowance` covers; it may not assume
 anything about NaN or infinity.
 """
@@ -28,6 +31,8 @@ MARGIN = 1e-9
 
 FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
 """Sweeps of a node of the box search that cannot be ruled out any more, and of one that might."""
+
+EPS = float(np.finfo(float).eps)
 
 LAST_SWEEPS = 2000
 """Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
@@ -50,6 +55,9 @@ ENTER, LEAVE, DONE = range(3)
 START, LEVEL, PREPARED, ENTERED, FINISHED, TRIED = range(6)
 """Places in the counts of the suffix search."""
 
+FIRST, SEARCHED = 1, 2
+"""How far a start of it is prepared, beside 0, not at all: the best known is followed, its tree is searched."""
+
 
 def compiled(kernel: Callable) -> Callable:
     """The kernel, compiled when it is first called, and kept on disk where that is possible.
@@ -64,63 +72,59 @@ def compiled(kernel: Callable) -> Callable:
         return njit(nogil=True, fastmath=sums)(kernel)
 
 
+@compiled
+def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
+    """As `Programme.allowance`, of F + K `numbers`."""
+    return 8.0 * numbers * EPS * np.sqrt(max(objective, 0.0) * size) + 64.0 * EPS * size
+
+
 # --- the cost and its derivative ---------------------------------------------------------------------------
 
 
 @compiled
 def project(p, values, z):  # type: ignore[no-untyped-def]
     """z = B^T (m + s u), into `z`."""
+    basis, middle, half_chord = p.basis, p.middle, p.half_chord
     z[:] = 0.0
-    for i in range(len(p.basis)):
-        x = p.middle[i, 0] + values[i] * p.half_chord[i, 0]
-        y = p.middle[i, 1] + values[i] * p.half_chord[i, 1]
-        w = p.middle[i, 2] + values[i] * p.half_chord[i, 2]
-        for k in range(p.basis.shape[1]):
-            z[0, k] += p.basis[i, k] * x
-            z[1, k] += p.basis[i, k] * y
-            z[2, k] += p.basis[i, k] * w
+    for i in range(len(basis)):
+        x = middle[i, 0] + values[i] * half_chord[i, 0]
+        y = middle[i, 1] + values[i] * half_chord[i, 1]
+        w = middle[i, 2] + values[i] * half_chord[i, 2]
+        for k in range(basis.shape[1]):
+            z[0, k] += basis[i, k] * x
+            z[1, k] += basis[i, k] * y
+            z[2, k] += basis[i, k] * w
 
 
 @compiled
-def residual(p, i, value, z):  # type: ignore[no-untyped-def]
-    """The three numbers r of frame `i`."""
+def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-def]
+    """Half the derivative of J by the value of frame `i`, and |r|² of that frame."""
     x = y = w = 0.0
-    for k in range(p.basis.shape[1]):
-        x += p.basis[i, k] * z[0, k]
-        y += p.basis[i, k] * z[1, k]
-        w += p.basis[i, k] * z[2, k]
-    return (
-        p.middle[i, 0] + value * p.half_chord[i, 0] - x,
-        p.middle[i, 1] + value * p.half_chord[i, 1] - y,
-        p.middle[i, 2] + value * p.half_chord[i, 2] - w,
-    )
-
-
-@compiled
-def move(p, i, change, z):  # type: ignore[no-untyped-def]
-    """Adds to `z` what a change of the value of frame `i` adds."""
-    x, y, w = change * p.half_chord[i, 0], change * p.half_chord[i, 1], change * p.half_chord[i, 2]
-    for k in range(p.basis.shape[1]):
-        z[0, k] += p.basis[i, k] * x
-        z[1, k] += p.basis[i, k] * y
-        z[2, k] += p.basis[i, k] * w
+    for k in range(basis.shape[1]):
+        x += basis[i, k] * z[0, k]
+        y += basis[i, k] * z[1, k]
+        w += basis[i, k] * z[2, k]
+    x = middle[i, 0] + value * half_chord[i, 0] - x
+    y = middle[i, 1] + value * half_chord[i, 1] - y
+    w = middle[i, 2] + value * half_chord[i, 2] - w
+    return half_chord[i, 0] * x + half_chord[i, 1] * y + half_chord[i, 2] * w, x * x + y * y + w * w
 
 
 @compiled
 def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
     """J where `z` is that of the values, with half its derivative by each of them into `half`."""
+    basis, excess, middle, half_chord = p.basis, p.excess, p.middle, p.half_chord
     total = 0.0
-    if p.excess.any():
+    if excess.any():
         for d in range(3):
-            for k in range(len(p.excess)):
+            for k in range(len(excess)):
                 inner = 0.0
-                for j in range(len(p.excess)):
-                    inner += p.excess[k, j] * z[d, j]
+                for j in range(len(excess)):
+                    inner += excess[k, j] * z[d, j]
                 total += inner * z[d, k]
-    for i in range(len(p.basis)):
-        x, y, w = residual(p, i, values[i], z)
-        total += x * x + y * y + w * w
-        half[i] = p.half_chord[i, 0] * x + p.half_chord[i, 1] * y + p.half_chord[i, 2] * w
+    for i in range(len(basis)):
+        half[i], square = slope(basis, middle, half_chord, i, values[i], z)
+        total += square
     return total
 
 
@@ -129,6 +133,42 @@ def cost(p, values, z):  # type: ignore[no-untyped-def]
     """J; `z` is overwritten with that of the values."""
     project(p, values, z)
     return gradient(p, values, z, np.empty(len(p.basis)))
+
+
+@compiled
+def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
+    """As `gradient`, from the table where there is one, else from `z`, which is overwritten."""
+    table, pull = p.table, p.pull
+    if len(table) == 0:
+        project(p, values, z)
+        return gradient(p, values, z, half)
+    half[:] = pull
+    for j in range(len(table)):
+        value = values[j]
+        if value != 0.0:
+            for i in range(len(half)):
+                half[i] += value * table[j, i]
+    total = p.still
+    for i in range(len(half)):
+        total += values[i] * (pull[i] + half[i])
+    return max(total, 0.0)
+
+
+@compiled
+def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
+    """What a change of the value of frame `i` adds to J; `half` goes along or, where there is no table, `z`."""
+    basis, half_chord, table = p.basis, p.half_chord, p.table
+    if len(table) > 0:
+        added = change * (2.0 * half[i] + change * table[i, i])
+        for j in range(len(half)):
+            half[j] += change * table[i, j]
+        return added
+    x, y, w = change * half_chord[i, 0], change * half_chord[i, 1], change * half_chord[i, 2]
+    for k in range(basis.shape[1]):
+        z[0, k] += basis[i, k] * x
+        z[1, k] += basis[i, k] * y
+        z[2, k] += basis[i, k] * w
+    return 0.0
 
 
 @compiled
@@ -146,7 +186,7 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 @compiled
 def relax(p, held, values, z, half, cutoff, fewest, most, allowance, trail, length):  # type: ignore[no-untyped-def]
-    """The least J over the box, about: (a lower bound over the whole box, sweeps, frames on the trail).
+    """The least J over the box, about: (a lower bound over the whole box, J, sweeps, frames on the trail).
 
     Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from `values`, which it
     overwrites, with `z` and `half`.  J is convex: from any point, converged or not,
@@ -156,38 +196,49 @@ def relax(p, held, values, z, half, cutoff, fewest, most, allowance, trail, leng
     It ends when the bound reaches `cutoff`; after `fewest` sweeps, when J is below it, so that no bound can reach
     it; when nothing moves; or after `most` sweeps.
     """
-    project(p, values, z)
+    basis, middle, half_chord, kind, bent, table = p.basis, p.middle, p.half_chord, p.kind, p.bent, p.table
+    following = slopes(p, values, z, half)
     sweeps = 0
     while True:
-        here = gradient(p, values, z, half)
+        here = following
         slack = 0.0
-        for i in range(len(p.basis)):
+        for i in range(len(half)):
             if held[i] == 0:
                 slack += abs(half[i]) + half[i] * values[i]
         bound = here - 2.0 * slack - allowance
         if bound >= cutoff or sweeps >= most or 2.0 * slack <= 0.1 * allowance:
-            return bound, sweeps, length
-        for i in range(len(p.basis)):
-            if held[i] == 0 and p.kind[i] != RELAXED and bound + 4.0 * abs(half[i]) >= cutoff:
+            return bound, following, sweeps, length
+        first = length
+        for i in range(len(half)):
+            if held[i] == 0 and kind[i] != RELAXED and bound + 4.0 * abs(half[i]) >= cutoff:
                 held[i] = -1 if half[i] > 0.0 else 1
                 trail[length] = i
                 length += 1
-                move(p, i, held[i] - values[i], z)
-                values[i] = held[i]
+        for n in range(first, length):
+            i = trail[n]
+            following += move(p, i, held[i] - values[i], z, half)
+            values[i] = held[i]
         if sweeps >= fewest and here < cutoff:
-            return bound, sweeps, length
-        for i in range(len(p.basis)):
+            return bound, following, sweeps, length
+        for i in range(len(half)):
             if held[i] != 0:
                 continue
-            x, y, w = residual(p, i, values[i], z)
-            slope = p.half_chord[i, 0] * x + p.half_chord[i, 1] * y + p.half_chord[i, 2] * w
-            if p.bent[i] > 0.0:
-                wanted = min(max(values[i] - OVER_RELAXATION * slope / p.bent[i], -1.0), 1.0)
+            steep = half[i] if len(table) > 0 else slope(basis, middle, half_chord, i, values[i], z)[0]
+            if bent[i] > 0.0:
+                wanted = min(max(values[i] - OVER_RELAXATION * steep / bent[i], -1.0), 1.0)
             else:
-                wanted = -1.0 if slope > 0.0 else 1.0 if slope < 0.0 else values[i]
-            if wanted != values[i]:
-                move(p, i, wanted - values[i], z)
+                wanted = -1.0 if steep > 0.0 else 1.0 if steep < 0.0 else values[i]
+            change = wanted - values[i]
+            if change != 0.0:
                 values[i] = wanted
+                if len(table) > 0:  # as `move`
+                    following += change * (2.0 * steep + change * table[i, i])
+                    for j in range(len(half)):
+                        half[j] += change * table[i, j]
+                else:
+                    move(p, i, change, z, half)
+        if len(table) == 0:
+            following = gradient(p, values, z, half)
         sweeps += 1
 
 
@@ -200,14 +251,15 @@ def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
 
     Viterbi's algorithm over pairs of signs.
     """
-    frames = len(p.basis)
+    middle, half_chord, kind = p.middle, p.half_chord, p.kind
+    frames = len(middle)
     point = np.empty((frames, 2, 3))
     barred = np.zeros((frames, 2))
     for i in range(frames):
         for a in range(2):
             for d in range(3):
-                point[i, a, d] = p.middle[i, d] + (1.0 - 2.0 * a) * p.half_chord[i, d]
-        if p.kind[i] == FORCED:
+                point[i, a, d] = middle[i, d] + (1.0 - 2.0 * a) * half_chord[i, d]
+        if kind[i] == FORCED:
             barred[i, 1] = np.inf
     spent = np.zeros((2, 2))  # by the signs of the last two frames
     origin = np.zeros((frames, 2, 2), dtype=np.int8)
@@ -250,19 +302,36 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
 
     Where it is `bounded`, the values may not come nearer to the `other` ones than half of the weights (F,).
     """
-    frames, components = p.basis.shape
+    basis, half_chord, kind, table, pull = p.basis, p.half_chord, p.kind, p.table, p.pull
+    frames, components = basis.shape
     z = np.empty((3, components))
     window = np.empty((3, components))
     half = np.empty(frames)
-    project(p, values, z)
-    here = gradient(p, values, z, half)
+    # Products of each frame with those before it, summed from the first on: a window is a difference of two.
+    sums = np.zeros((len(table) + 1, len(table)))
+    own = np.empty(frames)
+    here = 0.0
     near = 0.0
     for i in range(frames):
         near += weight[i] * values[i] * other[i]
     idle = 0
     turn = 0
     turns = frames + 1 if longest > 1 else frames
+    size = -1
     while idle < turns:
+        if size != 0:
+            for j in range(len(table)):
+                for i in range(frames):
+                    sums[j + 1, i] = sums[j, i] + table[j, i] * values[j]
+                own[j] = sums[j + 1, j]
+            if len(table) > 0:
+                here = p.still
+                for i in range(frames):
+                    half[i] = pull[i] + sums[frames, i]
+                    here += values[i] * (pull[i] + half[i])
+                here = max(here, 0.0)
+            else:
+                here = slopes(p, values, z, half)
         # Windows forwards from each frame in turn, of any length from the first; then backwards from the last.
         first = turn if turn < frames else frames - 1
         onwards = 1 if turn < frames else -1
@@ -274,42 +343,108 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
         size = 0
         window[:] = 0.0
         change = 0.0
+        inside = 0.0
         nearer = near
         for n in range(reach):
             i = first + onwards * n
-            if p.kind[i] == FORCED:
+            if kind[i] == FORCED:
                 continue
             nearer -= 2.0 * weight[i] * values[i] * other[i]
-            square = 0.0
-            for d in range(3):
-                u = values[i] * p.half_chord[i, d]
-                square += u * u
-                for k in range(components):
-                    window[d, k] += u * p.basis[i, k]
-            change += 4.0 * square - 4.0 * values[i] * half[i]
-            inside = 0.0
-            for d in range(3):
-                for k in range(components):
-                    inside += window[d, k] * window[d, k]
+            if len(table) > 0:
+                # All its products with the frames before it in the window, twice, and with itself.
+                itself = values[i] * table[i, i]
+                inner = own[i] - sums[first, i] if onwards > 0 else sums[frames, i] - own[i] + itself
+                change += values[i] * (8.0 * inner - 4.0 * itself - 4.0 * half[i])
+            else:
+                square = 0.0
+                for d in range(3):
+                    u = values[i] * half_chord[i, d]
+                    square += u * u
+                    for k in range(components):
+                        window[d, k] += u * basis[i, k]
+                change += 4.0 * square - 4.0 * values[i] * half[i]
+                inside = 0.0
+                for d in range(3):
+                    for k in range(components):
+                        inside += window[d, k] * window[d, k]
             if change - 4.0 * inside < least - margin and not (bounded and nearer > 0.0):
                 least = change - 4.0 * inside
                 size = n + 1
-        if size > 0:
-            for n in range(size):
-                i = first + onwards * n
-                if p.kind[i] != FORCED:
-                    near -= 2.0 * weight[i] * values[i] * other[i]
-                    values[i] = -values[i]
-            project(p, values, z)
-            here = gradient(p, values, z, half)
-            idle = 0
-        else:
-            idle += 1
+        idle = idle + 1 if size == 0 else 0
+        for n in range(size):
+            i = first + onwards * n
+            if kind[i] != FORCED:
+                near -= 2.0 * weight[i] * values[i] * other[i]
+                values[i] = -values[i]
         turn = (turn + 1) % turns
-    return here
+    return cost(p, values, z)
+
+
+@compiled
+def better(frames_and_components, size, first, second):  # type: ignore[no-untyped-def]
+    """Whether the second J is less than the first by the margin."""
+    return second < first - MARGIN * abs(first) - allowance_of(frames_and_components, size, first)
+
+
+@compiled
+def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[no-untyped-def]
+    """Signs (F,) from all starts, and their J: smooth paths by these `differences` (D, 2), their mirrors, descended.
+
+    Starts whose J, after flips of single frames, is up to `nearly` times the least are improved by windows of up to
+    `longest` frames too; of what is found, and its mirror, the best.
+    """
+    kind = p.kind
+    frames = len(kind)
+    numbers = frames + p.basis.shape[1]
+    allowance = allowance_of(numbers, size, 0.0)
+    starts = np.empty((2 * len(differences) + 1, frames))
+    costs = np.empty(len(starts))
+    count = 0
+    for d in range(len(differences)):
+        path = smooth_path(p, differences[d, 0], differences[d, 1])
+        for mirror in range(2):
+            start = starts[count]
+            for i in range(frames):
+                start[i] = -path[i] if mirror and kind[i] == 0 else path[i]
+            costs[count] = descend(p, start, 1, start, weight, False, allowance)
+            known = False
+            for other in range(count):
+                known = known or (starts[other] == start).all()
+            if not known:
+                count += 1
+    least = costs[:count].min()
+    enough = max(nearly * least, least + allowance_of(numbers, size, least))
+    chosen = -1
+    for n in range(count + 1):
+        if n == count:
+            for i in range(frames):
+                starts[n, i] = -starts[chosen, i] if kind[i] == 0 else starts[chosen, i]
+        elif costs[n] > enough:
+            continue
+        costs[n] = descend(p, starts[n], longest, starts[n], weight, False, allowance)
+        if chosen < 0 or better(numbers, size, costs[chosen], costs[n]):
+            chosen = n
+    return starts[chosen].copy(), costs[chosen]
 
 
 # --- branch and bound over boxes ---------------------------------------------------------------------------
+
+
+@compiled
+def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
+    """Whether J of `trial` less that of `values`, whose `half` is given, is below what is wanted, for all we know."""
+    table = p.table
+    if len(table) == 0:
+        return True
+    change = 0.0
+    for i in range(len(half)):
+        off = trial[i] - values[i]
+        if off != 0.0:
+            inner = 2.0 * half[i]
+            for j in range(len(half)):
+                inner += table[i, j] * (trial[j] - values[j])
+            change += off * inner
+    return change < wanted
 
 
 @compiled
@@ -318,7 +453,8 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
     held, values, z, half, trail, levels, bounds, counts = (
         tree.held, tree.values, tree.z, tree.half, tree.trail, tree.levels, tree.bounds, tree.counts,
     )  # fmt: skip
-    frames = len(p.basis)
+    kind, bent = p.kind, p.bent
+    frames = len(kind)
     trial = np.empty(frames)
     while budget > 0 and counts[STATE] != DONE:
         depth = counts[DEPTH]
@@ -345,9 +481,9 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
         for i in range(frames):
             if held[i] != 0:
                 values[i] = held[i]
-            elif p.kind[i] != RELAXED:
+            elif kind[i] != RELAXED:
                 left = True
-        bound, sweeps, counts[TRAIL] = relax(
+        bound, relaxed, sweeps, counts[TRAIL] = relax(
             p, held, values, z, half, cutoff, FEWEST_SWEEPS if left else LAST_SWEEPS,
             MOST_SWEEPS if left else LAST_SWEEPS, allowance, trail, counts[TRAIL],
         )  # fmt: skip
@@ -358,20 +494,23 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
         if bound >= cutoff:
             continue
         for i in range(frames):
-            trial[i] = values[i] if p.kind[i] == RELAXED else -1.0 if values[i] < 0.0 else 1.0
-        here = cost(p, trial, z)
+            trial[i] = values[i] if kind[i] == RELAXED else -1.0 if values[i] < 0.0 else 1.0
         # Half of what is not looked for: what is better by less may be rounding.
-        if here < 0.5 * (best[0] + cutoff):
-            best[0] = here
+        enough = 0.5 * (best[0] + cutoff)
+        if (
+            may_gain(p, values, trial, half, enough + 0.5 * allowance - relaxed)
+            and cost(p, trial, z) < enough
+        ):
+            best[0] = cost(p, trial, z)
             found[:] = trial
-            cutoff = here - max(gap * abs(here), 2.0 * allowance)
+            cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
             if bound >= cutoff:
                 continue
         chosen = -1
         most = -1.0
         for i in range(frames):
-            if held[i] == 0 and p.kind[i] != RELAXED:
-                score = p.bent[i] * (1.0 - values[i] * values[i] + 1e-9)
+            if held[i] == 0 and kind[i] != RELAXED:
+                score = bent[i] * (1.0 - values[i] * values[i] + 1e-9)
                 if score > most:
                     most = score
                     chosen = i
@@ -394,56 +533,32 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 
 
 @compiled
-def prepare(p, rows, kappa, start, gains, norms):  # type: ignore[no-untyped-def]
+def prepare(rows, kind, kappa, start, gains, norms):  # type: ignore[no-untyped-def]
     """Gains of recursive least squares from frame `start` on, which no sign enters."""
-    components = p.basis.shape[1]
+    components = rows.shape[2]
+    kinds = 2 if rows[1].any() else 1  # of a hard basis the second rows are zero
+    norms[1] = 1.0
     spread = np.zeros((components, components))
     for k in range(components):
         spread[k, k] = 1.0 / kappa
-    for i in range(start, len(p.basis)):
-        for kind_of_row in range(2):
-            row = rows[i] if kind_of_row else p.basis[i]
-            gain = gains[kind_of_row, i]
+    for i in range(start, len(kind)):
+        for row in range(kinds):
             norm = 1.0
             for k in range(components):
                 inner = 0.0
                 for j in range(components):
-                    inner += spread[k, j] * row[j]
-                gain[k] = inner
-                norm += inner * row[k]
-            norms[kind_of_row, i] = norm
-            if kind_of_row == 0 and p.kind[i] == RELAXED:
+                    inner += spread[k, j] * rows[row, i, j]
+                gains[row, i, k] = inner
+                norm += inner * rows[row, i, k]
+            norms[row, i] = norm
+            if row == 0 and kind[i] == RELAXED:
                 continue  # a relaxed frame is left out: it could only add
             for k in range(components):
+                share = gains[row, i, k] / norm
                 for j in range(components):
-                    spread[k, j] -= gain[k] * gain[j] / norm
+                    spread[k, j] -= share * gains[row, i, j]
             for k in range(components):
-                gain[k] /= norm
-
-
-@compiled
-def step(p, rows, gains, norms, i, sign, before, after):  # type: ignore[no-untyped-def]
-    """Cost that frame `i` adds with this sign, given the coefficients `before`; those with it into `after`."""
-    added = 0.0
-    components = p.basis.shape[1]
-    for d in range(3):
-        if p.kind[i] == RELAXED:
-            after[d] = before[d]
-        else:
-            off = p.middle[i, d] + sign * p.half_chord[i, d]
-            for k in range(components):
-                off -= p.basis[i, k] * before[d, k]
-            added += off * off / norms[0, i]
-            for k in range(components):
-                after[d, k] = before[d, k] + gains[0, i, k] * off
-        if norms[1, i] > 1.0:
-            off = 0.0
-            for k in range(components):
-                off -= rows[i, k] * after[d, k]
-            added += off * off / norms[1, i]
-            for k in range(components):
-                after[d, k] += gains[1, i, k] * off
-    return added
+                gains[row, i, k] /= norm
 
 
 @compiled
@@ -452,56 +567,92 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
     rows, gains, norms, state, spent, signs, rest, ends, counts = (
         tree.rows, tree.gains, tree.norms, tree.state, tree.spent, tree.signs, tree.rest, tree.ends, tree.counts,
     )  # fmt: skip
-    frames = len(p.basis)
+    middle, half_chord, kind = p.middle, p.half_chord, p.kind
+    frames, components = rows.shape[1:]
     kappa = tree.kappa
     lost = tree.lost
-    z = np.empty((3, p.basis.shape[1]))
-    while budget > 0 and counts[FINISHED] == 0:
+    z = np.empty((3, components))
+    while (budget > 0 or counts[PREPARED] == FIRST) and counts[FINISHED] == 0:
         start = counts[START]
         if counts[PREPARED] == 0:
-            prepare(p, rows, kappa, start, gains, norms)
-            budget -= 1 + (frames - start) * p.basis.shape[1] // 4
+            prepare(rows, kind, kappa, start, gains, norms)
+            budget -= 1 + (frames - start) * components // 4
             spent[start] = 0.0
             state[start] = 0.0
-            for i in range(start, frames):
-                sign = -1.0 if found[i] < 0.0 else 1.0
-                spent[i + 1] = spent[i] + step(p, rows, gains, norms, i, sign, state[i], state[i + 1])
-            ends[0] = max(spent[frames] - lost, 0.0)
             counts[LEVEL] = start
-            counts[PREPARED] = 1
-            counts[TRIED] = 0
-            signs[start, 1] = -1
+            counts[PREPARED] = FIRST
         cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
         limit = cutoff if start == 0 else ends[0] * (1.0 - LOOSE)
         i = counts[LEVEL]
-        given_up = start > 0 and counts[TRIED] >= PATIENCE
-        if i < start or given_up or (start > 0 and rest[start + 1] >= limit):
-            # Everything from `start` on costs at least as much as was looked for, unless that was given up.
-            if start > 0:
-                rest[start] = rest[start + 1] if given_up else max(rest[start + 1], limit)
-            else:
-                counts[FINISHED] = 1
-            counts[START] = start - 1
-            counts[PREPARED] = 0
-            continue
-        if signs[i, 1] == -1:  # first time here: the sign of the best known first
-            if p.kind[i] == FORCED:
-                signs[i, 0] = 1
-                signs[i, 1] = 1
-            else:
-                signs[i, 0] = -1 if found[i] < 0.0 else 1
-                signs[i, 1] = 1 if p.kind[i] == RELAXED else 2
-        elif signs[i, 1] == 1 and p.kind[i] == 0:
-            signs[i, 0] = -signs[i, 0]
-        if signs[i, 1] == 0:
-            counts[LEVEL] = i - 1
-            continue
-        signs[i, 1] -= 1
-        budget -= 1
-        counts[ENTERED] += 1
-        counts[TRIED] += 1
-        added = step(p, rows, gains, norms, i, float(signs[i, 0]), state[i], state[i + 1])
+        if counts[PREPARED] == FIRST:  # the best known, for what it costs from `start` on
+            sign = -1.0 if found[i] < 0.0 else 1.0
+        else:
+            given_up = start > 0 and counts[TRIED] >= PATIENCE
+            if i < start or given_up or (start > 0 and rest[start + 1] >= limit):
+                # Everything from `start` on costs at least as much as was looked for, unless that was given up.
+                if start > 0:
+                    rest[start] = rest[start + 1] if given_up else max(rest[start + 1], limit)
+                else:
+                    counts[FINISHED] = 1
+                counts[START] = start - 1
+                counts[PREPARED] = 0
+                continue
+            if signs[i, 1] == -1:  # first time here: the sign of the best known first
+                if kind[i] == FORCED:
+                    signs[i, 0] = 1
+                    signs[i, 1] = 1
+                else:
+                    signs[i, 0] = -1 if found[i] < 0.0 else 1
+                    signs[i, 1] = 1 if kind[i] == RELAXED else 2
+            elif signs[i, 1] == 1 and kind[i] == 0:
+                signs[i, 0] = -signs[i, 0]
+            if signs[i, 1] == 0:
+                counts[LEVEL] = i - 1
+                continue
+            signs[i, 1] -= 1
+            budget -= 1
+            counts[ENTERED] += 1
+            counts[TRIED] += 1
+            sign = float(signs[i, 0])
+        # The frame's cost, given the coefficients before it, and those after it.
+        added = 0.0
+        v = 0.0
+        for row in range(2):
+            x = y = w = 0.0
+            before = i + row
+            if row == 1 and norms[1, i] <= 1.0:
+                break
+            if row == 0:
+                if kind[i] == RELAXED:
+                    state[i + 1] = state[i]
+                    continue
+                x = middle[i, 0] + sign * half_chord[i, 0]
+                y = middle[i, 1] + sign * half_chord[i, 1]
+                w = middle[i, 2] + sign * half_chord[i, 2]
+            for k in range(components):
+                share = rows[row, i, k]
+                x -= share * state[before, k, 0]
+                y -= share * state[before, k, 1]
+                w -= share * state[before, k, 2]
+                v -= share * state[before, k, 3]
+            added += (x * x + y * y + w * w) / norms[row, i]
+            for k in range(components):
+                gain = gains[row, i, k]
+                state[i + 1, k, 0] = state[before, k, 0] + gain * x
+                state[i + 1, k, 1] = state[before, k, 1] + gain * y
+                state[i + 1, k, 2] = state[before, k, 2] + gain * w
+                state[i + 1, k, 3] = state[before, k, 3] + gain * v
         spent[i + 1] = spent[i] + added
+        if counts[PREPARED] == FIRST:
+            counts[LEVEL] = i + 1
+            if i + 1 == frames:
+                ends[0] = max(spent[frames] - lost, 0.0)
+                counts[LEVEL] = start
+                counts[PREPARED] = SEARCHED
+                counts[TRIED] = 0
+                signs[start, 1] = -1
+                budget = max(budget, 1)  # a start is not left before its first node
+            continue
         bound = max(spent[i + 1] - lost, 0.0) + rest[i + 1]
         if start == 0:
             bound -= allowance

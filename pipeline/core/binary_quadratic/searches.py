@@ -152,12 +152,12 @@ class SuffixTree(NamedTuple):
     kappa : float
     lost : float
         kappa times the size of the programme, mm²: what a bound is short of.
-    rows : (F, K)
-        C.
+    rows : (2, F, K)
+        B and C.
     gains : (2, F, K)
     norms : (2, F)
-    state : (F + 1, 3, K)
-        Coefficients before each frame.
+    state : (F + 1, K, 4)
+        Coefficients before each frame; the last column is zero.
     spent : (F + 1,)
         Cost before each frame, mm².
     signs : (F, 2) int8
@@ -200,10 +200,10 @@ class SuffixSearch:
         self._tree = SuffixTree(
             kappa=kappa,
             lost=kappa * size,
-            rows=_shares(programme.excess, frames),
+            rows=np.stack([programme.basis, _shares(programme.excess, frames)]),
             gains=np.empty((2, frames, components)),
             norms=np.empty((2, frames)),
-            state=np.zeros((frames + 1, 3, components)),
+            state=np.zeros((frames + 1, components, 4)),
             spent=np.zeros(frames + 1),
             signs=np.zeros((frames, 2), dtype=np.int8),
             rest=np.zeros(frames + 1),

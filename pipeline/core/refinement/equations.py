@@ -12,7 +12,8 @@ Why J is never formed: the image of a joint depends only on the limbs between it
 on that frame's row of Theta.  So the block of H between a limb and one of those that carry it is
 ``Theta^T diag(t^T S t') Theta``, and between limbs of which neither carries the other it is zero.  Eliminating limbs
 from the ends of the tree towards the root keeps these zeros.  Against the dense product and the dense factorisation
-that is a tenth of the work for a skeleton of fourteen limbs.
+that is a tenth of the work for a skeleton of fourteen limbs.  And products of two cosines are sums of two cosines,
+so that all blocks are filled from 2 K - 1 sums over frames (`trajectory_basis.products`), not K².
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, solve_triangular
 
-from pipeline.core.refinement.reprojection import Observations, cost, linearise
+from pipeline.core.refinement import kernels
+from pipeline.core.refinement.reprojection import Observations, angles, cost, lengths_mm
 
 _FREE_STEP = 1e-7
 """Damping below which a step is taken for an undamped one: only such a step says how far the minimum is."""
@@ -39,7 +40,7 @@ _ROUNDING_PX = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class LimbEquations:
-    """Gradient and approximate curvature of the cost, by limbs.
+    """Gradient and curvature of the cost, by limbs.
 
     Attributes
     ----------
@@ -47,71 +48,50 @@ class LimbEquations:
         g.
     scale : (L, N)
         Diagonal of J^T J + penalty, which is never negative.
-    rows : tuple of (N, n, N)
-        For each limb its blocks of H with itself and with the n - 1 limbs that carry it, the nearest first.
-    lines : tuple of tuple of int
-        Those limbs: itself, its parent, and so on.
+    rows : (L, N, M, N)
+        For each limb its blocks of H with the limbs of its line.
+    lines : (L, M) int
+        Those limbs: itself, its parent, and so on, then -1.
     """
 
     gradient: np.ndarray
     scale: np.ndarray
-    rows: tuple[np.ndarray, ...]
-    lines: tuple[tuple[int, ...], ...]
+    rows: np.ndarray
+    lines: np.ndarray
 
     def curvature_along(self, step: np.ndarray) -> float:
         """The square step^T H step of a step (L, N)."""
-        total = 0.0
-        for limb, (row, line) in enumerate(zip(self.rows, self.lines, strict=True)):
-            here = np.tensordot(step[limb], row, axes=1)
-            total += float(here[0] @ step[limb]) + 2.0 * float((here[1:] * step[list(line[1:])]).sum())
-        return total
+        return float(kernels.curvature_along(self.rows, self.lines, step))
 
 
 def normal_equations(given: Observations, unknowns: np.ndarray, *, exact: bool = False) -> LimbEquations:
     """g and the blocks of H at unknowns (L, N); `exact` with the second derivatives that Gauss and Newton leave out."""
-    first = linearise(given, unknowns)
-    pulls = first.pull.copy()
-    # After Gauss and Newton, and, where that is asked for, exactly.
-    squares = [first.square.copy(), *([first.bend.copy()] if exact else [])]
-    for limb in range(len(given.parents) - 1, -1, -1):
-        if (parent := given.parents[limb]) >= 0:
-            for carried in (pulls, *squares):
-                carried[parent] += carried[limb]
-    size = unknowns.shape[1]
-    along = np.einsum("lfcx,lfx->lcf", first.movement, pulls)
-    by_angle = (along[:, :2] @ given.basis).reshape(len(along), -1)
-    gradient = np.concatenate([by_angle, along[:, 2:].sum(axis=2)], axis=1) + given.penalty * unknowns
-    own = np.einsum("lfax,lfxy,lfay->laf", first.movement, squares[0], first.movement)
-    by_angle = (own[:, :2] @ given.basis**2).reshape(len(own), -1)
-    scale = np.concatenate([by_angle, own[:, 2:].sum(axis=2)], axis=1) + given.penalty
-    lines: list[tuple[int, ...]] = []
-    rows: list[np.ndarray] = []
-    for limb, parent in enumerate(given.parents):
-        line = (limb, *(lines[parent] if parent >= 0 else ()))
-        carried = first.movement[limb] @ squares[-1][limb]
-        couplings = np.einsum("fax,mfbx->ambf", carried, first.movement[list(line)])
-        if exact:
-            couplings[:, 0] += np.einsum("fabx,fx->abf", first.turning[limb], pulls[limb])
-        row = _blocks(couplings, given.basis, np.empty((size, len(line), size)))
-        row[np.arange(size), 0, np.arange(size)] += given.penalty[limb]
-        lines.append(line)
-        rows.append(row)
-    return LimbEquations(gradient, scale, tuple(rows), tuple(lines))
-
-
-def _blocks(couplings: np.ndarray, basis: np.ndarray, out: np.ndarray) -> np.ndarray:
-    """`out` (N, n, N) filled from couplings (C, n, C, F) of angles and length in each frame."""
-    components, others = basis.shape[1], couplings.shape[1]
-    angles = couplings[:2, :, :2]
-    products = (angles[..., None, :] * basis.T) @ basis
-    inside = out[: 2 * components, :, : 2 * components]
-    inside[:] = products.transpose(0, 3, 1, 2, 4).reshape(inside.shape)
-    if len(couplings) > 2:
-        by_own, by_other = couplings[:2, :, 2] @ basis, couplings[2, :, :2] @ basis
-        out[:-1, :, -1] = by_own.transpose(0, 2, 1).reshape(2 * components, others)
-        out[-1, :, :-1] = by_other.reshape(others, 2 * components)
-        out[-1, :, -1] = couplings[2, :, 2].sum(axis=1)
-    return out
+    limbs, size = unknowns.shape
+    frames, components = given.basis.shape
+    lines, products = given.lines, given.products
+    numbers = 2 + (size > 2 * components)
+    theta, phi = angles(given, unknowns)
+    along, own = np.empty((2, limbs, numbers, frames))
+    couplings = np.zeros((limbs, lines.shape[1], numbers, numbers, frames))
+    tree = (np.array(given.parents), lengths_mm(given, unknowns), given.charts)
+    kernels.frame_by_frame(given.seen_by, tree, lines, theta, phi, numbers > 2, exact, along, own, couplings)
+    gradient, scale = given.penalty * unknowns, given.penalty.copy()
+    gradient[:, : 2 * components] += (along[:, :2] @ given.basis).reshape(limbs, -1)
+    scale[:, : 2 * components] += (own[:, :2] @ given.basis**2).reshape(limbs, -1)
+    rows = np.zeros((limbs, size, lines.shape[1], size))
+    kernels.fill_rows(
+        couplings @ products.columns, products.first, products.second, products.scale, lines, rows
+    )
+    if numbers > 2:
+        gradient[:, -1] += along[:, 2].sum(axis=1)
+        scale[:, -1] += own[:, 2].sum(axis=1)
+        by_own, by_other = couplings[:, :, :2, 2] @ given.basis, couplings[:, :, 2, :2] @ given.basis
+        rows[:, :-1, :, -1] = by_own.reshape(*lines.shape, -1).swapaxes(1, 2)
+        rows[:, -1, :, :-1] = by_other.reshape(*lines.shape, -1)
+        rows[:, -1, :, -1] = couplings[:, :, 2, 2].sum(axis=-1)
+    diagonal = np.arange(size)
+    rows[:, diagonal, 0, diagonal] += given.penalty
+    return LimbEquations(gradient, scale, rows, lines)
 
 
 def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
@@ -128,30 +108,11 @@ def damped_step(equations: LimbEquations, damping: np.ndarray) -> np.ndarray:
     numpy.linalg.LinAlgError
         If the damped matrix is not positive definite to working accuracy.
     """
-    size = equations.gradient.shape[1]
-    rows = [row.reshape(size, -1).copy() for row in equations.rows]
-    right = -equations.gradient
-    factors: list[np.ndarray] = []
-    for limb in range(len(rows) - 1, -1, -1):
-        row = rows[limb]
-        own = row[:, :size]
-        own[np.arange(size), np.arange(size)] += damping[limb]
-        factor = cho_factor(own, lower=True, check_finite=False)[0]
-        solved = solve_triangular(
-            factor, np.column_stack([right[limb], row[:, size:]]), lower=True, check_finite=False
-        )
-        right[limb], others = solved[:, 0], solved[:, 1:]
-        factors.insert(0, factor)
-        row[:, size:] = others
-        fill, pull = others.T @ others, others.T @ right[limb]
-        for place, carrier in enumerate(equations.lines[limb][1:]):
-            start = place * size
-            rows[carrier] -= fill[start : start + size, start:]
-            right[carrier] -= pull[start : start + size]
-    step = np.empty_like(right)
-    for limb, line in enumerate(equations.lines):
-        known = right[limb] - rows[limb][:, size:] @ step[list(line[1:])].ravel()
-        step[limb] = solve_triangular(factors[limb], known, lower=True, trans="T", check_finite=False)
+    step = np.empty_like(equations.gradient)
+    if not kernels.solve_along_tree(
+        equations.rows.copy(), equations.lines, equations.gradient, damping, step
+    ):
+        raise np.linalg.LinAlgError("the damped matrix is not positive definite")
     return step
 
 

@@ -18,7 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.pinhole import Pinhole
-from pipeline.core.refinement.spherical import curvatures, tangents, to_directions
+from pipeline.core.refinement import kernels
+from pipeline.core.refinement.spherical import tangents, to_directions
+from pipeline.core.trajectory_basis import BasisProducts, products
 from pipeline.validation import InvalidInput
 
 
@@ -48,6 +50,8 @@ class Observations:
         Theta.
     penalty : (L, N)
         Weight of the square of each unknown, px².
+    products : BasisProducts
+        Of the basis.
     """
 
     images: np.ndarray
@@ -60,11 +64,26 @@ class Observations:
     charts: np.ndarray
     basis: np.ndarray
     penalty: np.ndarray
+    products: BasisProducts
+
+    @property
+    def seen_by(self) -> tuple[np.ndarray, ...]:
+        """What the kernels read of it."""
+        return self.images, self.seen, self.projection, self.centre, self.root
+
+    @property
+    def lines(self) -> np.ndarray:
+        """Each limb itself and those that carry it (L, M), the nearest first, then -1."""
+        lines: list[list[int]] = []
+        for limb, parent in enumerate(self.parents):
+            lines.append([limb, *(lines[parent] if parent >= 0 else [])])
+        longest = max(map(len, lines))
+        return np.array([line + [-1] * (longest - len(line)) for line in lines])
 
 
 @dataclass(frozen=True)
 class Linearisation:
-    """First and second order of the reprojection at given unknowns.
+    """First order of the reprojection at given unknowns.
 
     Attributes
     ----------
@@ -74,21 +93,11 @@ class Linearisation:
         Derivative of the reprojection by the joint's position, px per mm; zero where it was not seen.
     movement : (L, F, C, 3)
         Derivative of the limb by its theta, its phi and, where lengths are free, the logarithm of its length, mm.
-    pull : (L, F, 3)
-        Derivative of half the joint's squared distance by its position, px² per mm.
-    square, bend : (L, F, 3, 3)
-        Second derivative of the same, px² per mm², after Gauss and Newton and exactly.
-    turning : (L, F, C, C, 3)
-        Second derivative of the limb by the same numbers as `movement`, mm.
     """
 
     residuals: np.ndarray
     by_position: np.ndarray
     movement: np.ndarray
-    pull: np.ndarray
-    square: np.ndarray
-    bend: np.ndarray
-    turning: np.ndarray
 
 
 def observe(
@@ -139,6 +148,7 @@ def observe(
         charts=charts,
         basis=basis,
         penalty=penalty,
+        products=products(basis),
     )
 
 
@@ -196,43 +206,28 @@ def cost(given: Observations, unknowns: np.ndarray) -> float:
 
     Infinite if any joint that was seen stands behind its camera.
     """
-    positions = forward(given, relative(given, unknowns))
-    if behind(given, positions).any():
-        return float("inf")
-    squares = float((residuals(given, positions) ** 2).sum())
+    theta, phi = angles(given, unknowns)
+    tree = (np.array(given.parents), lengths_mm(given, unknowns), given.charts)
+    squares = float(kernels.squared_distances(given.seen_by, tree, theta, phi))
     return 0.5 * (squares + float((given.penalty * unknowns**2).sum()))
 
 
 def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
-    """Residuals and derivatives of them and of half their squares, as far as they belong to one frame and one limb."""
+    """Residuals and their derivatives, as far as they belong to one frame and one limb.
+
+    Each step of `refine` has them from `kernels.frame_by_frame`, with second derivatives.
+    """
     limbs = relative(given, unknowns)
-    positions = forward(given, limbs)
-    image, depth = _reprojection(given, positions)
-    towards = given.projection[:, 2:]
-    by_position = given.projection[:, :2] - image[..., None] * towards
+    image, depth = _reprojection(given, forward(given, limbs))
+    by_position = given.projection[:, :2] - image[..., None] * given.projection[:, 2:]
     by_position = np.where(given.seen[..., None, None], by_position / depth[..., None], 0.0)
     off = np.where(given.seen[..., None], image - given.images, 0.0)
-    pull = np.einsum("lfyx,lfy->lfx", by_position, off)
-    square = np.swapaxes(by_position, -1, -2) @ by_position
-    # The reprojection's own second derivative is -(A p^T + p A^T) / depth, p the third row of the projection.
-    crossed = pull[..., None] * (towards / depth[..., None])
-    bend = square - crossed - np.swapaxes(crossed, -1, -2)
     theta, phi = angles(given, unknowns)
     lengths = lengths_mm(given, unknowns)[:, None, None, None]
-    triples = list(zip(theta, phi, given.charts, strict=True))
-    movement = lengths * np.stack([tangents(*triple) for triple in triples])
-    turning = (lengths * np.stack([curvatures(*triple) for triple in triples]))[:, :, [[0, 1], [1, 2]]]
+    movement = lengths * np.stack([tangents(*each) for each in zip(theta, phi, given.charts, strict=True)])
     if unknowns.shape[1] > 2 * given.basis.shape[1]:
-        # By the logarithm of the length every derivative is what was to be derived.
-        turning = np.concatenate(
-            [
-                np.concatenate([turning, movement[:, :, :, None]], axis=3),
-                np.concatenate([movement, limbs[:, :, None]], axis=2)[:, :, None],
-            ],
-            axis=2,
-        )
         movement = np.concatenate([movement, limbs[:, :, None]], axis=2)
-    return Linearisation(off, by_position, movement, pull, square, bend, turning)
+    return Linearisation(off, by_position, movement)
 
 
 def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:

@@ -97,16 +97,6 @@ def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarra
     return np.stack([by_theta, by_phi], axis=-2) @ chart
 
 
-def curvatures(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
-    """Second derivatives (…, 3, 3) of `to_directions`: twice by theta, by theta and phi, twice by phi."""
-    across, along, c, s = np.sin(theta), np.cos(theta), np.cos(phi), np.sin(phi)
-    nothing = np.zeros_like(across)
-    by_both = np.stack([-along * s, along * c, nothing], axis=-1)
-    by_phi = np.stack([-across * c, -across * s, nothing], axis=-1)
-    by_theta = np.stack([-across * c, -across * s, -along], axis=-1)
-    return np.stack([by_theta, by_both, by_phi], axis=-2) @ chart
-
-
 def unit_vectors(directions: np.ndarray) -> np.ndarray:
     """Directions (F, 3) at length one; NaN where any coordinate is not finite.
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
 from pipeline.core.binary_quadratic import BinarySolution, minimise
+from pipeline.core.binary_quadratic import candidates as programmes
 from pipeline.core.binary_quadratic import descent as sign_search
 from pipeline.core.binary_quadratic.candidates import Programme, programme_of
 from pipeline.core.binary_quadratic.kernels import compiled
@@ -291,6 +292,30 @@ def test_the_time_limit_is_an_amount_of_work() -> None:
     assert same(short, again)
     assert 1.5 < longer.boxes / short.boxes < 2.5
     assert longer.lower_bound >= short.lower_bound
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("kind", ["hard", "soft with gaps"])
+def test_the_table_of_products_changes_nothing_but_the_time(
+    style: str, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Signs, mirrors and bounds with rows of the table, and by the coefficients alone."""
+    for seed in range(6):
+        generator = np.random.default_rng(seed)
+        middle, half_chord = candidates(generator, 40, style)
+        basis = basis_of(generator, 40, kind)
+        monkeypatch.setattr(programmes, "TABLE", 40)
+        fast = minimise(basis, middle, half_chord, time_limit_s=0.2)
+        monkeypatch.setattr(programmes, "TABLE", 39)
+        plain = minimise(basis, middle, half_chord, time_limit_s=0.2)
+        rounding = 2.0 * programme_of(basis, middle, half_chord).allowance(plain.objective)
+        close = {"rel": 1e-9, "abs": rounding}
+        for number in ("objective", "lower_bound", "mirror_objective"):
+            assert getattr(fast, number) == pytest.approx(getattr(plain, number), **close), number
+        assert fast.proved == plain.proved
+        if style in {"generic", "limb"} and plain.objective > 1e3 * rounding:
+            np.testing.assert_array_equal(fast.signs, plain.signs)
+            np.testing.assert_array_equal(fast.mirror_signs, plain.mirror_signs)
 
 
 def test_nothing_as_large_as_the_null_space_is_formed() -> None:

@@ -178,7 +178,7 @@ def dense(equations: LimbEquations) -> np.ndarray:
     limbs, size = equations.gradient.shape
     whole = np.zeros((limbs, size, limbs, size))
     for limb, (row, line) in enumerate(zip(equations.rows, equations.lines, strict=True)):
-        for place, carrier in enumerate(line):
+        for place, carrier in enumerate(line[line >= 0]):
             whole[limb, :, carrier] = row[:, place]
             whole[carrier, :, limb] = row[:, place].T
     return whole.reshape(limbs * size, -1)

@@ -1,0 +1,269 @@
+"""Compiled loops of the refinement: what belongs to one frame, and the solution along the tree; park2011 section 3.1.
+
+All in one file, as those of `binary_quadratic`: what numba keeps on disk goes by the file of the kernel.  Symbols are
+those of `equations` and `reprojection`; others:
+
+``seen_by``  what a camera saw: images (L, F, 2), seen (L, F), projection (F, 3, 3), centre (F, 3), root (F, 3)
+``tree``     parents (L,), lengths (L,) mm, charts (L, 3, 3)
+``lines``    (L, M): each limb itself and the limbs that carry it, the nearest first, then -1
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core.binary_quadratic.kernels import compiled
+
+
+@compiled
+def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def]
+    """Sum of squared distances of reprojection and image, px²; infinite with a joint behind its camera."""
+    images, seen, projection, centre, root = seen_by
+    parents, lengths, charts = tree
+    limbs, frames = theta.shape
+    positions = np.empty((limbs, frames, 3))
+    total = 0.0
+    for limb in range(limbs):
+        parent = parents[limb]
+        for f in range(frames):
+            across = lengths[limb] * np.sin(theta[limb, f])
+            x = across * np.cos(phi[limb, f])
+            y = across * np.sin(phi[limb, f])
+            z = lengths[limb] * np.cos(theta[limb, f])
+            for d in range(3):
+                begin = root[f, d] if parent < 0 else positions[parent, f, d]
+                positions[limb, f, d] = (
+                    begin + x * charts[limb, 0, d] + y * charts[limb, 1, d] + z * charts[limb, 2, d]
+                )
+            if seen[limb, f]:
+                right = down = depth = 0.0
+                for d in range(3):
+                    off = positions[limb, f, d] - centre[f, d]
+                    right += projection[f, 0, d] * off
+                    down += projection[f, 1, d] * off
+                    depth += projection[f, 2, d] * off
+                if not depth > 0.0:
+                    return np.inf
+                total += (right / depth - images[limb, f, 0]) ** 2 + (down / depth - images[limb, f, 1]) ** 2
+    return total
+
+
+@compiled
+def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, couplings):  # type: ignore[no-untyped-def]
+    """What the normal equations sum over frames, by the C numbers of a limb: theta, phi and, if free, its length.
+
+    Into `along` (L, C, F) the gradient, into `own` (L, C, F) the diagonal of the curvature after Gauss and Newton, into
+    `couplings` (L, M, C, C, F) the curvature between a limb and those of its line, exact or after Gauss and Newton.
+    """
+    images, seen, projection, centre, root = seen_by
+    parents, lengths, charts = tree
+    limbs, frames = theta.shape
+    numbers = 3 if free else 2
+    positions = np.empty((limbs, frames, 3))
+    movement = np.zeros((limbs, frames, 3, 3))
+    turning = np.zeros((limbs, frames, 3, 3))  # by theta twice, by both, by phi twice
+    pull = np.zeros((limbs, frames, 3))
+    square = np.zeros((limbs, frames, 3, 3))
+    bend = np.zeros((limbs, frames, 3, 3))
+    local = np.empty((6, 3))
+    world = np.empty(6)
+    by_position = np.empty((2, 3))
+    carried = np.empty((3, 3))
+    for limb in range(limbs):
+        parent = parents[limb]
+        for f in range(frames):
+            st, ct, sp, cp = (
+                np.sin(theta[limb, f]), np.cos(theta[limb, f]), np.sin(phi[limb, f]), np.cos(phi[limb, f]),
+            )  # fmt: skip
+            local[0, 0], local[0, 1], local[0, 2] = st * cp, st * sp, ct
+            local[1, 0], local[1, 1], local[1, 2] = ct * cp, ct * sp, -st
+            local[2, 0], local[2, 1], local[2, 2] = -st * sp, st * cp, 0.0
+            local[3, 0], local[3, 1], local[3, 2] = -st * cp, -st * sp, -ct
+            local[4, 0], local[4, 1], local[4, 2] = -ct * sp, ct * cp, 0.0
+            local[5, 0], local[5, 1], local[5, 2] = -st * cp, -st * sp, 0.0
+            for d in range(3):
+                for n in range(6):
+                    world[n] = lengths[limb] * (
+                        local[n, 0] * charts[limb, 0, d]
+                        + local[n, 1] * charts[limb, 1, d]
+                        + local[n, 2] * charts[limb, 2, d]
+                    )
+                begin = root[f, d] if parent < 0 else positions[parent, f, d]
+                positions[limb, f, d] = begin + world[0]
+                movement[limb, f, 0, d] = world[1]
+                movement[limb, f, 1, d] = world[2]
+                movement[limb, f, 2, d] = world[0]  # by the logarithm of the length
+                for n in range(3):
+                    turning[limb, f, n, d] = world[3 + n]
+            if not seen[limb, f]:
+                continue
+            right = down = depth = 0.0
+            for d in range(3):
+                off = positions[limb, f, d] - centre[f, d]
+                right += projection[f, 0, d] * off
+                down += projection[f, 1, d] * off
+                depth += projection[f, 2, d] * off
+            right, down = right / depth, down / depth
+            for d in range(3):
+                across = (projection[f, 0, d] - right * projection[f, 2, d]) / depth
+                below = (projection[f, 1, d] - down * projection[f, 2, d]) / depth
+                by_position[0, d], by_position[1, d] = across, below
+                pull[limb, f, d] = across * (right - images[limb, f, 0]) + below * (down - images[limb, f, 1])
+            for d in range(3):
+                for e in range(3):
+                    square[limb, f, d, e] = (
+                        by_position[0, d] * by_position[0, e] + by_position[1, d] * by_position[1, e]
+                    )
+                    # The reprojection's own second derivative is -(A p^T + p A^T) / depth, p the third row.
+                    bend[limb, f, d, e] = (
+                        square[limb, f, d, e]
+                        - pull[limb, f, d] * (projection[f, 2, e] / depth)
+                        - pull[limb, f, e] * (projection[f, 2, d] / depth)
+                    )
+    for limb in range(limbs - 1, -1, -1):
+        parent = parents[limb]
+        if parent >= 0:
+            for f in range(frames):
+                for d in range(3):
+                    pull[parent, f, d] += pull[limb, f, d]
+                    for e in range(3):
+                        square[parent, f, d, e] += square[limb, f, d, e]
+                        bend[parent, f, d, e] += bend[limb, f, d, e]
+    for limb in range(limbs):
+        for f in range(frames):
+            for a in range(numbers):
+                gradient = scale = 0.0
+                for d in range(3):
+                    inner = outer = 0.0
+                    for e in range(3):
+                        inner += square[limb, f, d, e] * movement[limb, f, a, e]
+                        outer += bend[limb, f, d, e] * movement[limb, f, a, e]
+                    gradient += movement[limb, f, a, d] * pull[limb, f, d]
+                    scale += movement[limb, f, a, d] * inner
+                    carried[a, d] = outer if exact else inner
+                along[limb, a, f] = gradient
+                own[limb, a, f] = scale
+            for m in range(lines.shape[1]):
+                other = lines[limb, m]
+                if other < 0:
+                    break
+                for a in range(numbers):
+                    for b in range(numbers):
+                        total = 0.0
+                        for d in range(3):
+                            total += carried[a, d] * movement[other, f, b, d]
+                        if exact and m == 0:
+                            angular = a < 2 and b < 2
+                            for d in range(3):
+                                # By the logarithm of the length every derivative is what was to be derived.
+                                second = (
+                                    turning[limb, f, a + b, d] if angular else movement[limb, f, min(a, b), d]
+                                )
+                                total += second * pull[limb, f, d]
+                        couplings[limb, m, a, b, f] = total
+
+
+@compiled
+def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyped-def]
+    """Blocks between angles into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings by products."""
+    components = len(scale)
+    for limb in range(len(rows)):
+        for m in range(lines.shape[1]):
+            if lines[limb, m] < 0:
+                break
+            for a in range(2):
+                for b in range(2):
+                    for k in range(components):
+                        for j in range(components):
+                            rows[limb, a * components + k, m, b * components + j] = scale[k, j] * (
+                                sums[limb, m, a, b, first[k, j]] + sums[limb, m, a, b, second[k, j]]
+                            )
+
+
+@compiled
+def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
+    """The square step^T H step of a step (L, N)."""
+    total = 0.0
+    for limb in range(len(rows)):
+        for m in range(lines.shape[1]):
+            other = lines[limb, m]
+            if other < 0:
+                break
+            for a in range(step.shape[1]):
+                inner = 0.0
+                for b in range(step.shape[1]):
+                    inner += rows[limb, a, m, b] * step[other, b]
+                total += (1.0 if m == 0 else 2.0) * step[limb, a] * inner
+    return total
+
+
+@compiled
+def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-untyped-def]
+    """The step (L, N) that solves (H + diag(damping)) step = -gradient; False if that is not positive definite.
+
+    `rows` (L, N, M, N) are overwritten.  Limbs are eliminated from the ends of the tree towards the root.
+    """
+    limbs, size = gradient.shape
+    depth = rows.shape[2]
+    right = -gradient
+    others = np.empty((limbs, size, (depth - 1) * size))
+    for limb in range(limbs - 1, -1, -1):
+        carriers = 0
+        while carriers + 1 < depth and lines[limb, carriers + 1] >= 0:
+            carriers += 1
+        wide = carriers * size
+        solved = others[limb]
+        for a in range(size):
+            rows[limb, a, 0, a] += damping[limb, a]
+            for place in range(carriers):
+                for b in range(size):
+                    solved[a, place * size + b] = rows[limb, a, place + 1, b]
+        # Cholesky's factor takes the lower triangle of the limb's own block; right sides are solved along.
+        for a in range(size):
+            for b in range(a):
+                inner = rows[limb, a, 0, b]
+                for c in range(b):
+                    inner -= rows[limb, a, 0, c] * rows[limb, b, 0, c]
+                inner /= rows[limb, b, 0, b]
+                rows[limb, a, 0, b] = inner
+                right[limb, a] -= inner * right[limb, b]
+                for c in range(wide):
+                    solved[a, c] -= inner * solved[b, c]
+            pivot = rows[limb, a, 0, a]
+            for c in range(a):
+                pivot -= rows[limb, a, 0, c] ** 2
+            if not pivot > 0.0:
+                return False
+            pivot = np.sqrt(pivot)
+            rows[limb, a, 0, a] = pivot
+            right[limb, a] /= pivot
+            for c in range(wide):
+                solved[a, c] /= pivot
+        if carriers == 0:
+            continue
+        narrow = solved[:, :wide].copy()
+        fill = np.dot(narrow.T, narrow)
+        for place in range(carriers):
+            carrier = lines[limb, place + 1]
+            for a in range(size):
+                row = place * size + a
+                for c in range(size):
+                    right[carrier, a] -= narrow[c, row] * right[limb, c]
+                for further in range(place, carriers):
+                    for b in range(size):
+                        rows[carrier, a, further - place, b] -= fill[row, further * size + b]
+    for limb in range(limbs):
+        for m in range(1, depth):
+            carrier = lines[limb, m]
+            if carrier < 0:
+                break
+            for a in range(size):
+                inner = 0.0
+                for b in range(size):
+                    inner += others[limb, a, (m - 1) * size + b] * step[carrier, b]
+                right[limb, a] -= inner
+        for a in range(size - 1, -1, -1):
+            step[limb, a] = right[limb, a] / rows[limb, a, 0, a]
+            for b in range(a):
+                right[limb, b] -= rows[limb, a, 0, b] * step[limb, a]
+    return True
