@@ -31,6 +31,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       newton, choice         minima inside brackets; choices that do not depend on rounding
+      compilation            loops compiled as they stand
 
     formats/               one reader for each file format
     fetch/                 downloading the public recordings

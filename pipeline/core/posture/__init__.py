@@ -1,6 +1,7 @@
 """Postures by direction cosines: 37 numbers, and the joints that they stand for: mozerov2006 section 2.
 
-`postures` goes from joints to cosines, `joints` back with the `limb_lengths` of a body.
+`postures` goes from joints to cosines, `joints` back with the `limb_lengths` of a body; `frames` says what cosines are
+relative to, `kernels` is the compiled way back.
 
 Symbols
 -------
@@ -16,6 +17,7 @@ from pipeline.core.posture.cosines import (
     LimbLengths,
     floor_level,
     joints,
+    joints_where_defined,
     limb_lengths,
     postures,
 )
@@ -28,6 +30,7 @@ __all__ = [
     "LimbLengths",
     "floor_level",
     "joints",
+    "joints_where_defined",
     "limb_lengths",
     "postures",
 ]

@@ -12,10 +12,11 @@ The frames, and why they are those, stand in `frames`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from pipeline.core.posture import frames
+from pipeline.core.posture import frames, kernels
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, SHOULDER, THIGHS, TORSO
 from pipeline.skeleton import POSTURE12, WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_range
@@ -32,6 +33,24 @@ _PELVIS, _STERNUM = WALKER15.index("pelvis"), WALKER15.index("sternum")
 _ANKLES = (WALKER15.index("left_ankle"), WALKER15.index("right_ankle"))
 _OVER = {**dict(zip(LEGS, THIGHS, strict=True)), **dict(zip(FOREARMS, ARMS, strict=True))}
 """The thigh of each leg, the arm of each forearm."""
+
+_LIMB_ENDS = np.array(POSTURE12.ends)
+_LIMB_OVER = np.array([_OVER.get(limb, -1) for limb in range(len(POSTURE12.limbs))])
+_LIMB_REST = np.array([frames.REST.get(limb, np.zeros(3)) for limb in range(len(POSTURE12.limbs))])
+_TREES = {
+    frame: (_PELVIS, _STERNUM, _LIMB_ENDS, _LIMB_OVER, _LIMB_REST, frame == "parent", frames.LEAST_SINE)
+    for frame in FRAMES
+}
+"""What `kernels` needs to know of the tree of limbs."""
+
+_UNDEFINED = {
+    kernels.NOT_FINITE: "a posture has a number that is not finite",
+    kernels.NO_COSINES: "the cosines of a limb are all zero",
+    kernels.NO_STANCE: frames.undefined(frames.HIP_UPRIGHT),
+    kernels.NO_HIP: frames.undefined(frames.TORSO_ALONG_HIP),
+    kernels.NO_SHOULDER: frames.undefined(frames.SHOULDER_ALONG_TORSO),
+    kernels.AGAINST_REST: frames.undefined(frames.AGAINST_REST),
+}
 
 
 @dataclass(frozen=True)
@@ -56,6 +75,12 @@ class LimbLengths:
     def leg_length_mm(self) -> float:
         """Thigh and leg together, mean of the sides."""
         return float(self.limbs_mm[[*THIGHS, *LEGS]].sum() / 2.0)
+
+    @cached_property
+    def sizes(self) -> tuple[float, tuple[np.ndarray, ...]]:
+        """Leg length and all others as arrays of floats, for `kernels`."""
+        parts = (self.limbs_mm, self.pelvis_mm, self.shoulders_mm)
+        return self.leg_length_mm, tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
 
 
 def postures(
@@ -181,42 +206,48 @@ def joints(postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "par
         Postures of another length, not finite, with a limb whose cosines are all zero, or that leave a frame
         undefined.
     """
+    positions, found = _placed(postures, limb_lengths, frame)
+    wrong = found[:, 0] != kernels.DEFINED
+    if wrong.any():
+        number = int(wrong.argmax())
+        why, limb = found[number]
+        raise InvalidInput(
+            _UNDEFINED[why].format(limb=POSTURE12.limbs[limb]),
+            where=f"frame {number}" + (f", {POSTURE12.limbs[limb]}" if why == kernels.NO_COSINES else ""),
+        )
+    return positions
+
+
+def joints_where_defined(
+    postures: np.ndarray, limb_lengths: LimbLengths, *, frame: str = "parent"
+) -> np.ndarray:
+    """Joint positions (…, 15, 3) in mm as `joints`, but NaN for a posture that would be refused there.
+
+    Parameters
+    ----------
+    postures : (…, 37)
+    limb_lengths : LimbLengths
+    frame : {"parent", "hip"}
+
+    Raises
+    ------
+    InvalidInput
+        Postures of another length.
+    """
+    return _placed(postures, limb_lengths, frame)[0]
+
+
+def _placed(postures: np.ndarray, limb_lengths: LimbLengths, frame: str) -> tuple[np.ndarray, np.ndarray]:
+    """Joints (…, 15, 3), and for each posture (S, 2) what it is and the limb that is wrong."""
     require_choice("frame", frame, FRAMES)
     given = np.asarray(postures, dtype=float)
     if given.ndim < 1 or given.shape[-1] != PARAMETERS:
         raise InvalidInput("no postures", expected=f"(…, {PARAMETERS}) numbers", received=str(given.shape))
-    flat = given.reshape(-1, PARAMETERS)
-    if not np.isfinite(flat).all():
-        frame_number = int((~np.isfinite(flat).all(axis=1)).argmax())
-        raise InvalidInput("a posture has a number that is not finite", where=f"frame {frame_number}")
-    cosines = flat[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
-    cosines, _ = _units(cosines, "the cosines of a limb are all zero")
-
-    directions = np.empty_like(cosines)
-    h = directions[:, HIP] = cosines[:, HIP]
-    t = directions[:, TORSO] = frames.vectors_from(frames.stance(h), cosines[:, TORSO])
-    hip, torso = frames.hip_and_torso(h, t)
-    s = frames.vectors_from(torso if frame == "parent" else hip, cosines[:, SHOULDER])
-    shoulder = frames.shoulder(s, t)
-    for limb, parent in _frames_of_limbs(hip, torso, shoulder, frame).items():
-        own = cosines[:, limb]
-        if frame == "parent" and limb in _OVER:
-            own = frames.vectors_after(_OVER[limb], cosines[:, _OVER[limb]], own)
-        directions[:, limb] = frames.vectors_from(parent, own)
-
-    lengths = limb_lengths.limbs_mm
-    positions = np.zeros((len(flat), len(WALKER15.joints), 3))
-    positions[:, _PELVIS, 2] = flat[:, 0] * limb_lengths.leg_length_mm
-    positions[:, _STERNUM] = positions[:, _PELVIS] + lengths[TORSO] * t
-    hips = positions[:, _PELVIS] - frames.vectors_from(hip, limb_lengths.pelvis_mm)
-    shoulders = positions[:, _STERNUM] + frames.vectors_from(shoulder, limb_lengths.shoulders_mm)
-    for limb, axis, middle in ((HIP, h, hips), (SHOULDER, s, shoulders)):
-        for end, side in zip(POSTURE12.ends[limb], (-0.5, 0.5), strict=True):
-            positions[:, end] = middle + side * lengths[limb] * axis
-    for limb in (NECK, *THIGHS, *ARMS, *LEGS, *FOREARMS):
-        start, end = POSTURE12.ends[limb]
-        positions[:, end] = positions[:, start] + lengths[limb] * directions[:, limb]
-    return positions.reshape(*given.shape[:-1], len(WALKER15.joints), 3)
+    flat = np.ascontiguousarray(given.reshape(-1, PARAMETERS))
+    positions = np.empty((len(flat), len(WALKER15.joints), 3))
+    found = np.empty((len(flat), 2), dtype=np.int64)
+    kernels.place_joints(flat, *limb_lengths.sizes, _TREES[frame], positions, found)
+    return positions.reshape(*given.shape[:-1], len(WALKER15.joints), 3), found
 
 
 def _frames_of_limbs(

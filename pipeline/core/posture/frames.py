@@ -42,8 +42,13 @@ REST = {
 }
 """Rest directions: thighs forward and outward, arms downward too, in the frame of hip or shoulder."""
 
-_LEAST_SINE = 1e-3
+LEAST_SINE = 1e-3
 """Sine of the angle between two directions below which they make no frame."""
+
+HIP_UPRIGHT = "the hip axis is vertical"
+TORSO_ALONG_HIP = "the torso lies along the hip axis"
+SHOULDER_ALONG_TORSO = "the shoulder axis lies along the torso"
+AGAINST_REST = "the limb {limb} points against its rest direction"
 
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -56,7 +61,7 @@ def stance(h: np.ndarray) -> np.ndarray:
     InvalidInput
         Where the hip axis is vertical.
     """
-    return _axes(h, _UP, "the hip axis is vertical")
+    return _axes(h, _UP, HIP_UPRIGHT)
 
 
 def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -67,7 +72,7 @@ def hip_and_torso(h: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     InvalidInput
         Where the torso lies along the hip axis.
     """
-    hip = _axes(h, t, "the torso lies along the hip axis")
+    hip = _axes(h, t, TORSO_ALONG_HIP)
     return hip, np.stack([np.cross(hip[:, 1], t), hip[:, 1], t], axis=1)
 
 
@@ -79,17 +84,12 @@ def shoulder(s: np.ndarray, t: np.ndarray) -> np.ndarray:
     InvalidInput
         Where the shoulder axis lies along the torso.
     """
-    return _axes(s, t, "the shoulder axis lies along the torso")
+    return _axes(s, t, SHOULDER_ALONG_TORSO)
 
 
 def components_in(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Components (T, 3) in a frame of vectors (T, 3) in the world."""
     return np.einsum("tij,tj->ti", frames, vectors)
-
-
-def vectors_from(frames: np.ndarray, components: np.ndarray) -> np.ndarray:
-    """Vectors (T, 3) in the world of components (T, 3) or (3,) in a frame."""
-    return np.einsum("tij,ti->tj", frames, np.broadcast_to(components, frames.shape[:2]))
 
 
 def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -103,22 +103,11 @@ def components_after(limb: int, direction: np.ndarray, vectors: np.ndarray) -> n
     return _turned(direction, REST[limb], vectors, POSTURE12.limbs[limb])
 
 
-def vectors_after(limb: int, direction: np.ndarray, components: np.ndarray) -> np.ndarray:
-    """Vectors (T, 3) in the frame of hip or shoulder of components in that of a thigh or an arm.
-
-    Raises
-    ------
-    InvalidInput
-        Where the limb points against its rest direction.
-    """
-    return _turned(REST[limb], direction, components, POSTURE12.limbs[limb])
-
-
 def _axes(x: np.ndarray, upward: np.ndarray, wrong: str) -> np.ndarray:
     """Frames from their x axes, and z as near to a second direction as that allows."""
     z = upward - (x * upward).sum(axis=-1, keepdims=True) * x
     length = np.linalg.norm(z, axis=-1, keepdims=True)
-    _require_defined(length[:, 0] < _LEAST_SINE, wrong)
+    _require_defined(length[:, 0] < LEAST_SINE, wrong)
     z = z / length
     return np.stack([x, np.cross(z, x), z], axis=1)
 
@@ -127,12 +116,17 @@ def _turned(from_: np.ndarray, to: np.ndarray, vectors: np.ndarray, limb: str) -
     """Vectors after the smallest rotation that brings one unit direction to another."""
     axis = np.cross(from_, to)  # of length sine
     cosine = (from_ * to).sum(axis=-1, keepdims=True)
-    against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < _LEAST_SINE)
-    _require_defined(against, f"the limb {limb} points against its rest direction")
+    against = (cosine[:, 0] < 0.0) & (np.linalg.norm(axis, axis=-1) < LEAST_SINE)
+    _require_defined(against, AGAINST_REST.format(limb=limb))
     along = (axis * vectors).sum(axis=-1, keepdims=True)
     return cosine * vectors + np.cross(axis, vectors) + along / (1.0 + cosine) * axis
 
 
+def undefined(what: str) -> str:
+    """Return the sentence for directions that make no frame."""
+    return f"{what}, so its frame is not defined"
+
+
 def _require_defined(wrong: np.ndarray, what: str) -> None:
     if wrong.any():
-        raise InvalidInput(f"{what}, so its frame is not defined", where=f"frame {int(wrong.argmax())}")
+        raise InvalidInput(undefined(what), where=f"frame {int(wrong.argmax())}")

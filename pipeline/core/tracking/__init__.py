@@ -1,8 +1,8 @@
 """Particle filter with the action model as prior: what mozerov2006 learns the model for (its sections 1 and 4).
 
 `track` follows one performance from its 2D image: `Dynamics` predict postures along the action model and prune those
-outside of its bounds, a `Likelihood` weighs them by the image.  The remaining functions give the errors of a track,
-and those of the mean performance alone.
+outside of its bounds, a `Likelihood` weighs them by the image; both go through the compiled loops of `kernels`.  The
+remaining functions give the errors of a track, and those of the mean performance alone.
 
 Symbols
 -------

@@ -121,16 +121,17 @@ def track(
     state, log_weights = None, equal
     for frame in range(frames):
         innovations, pruned[frame] = walk.draw(state, n_particles, generator)
-        cloud = _Cloud(state, innovations, walk.apply(state, innovations), log_weights)
+        after = walk.apply(state, innovations)
+        cloud = _Cloud(state, innovations, after, walk.posture(after), log_weights)
         if likelihood.seen[frame].any():
 
-            def log_density(after: np.ndarray, frame: int = frame) -> np.ndarray:
-                return likelihood.log_density(to_joints(walk.posture(after)), frame)
+            def log_density(x: np.ndarray, frame: int = frame) -> np.ndarray:
+                return likelihood.log_density(to_joints(x), frame)
 
             cloud, evidence[frame], best = _weighed(cloud, log_density, walk, moves, generator)
-            lost[frame] = best - likelihood.log_peak(frame) < _UNDERFLOW
+            lost[frame] = best - likelihood.log_peak[frame] < _UNDERFLOW
         state, log_weights = cloud.after, cloud.log_weights
-        weights, x = np.exp(log_weights), walk.posture(state)
+        weights, x = np.exp(log_weights), cloud.posture
         posture[frame] = weights @ x
         deviation[frame] = np.sqrt(weights @ (x - posture[frame]) ** 2)
         phase[frame] = weights @ state[:, 0]
@@ -148,12 +149,16 @@ class _Cloud:
     before: np.ndarray | None
     innovations: np.ndarray
     after: np.ndarray
+    posture: np.ndarray
     log_weights: np.ndarray
+
+    def weighing(self, log_weights: np.ndarray) -> _Cloud:
+        return _Cloud(self.before, self.innovations, self.after, self.posture, log_weights)
 
     def resampled(self, chosen: np.ndarray) -> _Cloud:
         before = None if self.before is None else self.before[chosen]
         equal = np.full(len(chosen), -np.log(len(chosen)))
-        return _Cloud(before, self.innovations[chosen], self.after[chosen], equal)
+        return _Cloud(before, self.innovations[chosen], self.after[chosen], self.posture[chosen], equal)
 
 
 def _weighed(
@@ -164,20 +169,20 @@ def _weighed(
     generator: np.random.Generator,
 ) -> tuple[_Cloud, float, float]:
     """The cloud weighed by an image, the logarithm of that image's density, and the best particle's likelihood."""
-    value = log_density(cloud.after)
+    value = log_density(cloud.posture)
     if not np.isfinite(value).any():
         # Nobody has an image: there is no telling them apart, so the prediction stands.
         return cloud, -np.inf, -np.inf
     if not moves:
         log_weights, total = particles.normalise(cloud.log_weights + value)
-        return replace(cloud, log_weights=log_weights), total, float(value.max())
+        return cloud.weighing(log_weights), total, float(value.max())
     half, power, evidence, length = len(value) / 2, 0.0, 0.0, 0.5
     for step in range(_POWERS):
         part = (
             1.0 - power if step == _POWERS - 1 else _next_power(cloud.log_weights, value, 1.0 - power, half)
         )
         log_weights, total = particles.normalise(cloud.log_weights + part * value)
-        cloud = replace(cloud, log_weights=log_weights)
+        cloud = cloud.weighing(log_weights)
         power, evidence = power + part, evidence + total
         if particles.effective_sample_size(log_weights) < 1.01 * half:
             chosen = particles.resample_systematically(log_weights, generator.random())
@@ -221,7 +226,8 @@ def _moved(
     fresh = generator.standard_normal(cloud.innovations.shape)
     innovations = np.sqrt(1.0 - length**2) * cloud.innovations + length * fresh
     after = walk.apply(cloud.before, innovations)
-    proposed = log_density(after)
+    posture = walk.posture(after)
+    proposed = log_density(posture)
     # Particles of no likelihood have no weight either; one that finds some is welcome.
     gain = proposed - np.where(np.isfinite(value), value, np.finfo(float).min)
     moved = (np.log(generator.random(len(value))) < power * gain) & walk.accepted(after)
@@ -230,6 +236,7 @@ def _moved(
         cloud,
         innovations=np.where(keep, cloud.innovations, innovations),
         after=np.where(keep, cloud.after, after),
+        posture=np.where(keep, cloud.posture, posture),
     )
     return cloud, np.where(moved, proposed, value), float(moved.mean())
 

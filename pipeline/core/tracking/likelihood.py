@@ -20,11 +20,13 @@ shift is no shift of the body: there the root is given (`Pinhole.back_project` m
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole
+from pipeline.core.tracking import kernels
 from pipeline.validation import InvalidInput, require_choice, require_shape
 
 _FREE_AXES = {"none": 0, "across": 1, "image": 2}
@@ -111,40 +113,48 @@ class Likelihood:
         """J."""
         return self.image.shape[1]
 
-    def log_peak(self, frame: int) -> float:
-        """Logarithm of the density of an image that fits exactly; 0 with no joint seen."""
-        noise = np.broadcast_to(self.noise, self.joints)[self.seen[frame]]
-        if not len(noise):
-            return 0.0
-        density = -len(noise) * np.log(2.0 * np.pi) - 2.0 * np.log(noise).sum()
+    @cached_property
+    def log_peak(self) -> np.ndarray:
+        """Logarithm of the density of images that fit exactly (T,); 0 with no joint seen."""
+        logarithm = np.where(self.seen, np.log(self.noise), 0.0)
+        weights = np.where(self.seen, self.noise**-2.0, 0.0).sum(axis=1)
+        count = self.seen.sum(axis=1)
         # Integrating a shift out gives back the width of the mean of the residuals.
         axes = _FREE_AXES[self.unknown_place]
-        return float(density + 0.5 * axes * (np.log(2.0 * np.pi) - np.log((noise**-2.0).sum())))
+        width = np.log(2.0 * np.pi) - np.log(np.where(count, weights, 1.0))
+        peak = -count * np.log(2.0 * np.pi) - 2.0 * logarithm.sum(axis=1) + 0.5 * axes * width
+        return np.where(count, peak, 0.0)
 
     def log_density(self, joints: np.ndarray, frame: int) -> np.ndarray:
         """Logarithm of the density (S,) of one frame's image, given S sets of joints (S, J, 3) in mm.
 
         Minus infinity where a joint that was seen has no image (it stands behind the camera).
         """
-        seen = self.seen[frame]
-        if not seen.any():
-            return np.zeros(len(joints))
-        points = joints if seen.all() else joints[:, seen]
-        if self.root is not None:
-            points = points + self.root[frame]
+        seen, (matrices, centres) = self.seen[frame].nonzero()[0], self._cameras
+        misfit = np.zeros(len(joints))
+        if len(seen):
+            kernels.image_misfit(
+                np.asarray(joints, dtype=float),
+                (matrices[frame], centres[frame], isinstance(self.camera, Pinhole)),
+                seen,
+                self.image[frame, seen],
+                1.0 / np.asarray(self.noise)[seen],
+                _FREE_AXES[self.unknown_place],
+                misfit,
+            )
+        return self.log_peak[frame] - 0.5 * misfit
+
+    @cached_property
+    def _cameras(self) -> tuple[np.ndarray, np.ndarray]:
+        """Matrices (T, 3, 3) and centres (T, 3) of the camera, less the root: what a point is projected by."""
         if isinstance(self.camera, Pinhole):
-            images = self.camera.at(frame).project(points)
+            matrix, centre = self.camera.intrinsics @ self.camera.rotation, self.camera.centre
         else:
-            images = orthographic.project(points, self.camera)
-        noise = np.broadcast_to(self.noise, self.joints)[seen][:, None]
-        residuals = images - self.image[frame, seen]
-        free = residuals[..., : _FREE_AXES[self.unknown_place]]
-        if free.shape[-1]:
-            free -= np.average(free, axis=1, weights=noise[:, 0] ** -2.0, keepdims=True)
-        residuals /= noise
-        with np.errstate(over="ignore"):
-            misfit = np.einsum("sjc,sjc->sj", residuals, residuals).sum(axis=1)
-        return self.log_peak(frame) - 0.5 * np.where(np.isnan(misfit), np.inf, misfit)
+            matrix, centre = np.zeros((3, 3)), np.zeros(3)
+            matrix[:2] = orthographic.project(np.eye(3), self.camera).T
+        if self.root is not None:
+            centre = centre - self.root
+        return np.broadcast_to(matrix, (self.frames, 3, 3)), np.broadcast_to(centre, (self.frames, 3))
 
 
 def _camera_known(camera: object, frames: int, unknown_place: str) -> np.ndarray:

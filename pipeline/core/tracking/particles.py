@@ -7,7 +7,6 @@ its plain weight would be zero to double precision.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import logsumexp
 
 from pipeline.validation import InvalidInput, require_range
 
@@ -26,7 +25,9 @@ def normalise(log_weights: np.ndarray) -> tuple[np.ndarray, float]:
     >>> np.exp(log_weights).round(12).tolist(), round(float(np.exp(total)), 12)
     ([0.25, 0.75], 4.0)
     """
-    total = float(logsumexp(log_weights))
+    most = float(np.max(log_weights))
+    # Relative to the largest, which may be minus infinity: then there is nothing to normalise.
+    total = most + float(np.log(np.exp(log_weights - most).sum())) if np.isfinite(most) else most
     if not np.isfinite(total):
         raise InvalidInput("weights cannot be normalised", expected="one above zero, all finite")
     return log_weights - total, total

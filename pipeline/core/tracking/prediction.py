@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from pipeline.core.resampling import interpolate
+from pipeline.core.tracking import kernels
 from pipeline.validation import InvalidInput
 
 
@@ -83,7 +83,8 @@ class Walk:
         _require_in_range(dynamics, prior)
         self.prior, self.dynamics = prior, dynamics
         self.last = float(len(self.mean) - 1)
-        self.step = dynamics.diffusion * (1.0 if prior else np.sqrt((self.sd**2).mean(axis=0)))
+        size = np.ones(self.mean.shape[1]) if prior else np.sqrt((self.sd**2).mean(axis=0))
+        self.step = dynamics.diffusion * size
         self.keep = np.sqrt(max(0.0, 1.0 - dynamics.diffusion**2)) if prior else 1.0
         self.bound = dynamics.bound if prior else np.inf
 
@@ -95,10 +96,13 @@ class Walk:
         if not np.isfinite(self.bound) or (state is not None and self.dynamics.diffusion == 0.0):
             return innovations, 0.0
         e = innovations[:, 2:]
-        centre, step = (np.zeros_like(e), 1.0) if state is None else (self.keep * state[:, 2:], self.step)
+        if state is None:
+            centre, step = np.zeros_like(e), np.ones_like(e)
+        else:
+            centre, step = self.keep * state[:, 2:], np.broadcast_to(self.step, e.shape)
         outside = np.abs(centre + step * e) > self.bound
         if outside.any():
-            low, high = (ndtr((edge - centre[outside]) / step) for edge in (-self.bound, self.bound))
+            low, high = (ndtr((edge - centre[outside]) / step[outside]) for edge in (-self.bound, self.bound))
             e[outside] = ndtri(low + generator.random(len(low)) * (high - low))
         return innovations, float(outside.any(axis=1).mean())
 
@@ -116,10 +120,10 @@ class Walk:
                 innovations[:, 2:] if self.prior else self.mean[0] + self.sd[0] * innovations[:, 2:]
             )
         else:
-            rate = state[:, 1] + d.rate_step * d.nominal_rate * innovations[:, 1]
-            after[:, 1] = _reflected(rate, low, high)
-            after[:, 0] = np.minimum(state[:, 0] + after[:, 1], self.last)
-            after[:, 2:] = self.keep * state[:, 2:] + self.step * innovations[:, 2:]
+            rate_step = d.rate_step * d.nominal_rate
+            kernels.step_forward(
+                state, innovations, self.keep, self.step, rate_step, (low, high), self.last, after
+            )
         if not self.prior:
             after[:, :2] = np.nan
         return after
@@ -132,8 +136,9 @@ class Walk:
         """x (S, b) in the aSpace."""
         if not self.prior:
             return state[:, 2:]
-        phase = state[:, 0]
-        return interpolate(self.mean, phase) + interpolate(self.sd, phase) * state[:, 2:]
+        x = np.empty((len(state), self.mean.shape[1]))
+        kernels.deviate(state, self.mean, self.sd, x)
+        return x
 
 
 def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviation: np.ndarray) -> float:
@@ -168,14 +173,6 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
         raise InvalidInput("the performances do not deviate from their mean", where="learnt diffusion")
     rho = (z[:, 1:] * z[:, :-1]).sum() / power
     return float(np.sqrt(max(0.0, 1.0 - rho**2)))
-
-
-def _reflected(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Values folded back at the bounds, so that a random walk stays between them and favours none."""
-    if high <= low:
-        return np.full_like(values, low)
-    offset = np.mod(values - low, 2.0 * (high - low))
-    return low + np.minimum(offset, 2.0 * (high - low) - offset)
 
 
 def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

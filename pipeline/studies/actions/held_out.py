@@ -86,18 +86,8 @@ class HeldOut:
         A random walk through the aSpace comes, once in millions of steps, upon a limb that points against its rest
         direction: no frame is defined there, and a particle without joints has no weight.
         """
-        return _joints(self.action.space.postures(coordinates), body, self.frame)
-
-
-def _joints(postures: np.ndarray, body: LimbLengths, frame: str) -> np.ndarray:
-    """Return joints (S, 15, 3) in mm of postures (S, 37), halved until those that are refused stand alone."""
-    try:
-        return posture.joints(postures, body, frame=frame)
-    except InvalidInput:
-        if len(postures) == 1:
-            return np.full((1, len(WALKER15.joints), 3), np.nan)
-        half = len(postures) // 2
-        return np.concatenate([_joints(part, body, frame) for part in (postures[:half], postures[half:])])
+        postures = self.action.space.postures(coordinates)
+        return posture.joints_where_defined(postures, body, frame=self.frame)
 
 
 def performances_of(dataset: Postures) -> list[Performance]:

@@ -8,12 +8,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pipeline.core import linear_model
-from pipeline.core.posture import FRAMES, HEADINGS, PARAMETERS, LimbLengths, joints, limb_lengths, postures
+from pipeline.core.posture import (
+    FRAMES,
+    HEADINGS,
+    PARAMETERS,
+    LimbLengths,
+    joints,
+    joints_where_defined,
+    limb_lengths,
+    postures,
+)
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, REST, SHOULDER, THIGHS, TORSO
 from pipeline.formats import acclaim
 from pipeline.skeleton import POSTURE12, WALKER15, SourceMapping, map_joints
@@ -365,6 +374,89 @@ def test_what_is_no_posture_is_refused() -> None:
     missing[1, 20] = 0.5
     with pytest.raises(InvalidInput, match=r"^frame 1, neck: the cosines of a limb are all zero$"):
         joints(missing, BODY)
+
+
+# --- the compiled way back --------------------------------------------------------------------------------
+
+
+def limb_by_limb(posture: np.ndarray, body: LimbLengths, frame: str) -> np.ndarray:
+    """Joints (15, 3) of one posture (37,) as the words have it: frames as matrices, rotations of another library."""
+
+    def frame_of(x: np.ndarray, upward: np.ndarray) -> np.ndarray:
+        z = upward - (upward @ x) * x
+        z /= np.linalg.norm(z)
+        return np.array([x, np.cross(z, x), z])
+
+    told = cosines(posture)
+    told = told / np.linalg.norm(told, axis=1, keepdims=True)
+    h = told[HIP]
+    t = told[TORSO] @ frame_of(h, UP)
+    hip = frame_of(h, t)
+    torso = np.array([np.cross(hip[1], t), hip[1], t])
+    s = told[SHOULDER] @ (torso if frame == "parent" else hip)
+    shoulder = frame_of(s, t)
+    directions = {HIP: h, TORSO: t, SHOULDER: s}
+    parents = (
+        {NECK: torso} | dict.fromkeys((*THIGHS, *LEGS), hip) | dict.fromkeys((*ARMS, *FOREARMS), shoulder)
+    )
+    over = dict(zip((*LEGS, *FOREARMS), (*THIGHS, *ARMS), strict=True))
+    for limb, parent in parents.items():
+        own = told[limb]
+        if frame == "parent" and limb in over:
+            rest, to = REST[over[limb]], told[over[limb]]
+            axis = np.cross(rest, to)
+            angle = np.arctan2(np.linalg.norm(axis), rest @ to)
+            own = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).apply(own)
+        directions[limb] = own @ (parent if frame == "parent" else hip)
+    at = np.zeros((15, 3))
+    pelvis, sternum = WALKER15.index("pelvis"), WALKER15.index("sternum")
+    at[pelvis, 2] = posture[0] * body.leg_length_mm
+    at[sternum] = at[pelvis] + body.limbs_mm[TORSO] * t
+    middles = {HIP: at[pelvis] - body.pelvis_mm @ hip, SHOULDER: at[sternum] + body.shoulders_mm @ shoulder}
+    for limb, direction in directions.items():
+        start, end = POSTURE12.ends[limb]
+        if limb in middles:
+            at[start], at[end] = (
+                middles[limb] + side * body.limbs_mm[limb] * direction for side in (-0.5, 0.5)
+            )
+        elif limb != TORSO:
+            at[end] = at[start] + body.limbs_mm[limb] * direction
+    return at
+
+
+@given(seed=seeds, frame=st.sampled_from(FRAMES))
+@settings(max_examples=30, deadline=None)
+def test_the_compiled_way_back_is_the_plain_one_posture_by_posture(seed: int, frame: str) -> None:
+    generator = np.random.default_rng(seed)
+    given = generator.standard_normal((7, 37))
+    expected = [limb_by_limb(posture, BODY, frame) for posture in given]
+    np.testing.assert_allclose(
+        joints(given, BODY, frame=frame), expected, rtol=0, atol=1e-6
+    )  # 1e-9 of a body
+    # Nor does it matter in which company a posture comes.
+    np.testing.assert_array_equal(joints(given[3], BODY, frame=frame), joints(given, BODY, frame=frame)[3])
+
+
+def test_a_posture_without_joints_is_refused_alone() -> None:
+    good = postures(standing())[0]
+    wrong = {
+        name: good.copy() for name in ("infinite", "no neck", "upright hip", "against rest", "along torso")
+    }
+    wrong["infinite"][20] = np.inf
+    for name, limb, direction in (
+        ("no neck", NECK, 0.0 * UP),
+        ("upright hip", HIP, -UP),
+        ("against rest", ARMS[1], -REST[ARMS[1]]),
+        ("along torso", SHOULDER, UP),
+    ):
+        cosines(wrong[name])[limb] = direction
+    among = np.stack([good, *wrong.values(), good])
+    found = joints_where_defined(among, BODY)
+    assert np.isnan(found).all(axis=(1, 2)).tolist() == [False, *[True] * len(wrong), False]
+    np.testing.assert_array_equal(found[[0, -1]], joints(among[[0, -1]], BODY))
+    for posture in wrong.values():
+        with pytest.raises(InvalidInput, match="frame 0"):
+            joints(posture, BODY)
 
 
 # --- real performances ------------------------------------------------------------------------------------

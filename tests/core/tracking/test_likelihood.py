@@ -97,7 +97,7 @@ def test_nothing_seen_says_nothing_and_behind_the_camera_is_impossible() -> None
     np.testing.assert_array_equal(likelihood.log_density(joints, 1), 0.0)
     assert np.ptp(likelihood.log_density(joints, 2)) == 0.0
     np.testing.assert_array_equal(likelihood.log_density(joints, 3), 0.0)
-    assert [likelihood.log_peak(frame) for frame in (1, 3)] == [0.0, 0.0]
+    assert [likelihood.log_peak[frame] for frame in (1, 3)] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize(

@@ -272,6 +272,99 @@ def test_the_filter_is_the_kalman_filter_where_that_is_exact(
     assert not found.pruned_fraction.any()
 
 
+# --- the plain loop ---------------------------------------------------------------------------------------
+
+
+def one_by_one(
+    mean: np.ndarray,
+    sd: np.ndarray,
+    image: np.ndarray,
+    noise: float,
+    count: int,
+    d: Dynamics,
+    prior: bool,
+    generator: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Postures, phases and evidence of the textbook filter, a particle at a time, in the words of its modules."""
+    b, last = mean.shape[1], len(mean) - 1.0
+    size = np.ones(b) if prior else np.sqrt((sd**2).mean(axis=0))
+    keep = np.sqrt(1 - d.diffusion**2) if prior else 1.0
+    states: list[np.ndarray] = []
+    weights = np.full(count, 1 / count)
+    postures, phases, evidences = [], [], []
+    for frame in range(len(image)):
+        drawn = generator.standard_normal((count, 2 + b))
+        redrawn = []
+        for i in range(count):
+            for k in range(b if prior else 0):
+                centre, step = (keep * states[i][2 + k], d.diffusion) if frame else (0.0, 1.0)
+                if abs(centre + step * drawn[i, 2 + k]) > d.bound:
+                    redrawn.append((i, 2 + k, (-d.bound - centre) / step, (d.bound - centre) / step))
+        for (i, k, low, high), u in zip(redrawn, generator.random(len(redrawn)), strict=True):
+            below, above = stats.norm.cdf([low, high])
+            drawn[i, k] = stats.norm.ppf(below + u * (above - below))
+        x, density = np.empty((count, b)), np.empty(count)
+        for i, e in enumerate(drawn):
+            slowest, fastest = d.nominal_rate * d.rate_bounds[0], d.nominal_rate * d.rate_bounds[1]
+            state = np.empty(2 + b)
+            if frame:
+                rate = states[i][1] + d.rate_step * d.nominal_rate * e[1]
+                while not slowest <= rate <= fastest:
+                    rate = 2 * (slowest if rate < slowest else fastest) - rate
+                state[:2] = min(states[i][0] + rate, last), rate
+                state[2:] = keep * states[i][2:] + d.diffusion * size * e[2:]
+            else:
+                first, final = d.start_phase[0] * last, d.start_phase[1] * last
+                share = stats.norm.cdf(e[:2])
+                state[:2] = first + (final - first) * share[0], slowest + (fastest - slowest) * share[1]
+                state[2:] = e[2:] if prior else mean[0] + sd[0] * e[2:]
+            states[i : i + 1] = [state]
+            p = state[:1]
+            x[i] = interpolate(mean, p)[0] + interpolate(sd, p)[0] * state[2:] if prior else state[2:]
+            residual = (camera.project(limbs(x[[i]])[0], VIEW) - image[frame])[~np.isnan(image[frame, :, 0])]
+            density[i] = stats.norm.logpdf(residual, scale=noise).sum()
+        best = density.max()
+        weights = weights * np.exp(density - best)
+        evidences.append(best + np.log(weights.sum()))
+        weights /= weights.sum()
+        postures.append(weights @ x)
+        phases.append(weights @ [state[0] for state in states])
+        if 1 / (weights**2).sum() < count / 2:
+            offset, edges = generator.random(), np.cumsum(weights)
+            kept = [next(i for i in range(count) if edges[i] > (n + offset) / count) for n in range(count)]
+            states, weights = [states[i] for i in kept], np.full(count, 1 / count)
+    return np.array(postures), np.array(phases), np.array(evidences)
+
+
+@pytest.mark.parametrize("prior", [True, False])
+@pytest.mark.parametrize("occluded", [0.0, 0.4])
+def test_the_filter_is_the_plain_loop_given_the_same_random_numbers(prior: bool, occluded: float) -> None:
+    """Redrawn predictions, folded rates, the end of the action and resampling included."""
+    mean, sd = model(performances(0, 25, samples=14)[1:])
+    _, image = seen(
+        performances(0, 25, samples=14)[0], np.random.default_rng(3), noise=20.0, occluded=occluded
+    )
+    d = Dynamics(diffusion=0.6, bound=1.5, rate_step=0.9, rate_bounds=(0.3, 1.6), start_phase=(0.0, 0.2))
+    expected = one_by_one(mean, sd, image, 30.0, 24, d, prior, np.random.default_rng(9))
+    found = track(
+        mean,
+        sd,
+        Likelihood(image, VIEW, 30.0),
+        to_joints=limbs,
+        n_particles=24,
+        generator=np.random.default_rng(9),
+        dynamics=d,
+        prior=prior,
+    )
+    assert (found.pruned_fraction > 0).any() == prior
+    assert (found.effective_sample_size < 12).any()  # so they are resampled
+    postures, phases, evidence = expected
+    np.testing.assert_allclose(found.posture, postures, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.log_evidence, evidence, rtol=1e-9)
+    if prior:
+        np.testing.assert_allclose(found.phase, phases, rtol=0, atol=1e-9)
+
+
 # --- what is not seen -------------------------------------------------------------------------------------
 
 

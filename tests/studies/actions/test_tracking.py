@@ -157,6 +157,17 @@ def test_joints_that_are_seen_are_read(trial: Trial) -> None:
     assert not np.array_equal(moved.posture, trial.filtered("prior", condition, image).posture)
 
 
+def test_conditions_do_not_influence_each_other(trial: Trial) -> None:
+    """Each gives alone, and in whatever order, what it gives among others."""
+    wanted = [Condition(30, 10.0, 0.0), Condition(50, 10.0, 0.25), Condition(30, 0.0, 0.5)]
+    among = trial.all(wanted, wanted[1])
+    for order in ([2, 1, 0], [1], [0, 1]):
+        found = trial.all([wanted[n] for n in order], wanted[1])
+        for name in ("errors", "lost", "pruned", "size"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(among, name)[order])
+        np.testing.assert_array_equal(found.joints, among.joints)
+
+
 # --- what the prior is worth ------------------------------------------------------------------------------
 
 

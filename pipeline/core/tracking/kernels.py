@@ -1,0 +1,98 @@
+"""Loops over the particles of one frame: their step, their postures, the density of an image; the inside of a track.
+
+Symbols as in `prediction` and `likelihood`.  Each loop is what the lines of arrays in its caller's words would be; it
+is compiled because a frame has few particles and many small operations, each of which costs more than its work.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core.compilation import compiled_exactly
+
+
+@compiled_exactly
+def step_forward(state, innovations, keep, step, rate_step, rate_bounds, last, after):
+    """Write states that follow from states (S, 2 + b) by innovations; the rate is folded back at its bounds.
+
+    A rate that is NaN, without the prior, stays so, and so does the phase.
+    """
+    low, high = rate_bounds
+    width = high - low
+    for i in range(len(state)):
+        rate = state[i, 1] + rate_step * innovations[i, 1]
+        if width <= 0.0:
+            rate += low - rate
+        elif rate < low or rate > high:
+            beyond = (rate - low) % (2.0 * width)
+            rate = low + min(beyond, 2.0 * width - beyond)
+        phase = state[i, 0] + rate
+        after[i, 0] = last if phase > last else phase
+        after[i, 1] = rate
+        for k in range(2, state.shape[1]):
+            after[i, k] = keep * state[i, k] + step[k - 2] * innovations[i, k]
+
+
+@compiled_exactly
+def deviate(state, mean, sd, x):
+    """Write postures x = m(p) + s(p) z (S, b), mean and standard deviation linear between samples."""
+    for i in range(len(state)):
+        before = int(state[i, 0])
+        after = min(before + 1, len(mean) - 1)
+        share = state[i, 0] - before
+        for k in range(mean.shape[1]):
+            m = mean[before, k] + share * (mean[after, k] - mean[before, k])
+            s = sd[before, k] + share * (sd[after, k] - sd[before, k])
+            x[i, k] = m + s * state[i, 2 + k]
+
+
+@compiled_exactly
+def image_misfit(points, camera, seen, image, weights, free_axes, misfit):
+    """Write sum |r_j|² (S,) of sets of joints (S, J, 3): from their weighted mean along the axes that are free.
+
+    Parameters
+    ----------
+    points : (S, J, 3)
+    camera : tuple
+        Matrix (3, 3) and centre (3,), so that ``matrix @ (point - centre)`` is the image, homogeneous if the third
+        holds: whether the image is divided by its third coordinate.  What is not in front has infinite misfit.
+    seen : (K,) int
+        Joints that take part.
+    image : (K, 2)
+        Where they were seen.
+    weights : (K,)
+        One over sigma.
+    free_axes : int
+    misfit : (S,)
+    """
+    matrix, centre, divided = camera
+    residuals = np.empty((2, len(seen)))
+    total = 0.0
+    for j in range(len(seen)):
+        total += weights[j] ** 2
+    for i in range(len(points)):
+        hidden = False
+        for j in range(len(seen)):
+            x = points[i, seen[j], 0] - centre[0]
+            y = points[i, seen[j], 1] - centre[1]
+            z = points[i, seen[j], 2] - centre[2]
+            depth = 1.0
+            if divided:
+                depth = matrix[2, 0] * x + matrix[2, 1] * y + matrix[2, 2] * z
+                hidden = hidden or not depth > 0.0
+            for axis in range(2):
+                place = matrix[axis, 0] * x + matrix[axis, 1] * y + matrix[axis, 2] * z
+                residuals[axis, j] = place / depth - image[j, axis]
+        for axis in range(free_axes):
+            middle = 0.0
+            for j in range(len(seen)):
+                middle += weights[j] ** 2 * residuals[axis, j]
+            middle /= total
+            for j in range(len(seen)):
+                residuals[axis, j] -= middle
+        squares = 0.0
+        for j in range(len(seen)):
+            squares += (weights[j] * residuals[0, j]) ** 2 + (weights[j] * residuals[1, j]) ** 2
+        misfit[i] = np.inf if hidden or np.isnan(squares) else squares
