@@ -14,6 +14,9 @@ from pipeline.validation import InvalidInput
 LARGEST = 1e9
 """Largest length (mm) or angle that is read; a damaged file may hold larger ones, which would overflow later."""
 
+MOST_JOINTS = 2000
+"""Joints of a hierarchy that are read; bodies with every finger and strand of hair have a few hundred."""
+
 
 class Reader(Protocol):
     """Signature of every reader."""
@@ -51,6 +54,27 @@ def read_bytes(path: Path) -> bytes:
     if not data or data.isspace():
         raise damaged("the file is empty", path.name)
     return data
+
+
+def require_joints(count: int, where: str) -> None:
+    """Raise InvalidInput if a hierarchy has more than `MOST_JOINTS` joints."""
+    if count > MOST_JOINTS:
+        raise damaged(
+            "the hierarchy has too many joints", where, f"{MOST_JOINTS} or fewer", f"{count} or more"
+        )
+
+
+def require_proportion(frames: int, points: int, size: int, where: str) -> None:
+    """Raise InvalidInput if so many positions are out of proportion to a file of `size` characters.
+
+    Joints without channels cost a line each, but a position in every frame: a small file could ask for more memory
+    than there is.  In a file of motion every third joint at most has no channels, and each channel takes two
+    characters or more.
+    """
+    if frames * points > 10_000 + size:
+        what = "the hierarchy is out of proportion to the motion: most of its joints do not move"
+        received = f"{frames} frames of {points} in {size} characters"
+        raise damaged(what, where, "joints with channels", received)
 
 
 def motion_capture(
