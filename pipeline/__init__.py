@@ -4,6 +4,7 @@ The modules, from the base upwards; each imports only from those above it in thi
 
     validation             InvalidInput: what, where, expected, received; the shared checks
     skeleton               joints, world frame, units, how source points become joints
+    resources              files that travel with the package
     palette, tidy          colours and looks of series; rows of a table by series
     threads, seeding       work on several threads; random generators
 
@@ -32,6 +33,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       newton, choice         minima inside brackets; choices that do not depend on rounding
 
     formats/               one reader for each file format
+    mappings/              source points to joints: those that ship, the user's own, which one fits
     fetch/                 downloading the public recordings
     storage/               store, sealed folders, provenance, archive, tables
     pictures/ recordings/  the only matplotlib; the only rerun

@@ -86,6 +86,7 @@ def motion_capture(
     *,
     channels: Sequence[str] = (),
     angles_deg: np.ndarray | None = None,
+    units_assumed: bool = False,
 ) -> MotionCapture:
     """Build the result of a reader: a point with a coordinate that is not finite is invalid, and NaN throughout.
 
@@ -103,6 +104,8 @@ def motion_capture(
         Names of C angle channels, for files of joint angles.
     angles_deg : (T, C) float64, optional
         Degrees, for files of joint angles; frames with invalid points are noted.
+    units_assumed : bool
+        Whether neither the file nor the caller stated the unit.
     """
     notes = list(notes)
     valid = np.isfinite(positions_mm).all(axis=-1)
@@ -120,4 +123,5 @@ def motion_capture(
         channels=tuple(channels),
         angles_deg=np.empty((len(valid), 0)) if angles_deg is None else angles_deg,
         notes=tuple(notes),
+        units_assumed=units_assumed,
     )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from pipeline.clips.options import Data
-from pipeline.skeleton import SourceMapping
+from pipeline.clips.options import Data, Skeleton
 from pipeline.studies.study import Dataset, Figure, Model, Sweep
 from pipeline.validation import InvalidInput, require_range
 
@@ -35,11 +34,11 @@ class Experiment:
     expect: str  # what the reader should see
     scale: Scale
     data: Data
-    skeleton: SourceMapping
     dataset: Dataset
     model: Model
     sweep: Sweep
     figure: Figure
+    skeleton: Skeleton = field(default_factory=Skeleton)
     seed: int = 2007
     workers: int = 2
     results: str = "results"

@@ -43,7 +43,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     InvalidInput
         If the file is missing, not a BVH, cut short in a frame, or contradicts itself.
     """
-    path, units = Path(path), "cm" if units is None else units
+    path, assumed, units = Path(path), units is None, "cm" if units is None else units
     millimetres = millimetres_in(units, path.name)
     text, odd = read_text(path)
     lines = text.split("\n")
@@ -98,6 +98,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         notes,
         channels=[labels[c] for c in turns],
         angles_deg=values[:, turns],
+        units_assumed=assumed,
     )
 
 

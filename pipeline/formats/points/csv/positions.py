@@ -83,7 +83,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     positions[sample] = values * millimetres
     if absent := len(positions) - len(sample):
         table.notes.append(f"{absent} of {len(positions)} samples have no row and are missing.")
-    return motion_capture(names, positions.reshape(frames, len(names), 3), rate, unit, table.notes)
+    assumed = units is None and not (columns.units or "unit" in columns.roles)
+    shaped = positions.reshape(frames, len(names), 3)
+    return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 
 def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
