@@ -76,8 +76,8 @@ def quoted(overrides: Sequence[str]) -> list[str]:
 
     Examples
     --------
-    >>> quoted(["data.path=/home/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
-    ["data.path='/home/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
+    >>> quoted(["data.path=/daten/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
+    ["data.path='/daten/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
     """
     return [_quoted(item) for item in overrides]
 

@@ -37,6 +37,11 @@ REPORT_COLUMNS = (
     "residual_share", "verdict", "reason",
 )  # fmt: skip
 
+LARGEST_SLOPE, STEP_MM = 0.1, 50.0
+"""Rise of the pelvis over the way, and besides, beyond which people walk on a ramp or on stairs."""
+
+_PELVIS = WALKER15.index("pelvis")
+
 EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
 
@@ -134,6 +139,13 @@ def _steady_part(
         locomotion=stretch.locomotion,
         path=steady.path.value,
     )
+    rise = np.polyfit(np.arange(len(level)), level[:, _PELVIS, 2], 1)[0] * len(level)
+    if abs(rise) > LARGEST_SLOPE * stretch.speed_mm_s * len(level) / frame_rate_hz + STEP_MM:
+        raise InvalidInput(
+            "no steady walking: the way is not level",
+            expected="a floor",
+            received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
+        )
     completed = complete(level, np.isnan(level).any(axis=(0, 2)), frame_rate_hz)
     series = completed.series
     row |= {
