@@ -69,7 +69,7 @@ def complete(positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float) -
     centre = positions[:, WALKER15.index("pelvis")].mean(axis=0)
     about_pelvis = series.coefficients.copy()
     about_pelvis[0] -= centre
-    filled = conditional_mean(_population(), about_pelvis, missing)
+    filled = conditional_mean(population(), about_pelvis, missing)
     filled[0] += centre
     times = np.arange(len(positions)) / frame_rate_hz
     motion = fourier.synthesise(fourier.shift(filled, -series.phase_rad), series.frequency_hz, times)
@@ -103,7 +103,7 @@ def leg_length(coefficients: np.ndarray) -> float:
 
 
 @functools.cache
-def _population() -> LinearModel:
+def population() -> LinearModel:
     """Eigenwalkers of the synthetic population, all with legs of `LEG_MM`."""
     people = walkers.walking_population(
         np.random.default_rng(2007),
