@@ -4,6 +4,7 @@ The modules, from the base upwards; each imports only from those above it in thi
 
     validation             InvalidInput: what, where, expected, received; the shared checks
     skeleton               joints, world frame, units, how source points become joints
+    resources              files that travel with the package
     palette, tidy          colours and looks of series; rows of a table by series
     processes, threads     work on several processes that share the cores, or on threads
     seeding                random generators
@@ -34,6 +35,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       compilation            loops compiled as they stand
 
     formats/               one reader for each file format
+    mappings/              source points to joints: those that ship, the user's own, which one fits
     fetch/                 downloading the public recordings
     storage/               store, sealed folders, provenance, archive, tables
     pictures/ recordings/  the only matplotlib; the only rerun

@@ -18,6 +18,6 @@ def write_table(path: Path, contents: Mapping[str, bytes]) -> Path:
     for name, content in contents.items():
         action = "skeleton" if name.endswith(".asf") else "walk"
         sha256 = hashlib.sha256(content).hexdigest()
-        rows.append(f"{name},here,{Path(name).stem},{name},{action},60,any,{len(content)},{sha256},,")
+        rows.append(f"{name},here,{Path(name).stem},{name},{action},60,walker15,{len(content)},{sha256},,")
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     return path

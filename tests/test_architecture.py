@@ -62,9 +62,9 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 LAYERS = (
     {"validation"},
-    {"skeleton", "palette", "tidy", "processes", "threads", "seeding"},
+    {"skeleton", "palette", "tidy", "processes", "threads", "seeding", "resources"},
     {"core"},
-    {"formats", "fetch", "storage", "pictures", "recordings", "papers"},
+    {"formats", "mappings", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
     {"clips"},
     {"studies"},
@@ -74,7 +74,7 @@ LAYERS = (
 )
 """Modules and packages from the ground up; each imports from lower layers, and within itself."""
 
-GROUND = {"validation", "skeleton", "palette", "tidy"}
+GROUND = {"validation", "skeleton", "palette", "tidy", "resources"}
 NARROW = {
     "validation": set(),
     "skeleton": {"validation"},
@@ -90,6 +90,8 @@ NARROW = {
     "pictures": GROUND,
     "recordings": GROUND,
     "papers": GROUND,
+    "mappings": GROUND,
+    "resources": set(),
     "synthetic": GROUND | {"core"},
 }
 """Those that may import less than all lower layers: interfaces to the outside do not know each other."""
@@ -102,7 +104,7 @@ FROM_OUTSIDE = {
     "hydra": {"cli"},
     "omegaconf": {"cli"},
     "rich": {"cli"},
-    "yaml": {"papers"},
+    "yaml": {"papers", "mappings"},
     "numba": {"core"},
     "threadpoolctl": {"processes", "threads"},
     "scipy": {"core", "synthetic", "studies"},

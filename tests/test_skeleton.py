@@ -110,7 +110,11 @@ def test_names_match_without_case_and_without_a_subject_prefix() -> None:
             dataclasses.replace(RULES, joints={**RULES.joints, "tail": {"A": 1.0}}),
             r"test.joints must be hip or knee \(got tail\)",
         ),
-        (ONE_FRAME, dataclasses.replace(RULES, up="w"), "test.up must be one of x, y, z .got w"),
+        (
+            ONE_FRAME,
+            dataclasses.replace(RULES, up="w"),
+            "test.up must be one of x, y, z, -x, -y, -z, auto .got w",
+        ),
     ],
 )
 def test_bad_mappings_are_refused_in_one_sentence(
@@ -126,3 +130,91 @@ def test_an_unknown_joint_is_refused_with_the_names_that_exist() -> None:
         InvalidInput, match=r"a joint of WALKER15 must be one of head, sternum,.*\(got tail\)"
     ):
         WALKER15.index("tail")
+
+
+BODY = ("pelvis", "left_hip", "left_knee", "left_ankle", "right_hip", "right_knee", "right_ankle")
+
+
+@pytest.mark.parametrize("up", ["x", "y", "z", "-x", "-y", "-z"])
+def test_the_axis_from_ankles_to_hips_points_up_unless_the_mapping_says_which(up: str) -> None:
+    standing = np.zeros((2, 7, 3))
+    standing[:, :, "xyz".index(up[-1])] = [900, 900, 450, 50, 900, 450, 50]
+    standing[:, 4:, "yzx".index(up[-1])] = 200
+    source = motion(BODY, -standing if up[0] == "-" else standing)
+    skeleton = Skeleton(name="LEGS", joints=BODY, parents=(-1, 0, 1, 2, 0, 4, 5), mirror=tuple(range(7)))
+    rules = SourceMapping(name="t", joints={joint: {joint: 1.0} for joint in BODY})
+    positions, _ = map_joints(source, rules, skeleton)
+    np.testing.assert_allclose(positions[0, :, 2], [900, 900, 450, 50, 900, 450, 50])
+    said, _ = map_joints(source, dataclasses.replace(rules, up=up), skeleton)
+    np.testing.assert_array_equal(said, positions)
+    axes = motion((*BODY, "A", "B", "C"), np.concatenate([source.positions_mm[0], np.eye(3)])[None])
+    three = Skeleton(name="THREE", joints=(*BODY, "a", "b", "c"), parents=(-1,) * 10, mirror=tuple(range(10)))
+    with_axes = {**rules.joints, "a": {"A": 1.0}, "b": {"B": 1.0}, "c": {"C": 1.0}}
+    turned, _ = map_joints(axes, dataclasses.replace(rules, joints=with_axes), three)
+    assert np.linalg.det(turned[0, 7:]) == pytest.approx(1.0)  # turned, not mirrored
+
+
+@pytest.mark.parametrize(
+    "spelling",
+    [
+        "LANK",
+        "lank",
+        "L_ANK",
+        "L.ANK",
+        "l ank",
+        "ANK_L",
+        "anna:LANK",
+        "anna:l-ank",
+        "LeftANK",
+        "Left Ank",
+        "ankLeft",
+    ],
+)
+def test_a_side_case_separators_and_prefix_do_not_matter(spelling: str) -> None:
+    single = Skeleton(name="ONE", joints=("ankle",), parents=(-1,), mirror=(0,))
+    rules = SourceMapping(name="t", joints={"ankle": {"LANK": 1.0}})
+    source = motion((spelling, "RANK", "BLANK"), np.arange(9.0).reshape(1, 3, 3))
+    np.testing.assert_array_equal(map_joints(source, rules, single)[0][0, 0], [0, 1, 2])
+
+
+def test_a_prefix_without_a_colon_that_all_points_share_does_not_matter() -> None:
+    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
+    names = tuple(
+        f"mixamorig{n}" for n in ("Hips", "Spine", "Neck", "LeftUpLeg", "LeftLeg", "LeftFoot", "Head")
+    )
+    rules = SourceMapping(name="t", joints={"hip": {"LeftUpLeg": 1.0}})
+    positions, _ = map_joints(motion(names, np.arange(21.0).reshape(1, 7, 3)), rules, single)
+    np.testing.assert_array_equal(positions[0, 0], [9, 10, 11])
+
+
+def test_of_doubled_labels_the_one_that_was_seen_counts_and_two_people_are_refused() -> None:
+    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
+    rules = SourceMapping(name="t", joints={"hip": {"A": 1.0}})
+    unseen = motion(("A", "A"), [[[np.nan] * 3, [1.0, 2, 3]]])
+    np.testing.assert_array_equal(map_joints(unseen, rules, single)[0][0, 0], [1, 2, 3])
+    twice = motion(("A", "A"), [[[1.0, 2, 3], [1.0, 2, 3]]])
+    np.testing.assert_array_equal(map_joints(twice, rules, single)[0][0, 0], [1, 2, 3])
+    with pytest.raises(InvalidInput, match="2 points are called 'A'"):
+        map_joints(motion(("A", "A"), [[[1.0, 2, 3], [9.0, 2, 3]]]), rules, single)
+
+
+def test_the_first_rule_whose_points_were_seen_is_used() -> None:
+    single = Skeleton(name="ONE", joints=("hip",), parents=(-1,), mirror=(0,))
+    rules = SourceMapping(name="t", joints={"hip": [{"A": 1.0}, {"B": 1.0}]}, points={"B": ["HIP_B"]})
+    source = motion(("A", "hip b"), [[[np.nan] * 3, [1.0, 2, 3]]])
+    np.testing.assert_array_equal(map_joints(source, rules, single)[0][0, 0], [1, 2, 3])
+
+
+def test_joints_above_the_legs_may_be_missing_if_that_is_asked_for() -> None:
+    rules = SourceMapping(name="t", joints={joint: {joint: 1.0} for joint in WALKER15.joints})
+    names = tuple(joint for joint in WALKER15.joints if joint != "head")
+    source = motion(names, np.ones((2, 14, 3)))
+    positions, valid = map_joints(source, rules, missing=True)
+    assert not valid[:, 0].any()
+    assert valid[:, 1:].all()
+    assert np.isnan(positions[:, 0]).all()
+    with pytest.raises(InvalidInput, match="'head' needs the point 'head'"):
+        map_joints(source, rules)
+    legless = motion(names[:-1], np.ones((2, 13, 3)))
+    with pytest.raises(InvalidInput, match="'right_ankle' needs the point"):
+        map_joints(legless, rules, missing=True)

@@ -24,7 +24,7 @@ from hydra.types import RunMode
 from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
-from pipeline import skeleton
+from pipeline import mappings
 from pipeline.cli.presets import CONF, presets
 from pipeline.clips.options import FolderData, RecordedData, SyntheticData
 from pipeline.processes import processes_for
@@ -44,7 +44,6 @@ def register() -> None:
     store = ConfigStore.instance()
     store.store(name="experiment_schema", node=Experiment)
     store.store(group="scale", name="base_scale", node=Scale)
-    store.store(group="skeleton", name="base_skeleton", node=skeleton.SourceMapping)
     for name, kind in DATA.items():
         store.store(group="data", name=f"base_{name}", node=kind)
     for group in registry.GROUPS:
@@ -68,6 +67,36 @@ def _from_scale(field: Field, sizes: dict[str, Any]) -> Any:
     return values.get("value", values)
 
 
+_WORDS = {
+    "data.path", "data.pattern", "data.person", "data.mirror", "data.raw", "data.table", "data.name", "results",
+    "skeleton.mapping",
+}  # fmt: skip
+"""Options that are text as the user's shell passes it: paths, patterns, names."""
+
+
+def quoted(overrides: Sequence[str]) -> list[str]:
+    """Return overrides in Hydra's grammar: text with letters or signs of its own is quoted, a mapping is an option.
+
+    Examples
+    --------
+    >>> quoted(["data.path=/daten/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
+    ["data.path='/daten/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
+    """
+    return [_quoted(item) for item in overrides]
+
+
+def _quoted(item: str) -> str:
+    key, equals, value = item.partition("=")
+    if key == "skeleton" and equals:
+        key = "skeleton.mapping"
+    if key not in _WORDS or re.fullmatch(r"[A-Za-z0-9_./,:-]*|(['\"]).*\1|\$\{.*\}", value, re.DOTALL):
+        return f"{key}{equals}{value}"
+    # A backslash only counts before a quote, and the last one stands before the closing quote.
+    inner = re.sub(r"(\\*)'", r"\1\1\\'", value)
+    inner = re.sub(r"(\\+)$", r"\1\1", inner)
+    return f"{key}='{inner}'"
+
+
 def compose(overrides: Sequence[str]) -> Experiment:
     """Return the experiment that these overrides name, as on the command line.
 
@@ -79,7 +108,7 @@ def compose(overrides: Sequence[str]) -> Experiment:
     register()
     GlobalHydra.instance().clear()
     with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
-        return _typed(hydra.compose("config", overrides=list(overrides)))
+        return _typed(hydra.compose("config", overrides=quoted(overrides)))
 
 
 def _typed(composed: Any) -> Experiment:
@@ -91,6 +120,7 @@ def _typed(composed: Any) -> Experiment:
     OmegaConf.resolve(composed)
     experiment: Experiment = OmegaConf.to_object(composed)  # type: ignore[assignment]
     _refuse_additions(experiment, "")
+    mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
     _name_folder(experiment)
     experiment.workers = processes_for(experiment.workers)
     # The folder of a figure is made of these three.
@@ -193,6 +223,6 @@ def run_hydra(arguments: Sequence[str], make: Callable[[Experiment, Sequence[str
         status = 1 if refused else 0
 
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors reach the caller
-    sys.argv[1:] = arguments
+    sys.argv[1:] = quoted(arguments)
     one()
     return status

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-CONF = Path(__file__).resolve().parents[2] / "conf"
+from pipeline.resources import CONF
 
 
 def presets() -> list[str]:

@@ -8,13 +8,14 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 
-from pipeline import fetch, formats
+from pipeline import fetch, formats, mappings
+from pipeline.core import walking
 from pipeline.formats import acclaim
 from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
 from pipeline.validation import InvalidInput
@@ -31,7 +32,8 @@ class Clip:
         None if the file is listed but not on this machine.
     sha256 : str
         Digest of the file (an AMC with its ASF) when it was found; empty if it is not on this machine.
-    mapping : SourceMapping
+    mapping : SourceMapping or None
+        None: the one that ships and fits best.
     frame_rate_hz : float
         0: the file's own.
     units : str
@@ -46,7 +48,7 @@ class Clip:
     action: str
     path: Path | None
     sha256: str
-    mapping: SourceMapping
+    mapping: SourceMapping | None
     frame_rate_hz: float
     units: str
     mismatch: str = ""
@@ -54,16 +56,19 @@ class Clip:
     @property
     def identity(self) -> dict[str, Any]:
         """What an artefact made of this clip depends on, which the folder of the file is not."""
-        return {**asdict(self), "path": self.path.name if self.path else None, "mapping": self.mapping}
+        mapping = self.mapping or mappings.shipped()
+        return {**asdict(self), "path": self.path.name if self.path else None, "mapping": mapping}
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     """Return the content of the file, its joints' positions (T, 15, 3), mm, and where they are valid (T, 15).
 
+    Joints above the legs that the file does not give are never valid.
+
     Raises
     ------
     InvalidInput
-        If the file is missing, differs from the table, changed since it was found, or cannot be read.
+        If the file is missing, differs from the table, changed since it was found, cannot be read, or gives no legs.
     """
     if clip.path is None:
         raise InvalidInput("not on this machine", expected="`make data` to fetch it")
@@ -72,7 +77,41 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     if _digest(clip.path) != clip.sha256:
         raise InvalidInput("the file changed during this run", where=clip.name)
     motion = formats.read(clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None)
-    return motion, *map_joints(motion, clip.mapping)
+    return joints_of(motion, clip.mapping)
+
+
+def joints_of(
+    motion: MotionCapture, mapping: SourceMapping | None
+) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
+    """Return a recording with notes on what was decided, its joints (T, 15, 3), mm, and where they are valid.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    mapping : SourceMapping or None
+        None: the one that ships and fits best.
+
+    Raises
+    ------
+    InvalidInput
+        If none fits, or the mapping does not give legs and pelvis.
+    """
+    notes = list(motion.notes)
+    if mapping is None:
+        fit = mappings.suggest(motion, mappings.shipped())
+        if not fit.usable:
+            lacking = ", ".join(fit.lacking[:4]) or "points of legs and pelvis"
+            raise InvalidInput(
+                "no mapping that ships gives legs and pelvis of this recording",
+                expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
+                received=f"nearest {fit.mapping.name}, without {lacking}",
+            )
+        mapping = fit.mapping
+        notes.append(f"Recognised as {mapping.name}.")
+    positions, valid = map_joints(motion, mapping, missing=True)
+    factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
+    notes += [sentence] if sentence else []
+    return replace(motion, notes=tuple(notes)), positions * factor, valid
 
 
 @dataclass(frozen=True)
@@ -184,7 +223,7 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
 
 
 def folder_clips(
-    path: str, pattern: str, person: str, *, skeleton: SourceMapping, frame_rate_hz: float, units: str
+    path: str, pattern: str, person: str, *, skeleton: SourceMapping | None, frame_rate_hz: float, units: str
 ) -> list[Clip]:
     """Return the readable files below the user's folder.
 
@@ -194,7 +233,8 @@ def folder_clips(
         The folder, and the pattern of files below it.
     person : str
         Regular expression on the file's name; its first group names the person.
-    skeleton : SourceMapping
+    skeleton : SourceMapping or None
+        None: for each file the one that ships and fits best.
     frame_rate_hz : float
         For files that do not say; 0: the file's own.
     units : str

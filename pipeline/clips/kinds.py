@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from pipeline.clips.corpus import Clip, read_clip
 from pipeline.core import walking
 from pipeline.processes import map_processes
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 
@@ -147,8 +148,8 @@ class Corpus(ABC):
         """Return the request for synthetic clips."""
 
     @abstractmethod
-    def recorded(self, data: Any, clips: Sequence[Clip], workers: int) -> Request:
-        """Return the request for recorded clips."""
+    def recorded(self, data: Any, clips: Sequence[Clip], workers: int, missing: str = "estimate") -> Request:
+        """Return the request for recorded clips; `missing` says what becomes of joints that a file does not give."""
 
 
 def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:
@@ -156,8 +157,27 @@ def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:
     return {name: known.get(name, "") for name in columns}
 
 
+class NoUsableClips(InvalidInput):
+    """Too few clips can be used.
+
+    Attributes
+    ----------
+    report : list of dict
+        One row per clip, with the reason why it is refused.
+    columns : list of str
+        Columns of the report in order.
+    """
+
+    report: list[dict[str, Any]]
+    columns: list[str]
+
+
 def prepare(
-    raw: RawClip, gap_s: float, select: Callable[[walking.BridgedClip, dict[str, Any]], np.ndarray]
+    raw: RawClip,
+    gap_s: float,
+    select: Callable[[walking.BridgedClip, dict[str, Any]], np.ndarray],
+    *,
+    may_lack_joints: bool = False,
 ) -> PreparedClip:
     """Bridge the gaps of a clip that are no longer than `gap_s` seconds, and select its usable part.
 
@@ -168,13 +188,25 @@ def prepare(
     select : callable
         Given the bridged clip and the row, returns the positions to keep, (T', 15, 3) mm, and enters what it finds
         into the row; raises InvalidInput to refuse the clip.
+    may_lack_joints : bool
+        Whether joints above the legs may be missing throughout: they stay NaN, and frames are whole without them.
     """
     row = raw.row | {"frames": len(raw.positions), "verdict": "refused"}
     valid = np.isfinite(raw.positions).all(axis=-1) if raw.valid is None else raw.valid
     try:
         walking.require_millimetres(raw.positions)
         row["leg_length_mm"] = walking.leg_length(raw.positions)
-        bridged = walking.bridge_gaps(raw.positions, valid, raw.frame_rate_hz, gap_s=gap_s)
+        seen = np.asarray(valid.any(axis=0))
+        if lacking := ", ".join(
+            joint for joint, is_seen in zip(WALKER15.joints, seen, strict=True) if not is_seen
+        ):
+            if not may_lack_joints:
+                raise InvalidInput("joints are missing, which are estimated for walks only", received=lacking)
+            row["missing_joints"] = lacking
+        bridged = walking.bridge_gaps(raw.positions[:, seen], valid[:, seen], raw.frame_rate_hz, gap_s=gap_s)
+        positions = np.array(raw.positions, dtype=float)
+        positions[:, seen] = bridged.positions
+        bridged = walking.BridgedClip(positions, bridged.whole, bridged.n_filled)
         row["bridged_values"] = bridged.n_filled
         kept = select(bridged, row)
     except InvalidInput as refusal:
@@ -194,7 +226,8 @@ def read_and_prepare(
         row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
         try:
             motion, positions, valid = read_clip(clip)
-            return prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
+            made = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
+            return replace(made, row=made.row | {"reason": made.row["reason"] or "; ".join(motion.notes)})
         except InvalidInput as refusal:
             # Readers name the file by its path, which must not get into a published report.
             reason = str(refusal).replace(str(clip.path), clip.name)
@@ -220,7 +253,7 @@ def collect(
 
     Raises
     ------
-    InvalidInput
+    NoUsableClips
         If there are fewer; the sentence gives the reasons of the first three refusals.
     """
     kept = [clip for clip in prepared if clip.positions is not None]
@@ -228,11 +261,13 @@ def collect(
     if len(kept) < at_least:
         refused = [f"{clip.row['clip']}: {clip.row['reason']}" for clip in prepared if clip.positions is None]
         reasons = "; ".join(refused[:3]) + (f"; and {len(refused) - 3} more" if len(refused) > 3 else "")
-        raise InvalidInput(
+        refusal = NoUsableClips(
             f"{len(kept) or 'none'} of the {len(prepared)} clips can be used",
             expected=f"{at_least} or more",
             received=reasons,
         )
+        refusal.report, refusal.columns = [clip.row for clip in prepared], list(columns)
+        raise refusal
     positions = [clip.positions for clip in kept if clip.positions is not None]
     return {
         "positions": np.concatenate(positions),

@@ -11,9 +11,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import ClassVar
 
+from pipeline import mappings
 from pipeline.clips.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
 from pipeline.clips.kinds import Corpus, Request
-from pipeline.skeleton import SourceMapping
 from pipeline.validation import InvalidInput, require_range
 
 
@@ -39,6 +39,23 @@ class HorizontalPath(StrEnum):
 
     cubic = "cubic"
     moving_average = "moving_average"
+
+
+class Missing(StrEnum):
+    """What becomes of joints that the markers do not give."""
+
+    estimate = "estimate"
+    """They are estimated from the others, flagged, and left out of errors."""
+    drop = "drop"
+    """They are left out everywhere, for all walkers."""
+
+
+@dataclass(kw_only=True)
+class Skeleton:
+    """How the points of the user's files become joints."""
+
+    mapping: str = "walker15"  # one that ships, auto, or a file.yaml
+    missing: Missing = Missing.estimate
 
 
 @dataclass(kw_only=True)
@@ -102,7 +119,7 @@ class Steady:
     path: HorizontalPath = HorizontalPath.cubic
     speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
     turn_deg_s: float = 45.0
-    cycles: float = 1.5
+    cycles: float = 1.0
     gap_s: float = 0.1  # longer gaps end a stretch, shorter ones are bridged
     fundamental_share: float = 0.6
     residual_share: float = 0.15
@@ -127,13 +144,13 @@ class Data(ABC):
         """Raise InvalidInput, with ``data`` as its `where`, if this data set holds no clips of this kind."""
 
     @abstractmethod
-    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the clips of one kind.
 
         Parameters
         ----------
         corpus : Corpus
-        skeleton : SourceMapping
+        skeleton : Skeleton
             How points become joints, for files that have no mapping of their own.
         seed, workers : int
 
@@ -164,7 +181,7 @@ class SyntheticData(Data):
         require_range("data.population", self.population, at_least=1)
         require_range("data.clips.clips", self.clips.clips, at_least=1)
 
-    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for synthetic people."""
         return corpus.synthetic(self, seed, workers)
 
@@ -196,7 +213,7 @@ class RecordedData(Recordings):
     table: str = "data/sources.csv"
     raw: str = "data/raw"
     mirror: str = ""  # a folder that holds the same files; read where raw lacks one
-    skeletons: dict[str, SourceMapping] = field(default_factory=dict)  # by the table's skeleton column
+    skeletons: list[str] = field(default_factory=list)  # mappings of the table's skeleton column
     same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
 
     @property
@@ -209,14 +226,15 @@ class RecordedData(Recordings):
         if not self.named(corpus).sources:
             raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", where="data")
 
-    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the recordings of the table, those that are not on this machine last."""
         self.require(corpus)
         mirror = Path(self.mirror) if self.mirror else None
-        listing = Listing(Path(self.table), Path(self.raw), mirror, self.skeletons, self.same_person)
+        known = {name: mappings.shipped()[name] for name in self.skeletons}
+        listing = Listing(Path(self.table), Path(self.raw), mirror, known, self.same_person)
         named = self.named(corpus)
         present, absent = listed_clips(listing, named.sources, named.action)
-        return corpus.recorded(self, named.choose(present) + absent, workers)
+        return corpus.recorded(self, named.choose(present) + absent, workers, skeleton.missing.value)
 
 
 @dataclass(kw_only=True)
@@ -229,14 +247,14 @@ class FolderData(Recordings):
     frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
     units: str = ""  # for files that do not say: mm, cm, m, in
 
-    def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the files below the folder."""
         clips = folder_clips(
             self.path,
             self.pattern,
             self.person,
-            skeleton=skeleton,
+            skeleton=mappings.chosen(skeleton.mapping),
             frame_rate_hz=self.frame_rate_hz,
             units=self.units,
         )
-        return corpus.recorded(self, self.named(corpus).choose(clips), workers)
+        return corpus.recorded(self, self.named(corpus).choose(clips), workers, skeleton.missing.value)

@@ -170,7 +170,9 @@ class PerformancesCorpus(Corpus):
         chosen = data.performances
         return Request({"performances": chosen, "seed": seed}, lambda: synthetic_performances(chosen, seed))
 
-    def recorded(self, data: Recordings, clips: Sequence[Clip], workers: int) -> Request:
+    def recorded(
+        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
+    ) -> Request:
         """Return the request for recorded performances."""
         wanted, steady = data.performances, data.steady
         options = {"performances": wanted, "steady": steady, "clips": [clip.identity for clip in clips]}

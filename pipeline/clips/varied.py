@@ -154,7 +154,9 @@ class VariedCorpus(Corpus):
         chosen = data.clips
         return Request({"clips": chosen, "seed": seed}, lambda: synthetic_clips(chosen, seed))
 
-    def recorded(self, data: Recordings, clips: Sequence[Clip], workers: int) -> Request:
+    def recorded(
+        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
+    ) -> Request:
         """Return the request for recorded clips."""
         gap_s = data.steady.gap_s
         options = {"gap_s": gap_s, "clips": [clip.identity for clip in clips]}

@@ -21,19 +21,26 @@ from pipeline.clips.kinds import (
     read_and_prepare,
     report_row,
 )  # fmt: skip
+from pipeline.clips.missing_joints import complete
 from pipeline.clips.options import Locomotion, Recordings, Steady, SyntheticData
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
+from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput
 
 REPORT_COLUMNS = (
     "clip", "person", "source", "frames", "first_frame", "last_frame", "locomotion", "speed_mm_s", "turn_deg",
-    "strides", "bridged_values", "leg_length_mm", "frequency_hz", "fundamental_share", "second_share",
+    "strides", "bridged_values", "missing_joints", "leg_length_mm", "frequency_hz", "fundamental_share", "second_share",
     "residual_share", "verdict", "reason",
 )  # fmt: skip
+
+LARGEST_SLOPE, STEP_MM = 0.1, 50.0
+"""Rise of the pelvis over the way, and besides, beyond which people walk on a ramp or on stairs."""
+
+_PELVIS = WALKER15.index("pelvis")
 
 EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
@@ -48,11 +55,17 @@ class Walks(Clips):
     frequency_hz, residual_share, stature_mm : (W,)
         Fundamental frequency; share of the variance that two harmonics leave; height of the head over the lower
         ankle.
+    estimated : (W, 15) bool
+        Joints that the markers do not give, estimated from the others.
+    dropped : (15,) bool
+        Joints that are left out everywhere.
     """
 
     frequency_hz: np.ndarray
     residual_share: np.ndarray
     stature_mm: np.ndarray
+    estimated: np.ndarray
+    dropped: np.ndarray
 
 
 def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
@@ -77,10 +90,15 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
     return _walks(map_processes(one, range(count), workers), steady)
 
 
-def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int) -> Walks:
-    """Return the steady walks in recordings."""
+def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: str = "estimate") -> Walks:
+    """Return the steady walks in recordings; with ``missing="drop"``, joints that one of them lacks are left out."""
     walks = read_and_prepare(clips, REPORT_COLUMNS, lambda raw: steady_walk(raw, steady), workers)
-    return _walks(walks, steady, clips)
+    found = _walks(walks, steady, clips)
+    return (
+        dataclasses.replace(found, dropped=np.asarray(found.estimated.any(axis=0)))
+        if missing == "drop"
+        else found
+    )
 
 
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
@@ -89,14 +107,16 @@ def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         return _steady_part(bridged, row, raw.frame_rate_hz, steady)
 
-    walk = prepare(raw, steady.gap_s, select)
-    return dataclasses.replace(walk, row=walk.row | {"reason": walk.row["reason"] or "; ".join(raw.notes)})
+    return prepare(raw, steady.gap_s, select, may_lack_joints=True)
 
 
 def _steady_part(
     bridged: BridgedClip, row: dict[str, Any], frame_rate_hz: float, steady: Steady
 ) -> np.ndarray:
-    """Return the treadmill equivalent (T, 15, 3), mm, of the steady stretch; enters its figures into `row`."""
+    """Return the treadmill equivalent (T, 15, 3), mm, of the steady stretch; enters its figures into `row`.
+
+    Joints that are missing throughout are filled in with what `complete` estimates.
+    """
     stretch = walking.steady_stretch(
         bridged.positions,
         bridged.whole,
@@ -119,7 +139,15 @@ def _steady_part(
         locomotion=stretch.locomotion,
         path=steady.path.value,
     )
-    series = fourier.represent(level, frame_rate_hz)
+    rise = np.polyfit(np.arange(len(level)), level[:, _PELVIS, 2], 1)[0] * len(level)
+    if abs(rise) > LARGEST_SLOPE * stretch.speed_mm_s * len(level) / frame_rate_hz + STEP_MM:
+        raise InvalidInput(
+            "no steady walking: the way is not level",
+            expected="a floor",
+            received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
+        )
+    completed = complete(level, np.isnan(level).any(axis=(0, 2)), frame_rate_hz)
+    series = completed.series
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,
         "frequency_hz": series.frequency_hz,
@@ -145,7 +173,7 @@ def _steady_part(
             expected=f"{steady.residual_share:g} or less",
             received=f"{series.residual_fraction:.2f}",
         )
-    return level
+    return completed.positions
 
 
 def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[PreparedClip]:
@@ -193,6 +221,10 @@ def _walks(walks: list[PreparedClip], steady: Steady, clips: Sequence[Clip] = ()
         stature_mm=np.array([walking.stature(walk.positions) for walk in kept if walk.positions is not None]),
         frequency_hz=np.array([walk.row["frequency_hz"] for walk in kept]),
         residual_share=np.array([walk.row["residual_share"] for walk in kept]),
+        estimated=np.array(
+            [[joint in walk.row["missing_joints"].split(", ") for joint in WALKER15.joints] for walk in kept]
+        ),
+        dropped=np.zeros(len(WALKER15.joints), dtype=bool),
     )
 
 
@@ -215,10 +247,12 @@ class WalksCorpus(Corpus):
         alone = {name: value for name, value in vars(data).items() if name not in ("performances", "clips")}
         return Request({"data": alone, "seed": seed}, lambda: synthetic_walks(data, seed, workers))
 
-    def recorded(self, data: Recordings, clips: Sequence[Clip], workers: int) -> Request:
+    def recorded(
+        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
+    ) -> Request:
         """Return the request for steady walks in recordings."""
-        options = {"steady": data.steady, "clips": [clip.identity for clip in clips]}
-        return Request(options, lambda: recorded_walks(clips, data.steady, workers))
+        options = {"steady": data.steady, "missing": missing, "clips": [clip.identity for clip in clips]}
+        return Request(options, lambda: recorded_walks(clips, data.steady, workers, missing))
 
 
 WALKS = WalksCorpus()

@@ -45,8 +45,14 @@ def relative_error(absolute: np.ndarray, variance: np.ndarray | float) -> np.nda
 
 
 def walker_error(per_joint: np.ndarray) -> np.ndarray:
-    """E_a or E_r of a walker: the mean over joints, the last axis [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13]."""
-    return np.mean(per_joint, axis=-1)
+    """E_a or E_r of a walker: the mean over joints, the last axis [zhang2007 4.2] [zhang2007 4.4] [zhang2004 13].
+
+    Joints without an error (NaN), because nobody measured them, are left out.
+    """
+    unknown = np.isnan(per_joint)
+    if not unknown.any():
+        return np.mean(per_joint, axis=-1)
+    return np.where(unknown, 0.0, per_joint).sum(axis=-1) / (~unknown).sum(axis=-1)
 
 
 def along_missing(covariance: np.ndarray, view_angle_rad: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.formats import acclaim, bvh, c3d
+from pipeline.formats import acclaim, bvh, c3d, mvnx
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import MotionCapture
@@ -23,6 +23,8 @@ READERS: dict[str, Reader] = {
     ".c3d": c3d.read,
     ".trc": trc.read,
     ".csv": csv.read,
+    ".tsv": csv.read,
+    ".mvnx": mvnx.read,
 }
 """Reader of each suffix, lower case."""
 

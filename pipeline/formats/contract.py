@@ -14,6 +14,9 @@ from pipeline.validation import InvalidInput
 LARGEST = 1e9
 """Largest length (mm) or angle that is read; a damaged file may hold larger ones, which would overflow later."""
 
+MOST_JOINTS = 2000
+"""Joints of a hierarchy that are read; bodies with every finger and strand of hair have a few hundred."""
+
 
 class Reader(Protocol):
     """Signature of every reader."""
@@ -53,6 +56,27 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
+def require_joints(count: int, where: str) -> None:
+    """Raise InvalidInput if a hierarchy has more than `MOST_JOINTS` joints."""
+    if count > MOST_JOINTS:
+        raise damaged(
+            "the hierarchy has too many joints", where, f"{MOST_JOINTS} or fewer", f"{count} or more"
+        )
+
+
+def require_proportion(frames: int, points: int, size: int, where: str) -> None:
+    """Raise InvalidInput if so many positions are out of proportion to a file of `size` characters.
+
+    Joints without channels cost a line each, but a position in every frame: a small file could ask for more memory
+    than there is.  In a file of motion every third joint at most has no channels, and each channel takes two
+    characters or more.
+    """
+    if frames * points > 10_000 + size:
+        what = "the hierarchy is out of proportion to the motion: most of its joints do not move"
+        received = f"{frames} frames of {points} in {size} characters"
+        raise damaged(what, where, "joints with channels", received)
+
+
 def motion_capture(
     names: Sequence[str],
     positions_mm: np.ndarray,
@@ -62,6 +86,7 @@ def motion_capture(
     *,
     channels: Sequence[str] = (),
     angles_deg: np.ndarray | None = None,
+    units_assumed: bool = False,
 ) -> MotionCapture:
     """Build the result of a reader: a point with a coordinate that is not finite is invalid, and NaN throughout.
 
@@ -79,6 +104,8 @@ def motion_capture(
         Names of C angle channels, for files of joint angles.
     angles_deg : (T, C) float64, optional
         Degrees, for files of joint angles; frames with invalid points are noted.
+    units_assumed : bool
+        Whether neither the file nor the caller stated the unit.
     """
     notes = list(notes)
     valid = np.isfinite(positions_mm).all(axis=-1)
@@ -96,4 +123,5 @@ def motion_capture(
         channels=tuple(channels),
         angles_deg=np.empty((len(valid), 0)) if angles_deg is None else angles_deg,
         notes=tuple(notes),
+        units_assumed=units_assumed,
     )

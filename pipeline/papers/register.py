@@ -20,9 +20,10 @@ from typing import Any
 
 from pipeline.papers.claims import Claim, Quantity
 from pipeline.papers.loading import Equation, Paper, load
+from pipeline.resources import CONF
 from pipeline.validation import InvalidInput, require_choice
 
-FOLDER = Path(__file__).resolve().parents[2] / "conf" / "paper"
+FOLDER = CONF / "paper"
 
 PAPERS: dict[str, Paper] = load(FOLDER)
 """The papers by key, oldest first."""

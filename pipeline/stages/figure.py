@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pipeline.papers import OVERRIDDEN, Verdict
 from pipeline.stages.artefacts import Stored
+from pipeline.stages.ingest import report_table
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance
 from pipeline.storage.sealed_folders import canonical
@@ -45,9 +44,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         made = figure.tables(inputs)
         for name, table in made.items():
             tables.write(publication.folder / f"{name}.csv", table)
-        report = {
-            name: _column([row[name] for row in clips.value.report]) for name in clips.value.report_columns
-        }
+        report = report_table(clips.value.report, clips.value.report_columns)
         tables.write(publication.folder / "table_ingest.csv", report, sort_by=["source", "person", "clip"])
         as_preset = folder.parent == Path(experiment.results) / experiment.data.name / experiment.scale.name
         verdicts = judge_figure(experiment.name, made, experiment.data.name if as_preset else OVERRIDDEN)
@@ -85,10 +82,3 @@ def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
         if data.get(option):
             data[option] = Path(data[option]).name
     return {**configuration, "data": data, "results": Path(configuration["results"]).name}
-
-
-def _column(values: list[Any]) -> np.ndarray:
-    """Return a column of the report: numbers, NaN where a refused clip has none, or text."""
-    if any(isinstance(value, int | float) for value in values):
-        return np.array([np.nan if value == "" else float(value) for value in values])
-    return np.array([str(value) for value in values])

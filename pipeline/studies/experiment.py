@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from pipeline.clips.options import Data
+from pipeline.clips.options import Data, Skeleton
 from pipeline.processes import usable_cores
-from pipeline.skeleton import SourceMapping
 from pipeline.studies.study import Dataset, Figure, Model, Sweep
 from pipeline.validation import InvalidInput, require_range
 
@@ -36,12 +35,12 @@ class Experiment:
     expect: str  # what the reader should see
     scale: Scale
     data: Data
-    skeleton: SourceMapping
     dataset: Dataset
     model: Model
     sweep: Sweep
     figure: Figure
     cost_s: float  # processor time at full scale, about: short before long, and how long is left
+    skeleton: Skeleton = field(default_factory=Skeleton)
     seed: int = 2007
     workers: int = field(
         default_factory=usable_cores

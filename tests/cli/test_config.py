@@ -9,11 +9,15 @@ from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hypothesis import given
+from hypothesis import strategies as st
 
-from pipeline import papers, skeleton
-from pipeline.cli.compose import compose, sentence
+from pipeline import mappings, papers, skeleton
+from pipeline.cli.compose import compose, quoted, sentence
 from pipeline.cli.main import destination
 from pipeline.cli.presets import presets
+from pipeline.clips.options import FolderData
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import Figure, Grid
@@ -127,9 +131,33 @@ def test_the_full_scale_is_the_papers() -> None:
 @pytest.mark.parametrize("name", option_files("skeleton"))
 def test_every_skeleton_is_a_mapping(name: str) -> None:
     chosen = compose(["experiment=zhang2007_fig2", "data=folder", f"skeleton={name}"]).skeleton
-    assert isinstance(chosen, skeleton.SourceMapping)
-    assert chosen.name == name
-    assert set(chosen.joints) | set(chosen.otherwise) == set(skeleton.WALKER15.joints)
+    assert chosen.mapping == name
+    mapping = mappings.chosen(name)
+    assert mapping is not None
+    assert mapping.name == name
+    assert set(mapping.joints) | set(mapping.otherwise) >= set(skeleton.LOWER_BODY)
+
+
+def test_text_of_a_shell_needs_no_second_quotes() -> None:
+    given = [
+        "data.path=/daten/müller/it's [1]",
+        "data.person=^(.{4})",
+        "data.pattern=**/*.c3d",
+        "skeleton=auto",
+    ]
+    made = compose(["experiment=zhang2007_fig2", "data=folder", *given])
+    assert isinstance(made.data, FolderData)
+    assert (made.data.path, made.data.person) == ("/daten/müller/it's [1]", "^(.{4})")
+    assert (made.data.pattern, made.skeleton.mapping) == ("**/*.c3d", "auto")
+    assert quoted(["data.pattern='**/*.c3d'"]) == ["data.pattern='**/*.c3d'"]
+
+
+@given(st.text(st.characters(codec="utf-8", exclude_categories=("C",), exclude_characters="$"), max_size=12))
+def test_any_path_arrives_as_it_was_typed(text: str) -> None:
+    if text[:1] in ("'", '"'):  # already quoted
+        return
+    (item,) = quoted([f"data.path=/x{text}/y"])
+    assert OverridesParser.create().parse_override(item).value() == f"/x{text}/y"
 
 
 @pytest.mark.parametrize("group", ["data", "dataset", "model", "figure", "scale", "skeleton", "sweep"])

@@ -13,6 +13,7 @@ from pipeline.clips.options import (
     NamedClips,
     RecordedData,
     RecordedPerformances,
+    Skeleton,
     SyntheticClips,
     SyntheticData,
     SyntheticPerformances,
@@ -22,7 +23,7 @@ from pipeline.clips.varied import VARIED
 from pipeline.clips.walks import WALKS
 from pipeline.storage.sealed_folders import canonical
 from pipeline.validation import InvalidInput
-from tests.own_files import OWN_JOINTS, write_table
+from tests.own_files import write_table
 
 CORPORA = (WALKS, PERFORMANCES, VARIED)
 HERE = ("second", "first")
@@ -40,13 +41,13 @@ def listed(tmp_path: Path) -> RecordedData:
         sources=["here"],
         table=str(write_table(tmp_path / "sources.csv", {name: name.encode() for name in names})),
         raw=str(tmp_path / "raw"),
-        skeletons={"any": OWN_JOINTS},
+        skeletons=["walker15"],
         performances=RecordedPerformances(sources=["here"], action="walk", limit=1),
     )
 
 
 def request(data: Any, corpus: Corpus, *, seed: int = 1, workers: int = 1) -> Request:
-    made: Request = data.request(corpus, OWN_JOINTS, seed, workers)
+    made: Request = data.request(corpus, Skeleton(), seed, workers)
     return made
 
 

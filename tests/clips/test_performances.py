@@ -13,6 +13,7 @@ from pipeline.clips.options import (
     FolderData,
     Locomotion,
     RecordedPerformances,
+    Skeleton,
     Steady,
     SyntheticPerformances,
 )
@@ -22,13 +23,12 @@ from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
 from pipeline.validation import InvalidInput
-from tests.own_files import OWN_JOINTS
 
 
 def performances(folder: Path, **options: Any) -> Performances:
     """Performances in a folder of files."""
     data = FolderData(name="folder", path=str(folder), **options)
-    made = data.request(PERFORMANCES, OWN_JOINTS, 1, 2).make()
+    made = data.request(PERFORMANCES, Skeleton(), 1, 2).make()
     assert isinstance(made, Performances)
     return made
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.clips.options import FolderData, SyntheticClips
+from pipeline.clips.options import FolderData, Skeleton, SyntheticClips
 from pipeline.clips.varied import VARIED, synthetic_clips
-from tests.own_files import OWN_JOINTS
 
 
 def test_synthetic_clips_come_in_turn_and_are_long_enough() -> None:
@@ -21,7 +20,7 @@ def test_synthetic_clips_come_in_turn_and_are_long_enough() -> None:
 
 
 def test_a_gap_leaves_the_longest_stretch(bends: Path) -> None:
-    made = FolderData(name="folder", path=str(bends)).request(VARIED, OWN_JOINTS, 1, 2).make()
+    made = FolderData(name="folder", path=str(bends)).request(VARIED, Skeleton(), 1, 2).make()
     rows = {row["clip"]: row for row in made.report}
     assert {row["verdict"] for row in rows.values()} == {"kept"}
     broken = rows["a_2.trc"]

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.clips.options import FolderData, Locomotion, Steady, SyntheticData
+from pipeline.clips.options import FolderData, Locomotion, Skeleton, Steady, SyntheticData
 from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, synthetic_walks
 from pipeline.core import fourier
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
-from tests.own_files import OWN_JOINTS
 
 
 def assert_consistent(walks: Walks) -> None:
@@ -49,7 +48,7 @@ def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:
         trc.write(tmp_path / f"p{n}_1.trc", WALKER15.joints, motion, 60.0)
     (tmp_path / "p4_1.trc").write_text("no recording\n")
     data = FolderData(name="folder", path=str(tmp_path), steady=Steady(locomotion=Locomotion.treadmill))
-    walks = data.request(WALKS, OWN_JOINTS, 1, 2).make()
+    walks = data.request(WALKS, Skeleton(), 1, 2).make()
     assert isinstance(walks, Walks)
     assert_consistent(walks)
     assert list(walks.person) == ["p0", "p1", "p2"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from omegaconf import OmegaConf
 
 from pipeline.formats import READERS
+from pipeline.mappings import shipped
 from pipeline.skeleton import MotionCapture, SourceMapping
 
 ROOT = Path(__file__).parents[2]
@@ -41,13 +41,8 @@ def replace(path: Path, old: str, new: str) -> None:
 
 
 def source_mapping(name: str) -> SourceMapping:
-    """The mapping of ``conf/skeleton/<name>.yaml``, its types checked."""
-    content = OmegaConf.to_container(OmegaConf.load(ROOT / "conf" / "skeleton" / f"{name}.yaml"))
-    assert isinstance(content, dict)
-    assert content.pop("defaults") == ["base_skeleton"]
-    mapping = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(SourceMapping), content))
-    assert isinstance(mapping, SourceMapping)
-    return mapping
+    """The mapping of ``conf/skeleton/<name>.yaml``."""
+    return shipped()[name]
 
 
 def recording(names: tuple[str, ...], positions_mm: np.ndarray) -> MotionCapture:

@@ -14,7 +14,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.storage.store import Store
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.synthetic.walkers import walking_population
-from tests.own_files import OWN_JOINTS, write_table
+from tests.own_files import write_table
 from tests.stages.run import Stages, smoke
 from tests.stages.run import stages as made
 
@@ -84,7 +84,7 @@ def test_subjects_that_are_one_person_never_straddle_a_fold(
         sources=["here"],
         table=str(table),
         raw=str(twice),
-        skeletons={"any": OWN_JOINTS},
+        skeletons=["walker15"],
         same_person=same,
     )
     _, samples, learnt, _ = stages(store, "dataset.walks=all", data=data)

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.acclaim.sections import read_sections
-from pipeline.formats.contract import damaged
+from pipeline.formats.contract import damaged, require_joints
 from pipeline.formats.text import millimetres_in, read_vector
 
 TURNS = ("rx", "ry", "rz")
@@ -111,6 +111,7 @@ def read_skeleton(path: str | Path, *, units: str | None = None) -> AsfSkeleton:
     names = ["root"]
     offsets, axes = [np.zeros(3)], [np.eye(3)]
     freedoms = [_freedoms(root.get("order", []), f"{where}, :root, order", root=True)]
+    require_joints(len(sections.bones), where)
     for bone in sections.bones:
         name = " ".join(bone.get("name", []))
         if not name or " " in name or name.lower() in (n.lower() for n in names):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.formats.contract import damaged
+from pipeline.formats.contract import damaged, require_joints
 
 _CHANNEL = re.compile(r"([xyz])(position|rotation)", re.IGNORECASE)
 
@@ -136,6 +136,7 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                 joint = _new_joint(joints, open_joints, names, key, " ".join(words), place, number)
                 open_joints.append(len(joints))
                 joints.append(joint)
+                require_joints(len(joints), place)
                 awaits_brace = True
             elif key in ("OFFSET", "CHANNELS") and open_joints:
                 _describe(joints[open_joints[-1]], key, words, place)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.bvh.hierarchy import BvhSkeleton, forward_kinematics, read_hierarchy
-from pipeline.formats.contract import damaged, motion_capture
+from pipeline.formats.contract import damaged, motion_capture, require_proportion
 from pipeline.formats.text import millimetres_in, number, read_numbers, read_text, read_vector
 from pipeline.skeleton import MotionCapture
 
@@ -43,7 +43,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     InvalidInput
         If the file is missing, not a BVH, cut short in a frame, or contradicts itself.
     """
-    path, units = Path(path), "cm" if units is None else units
+    path, assumed, units = Path(path), units is None, "cm" if units is None else units
     millimetres = millimetres_in(units, path.name)
     text, odd = read_text(path)
     lines = text.split("\n")
@@ -51,6 +51,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     declared, interval, first = _motion_header(lines, motion, path.name)
     labels = [f"{joint.name}.{channel}" for joint in joints for channel in joint.channels]
     rows = _rows(lines, first, labels, path.name)
+    require_proportion(len(rows), len(joints), len(text), path.name)
     notes = [f"A BVH file declares no unit of length; its numbers were read as {units}.", *odd]
 
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
@@ -97,6 +98,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         notes,
         channels=[labels[c] for c in turns],
         angles_deg=values[:, turns],
+        units_assumed=assumed,
     )
 
 

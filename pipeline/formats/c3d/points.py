@@ -1,7 +1,8 @@
 """C3D files: trajectories of points, read without native code.
 
 A C3D file is a 512-byte header, a section of named parameters, and frames of points with analog samples
-between them.  This reader takes the points only.  Before it reads them it compares what the file declares
+between them.  This reader takes the points, or the origins of segments of a file that has no points.
+Before it reads them it compares what the file declares
 with the bytes that are there, so a damaged file is refused and never read as a shorter recording.
 """
 
@@ -15,6 +16,7 @@ import numpy as np
 from pipeline.formats.c3d.header import Header, floats, integers, read_header
 from pipeline.formats.c3d.layout import find_layout
 from pipeline.formats.c3d.parameters import Parameters, read_parameters
+from pipeline.formats.c3d.rotations import segment_origins
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton import MotionCapture
@@ -45,13 +47,11 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     data, where = read_bytes(Path(path)), Path(path).name
     header = read_header(data, where)
     parameters = read_parameters(data, header, where, notes)
+    if not header.points and not any(parameters.numbers("POINT:USED")):
+        return _segments(data, header, parameters, where, units, notes)
     scale = _scale(header, parameters, where)
     layout = find_layout(header, parameters, 4 if scale < 0 else 2, len(data), where, notes)
-    declared = (parameters.texts("POINT:UNITS") or [""])[0].lower()
-    unit = declared if units is None else units
-    millimetres = millimetres_in(unit, f"{where}, {'POINT:UNITS' if units is None else 'option units'}")
-    if declared and declared != unit:
-        notes.append(f"The file says its unit is {declared!r}; {unit!r} was asked for and used.")
+    unit, millimetres = _unit(parameters, where, units, notes)
     rate = _rate(header, parameters, where, notes)
     names = _labels(parameters, layout.points, notes)
     if header.first > 1:
@@ -72,6 +72,29 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     if at_origin := int(np.count_nonzero((positions == 0).all(axis=-1))):
         notes.append(f"{at_origin} samples declared as measured lie exactly at the origin.")
     return motion_capture(names, positions, rate, unit, notes)
+
+
+def _unit(parameters: Parameters, where: str, units: str | None, notes: list[str]) -> tuple[str, float]:
+    """The unit of length that the file declares, or that was asked for, and its millimetres."""
+    declared = (parameters.texts("POINT:UNITS") or [""])[0].lower()
+    unit = declared if units is None else units
+    millimetres = millimetres_in(unit, f"{where}, {'POINT:UNITS' if units is None else 'option units'}")
+    if declared and declared != unit:
+        notes.append(f"The file says its unit is {declared!r}; {unit!r} was asked for and used.")
+    return unit, millimetres
+
+
+def _segments(
+    data: bytes, header: Header, parameters: Parameters, where: str, units: str | None, notes: list[str]
+) -> MotionCapture:
+    """The origins of segments, of a file that has those in place of points."""
+    found = segment_origins(data, header, parameters, where)
+    if found is None:
+        raise damaged("the file declares no points and no segments", where)
+    names, origins, rate = found
+    unit, millimetres = _unit(parameters, where, units, notes)
+    notes.append("The file has no points; these are the origins of its segments (ROTATION).")
+    return motion_capture(names, origins * millimetres, rate, unit, notes)
 
 
 def _scale(header: Header, parameters: Parameters, where: str) -> float:

@@ -1,22 +1,28 @@
 """TRC files: marker trajectories as text, the format of OpenSim and of markerless pipelines.
 
 Five lines of header (kind of file, names of the settings, their values, marker names, axis names), then
-one line for each frame: number, time in seconds, x, y, z of each marker.  Columns are separated by tabs, where
-a blank cell is a missing coordinate, or by spaces, where every cell must be written.
+one line for each frame: number, time in seconds, x, y, z of each marker.  Columns are separated by tabs, commas or
+semicolons, where a blank cell is a missing coordinate, or by spaces, where every cell must be written.  The line of
+axis names says which columns hold numbers, so blank columns between them do no harm.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.formats.contract import LARGEST, damaged, motion_capture
 from pipeline.formats.points.cells import positions_to_write, read_cells
+from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
 from pipeline.skeleton import MotionCapture
+
+_AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -26,44 +32,64 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Not used: the file states it.
+        Used if the file states no rate (DataRate 0) and has no times that tell it.
     units : str, optional
         Unit of length if the file has no setting Units.
 
     Returns
     -------
     MotionCapture
-        A marker with a blank or NaN coordinate is NaN and not valid in that frame.
+        A marker with a blank or NaN coordinate is NaN and not valid in that frame.  Noted, and read all the same:
+        other counts of frames or markers than declared, a last line that is cut, missing frames, uneven times
+        (resampled), names or columns that are blank or stand more than once.
 
     Raises
     ------
     InvalidInput
-        If the file is not TRC, has more or fewer frames, markers or cells than it declares, its unit of length
-        is unknown, or its times contradict its frame rate.
+        If the file is not TRC, columns do not fit the names, its unit of length or its rate is unknown, or its
+        times contradict its frame rate.
     """
     where = Path(path).name
     text, notes = read_text(Path(path))
     lines = text.split("\n")
-    if len(lines) < 5 or not lines[0].startswith("PathFileType"):
+    if len(lines) < 5 or not lines[0].lstrip('"').startswith("PathFileType"):
         expected = "five lines of header that begin with PathFileType"
         raise damaged("this is not a TRC file", f"{where}, line 1", expected, f"{lines[0]!r:.40}")
-    settings = dict(zip(_cells(lines[1]), _cells(lines[2]), strict=False))
-    rate = _setting(settings, "DataRate", where)
-    frames, markers = (int(_setting(settings, key, where)) for key in ("NumFrames", "NumMarkers"))
-    unit = settings.get("Units", "").lower() or units or ""
+    separator = max("\t,;", key=lines[3].count)
+    cells = partial(_cells, separator=separator if lines[3].count(separator) > 1 else None)
+    settings = _settings(cells(lines[1]), cells(lines[2]))
+    rate = _rate(settings, where)
+    unit = settings.get("units", "").lower() or units or ""
     millimetres = millimetres_in(unit, f"{where}, Units in line 3")
-    heading = _cells(lines[3])
-    names = tuple(name for name in heading[2:] if name)
-    if heading[0].lower() != "frame#" or len(names) != markers:
-        expected, received = f"Frame#, Time and {markers} names", f"{len(names)} after {heading[:2]!r:.40}"
-        raise damaged("the marker names do not match NumMarkers", f"{where}, line 4", expected, received)
-    rows = [(number, line) for number, line in enumerate(lines[5:], start=6) if line.strip()]
-    if len(rows) != frames or not frames:
-        what, expected = "the file is truncated, or NumFrames is wrong", f"{frames or 'some'} frames"
-        raise damaged(what, f"{where}, NumFrames in line 3", expected, len(rows))
-    numbers = _numbers(rows, 2 + 3 * markers, where)
-    _check_times(numbers[:, 0], numbers[:, 1], rate, rows, where)
-    positions = numbers[:, 2:].reshape(frames, markers, 3) * millimetres
+    # Some writers leave out the line of axis names, or the blank line after it.
+    axes = cells(lines[4]) if not np.isfinite(number(cells(lines[4])[0] or "x")) else []
+    rows = [
+        (line, cells(row))
+        for line, row in enumerate(lines[5 if axes else 4 :], start=6 if axes else 5)
+        if row.strip(" \t,;")
+    ]
+    frames = number(settings.get("numframes", ""))
+    rows = _whole_rows(rows, text.endswith("\n"), frames, notes)
+    if not rows:
+        raise damaged("the file has no frames", where, "lines of numbers after the header")
+    if np.isfinite(frames) and frames != len(rows):
+        notes.append(f"The file declares {frames:g} frames and has {len(rows)}; all {len(rows)} were read.")
+    names, columns = _markers(cells(lines[3]), axes, rows, where, notes)
+    declared = number(settings.get("nummarkers", ""))
+    if np.isfinite(declared) and declared != len(names):
+        notes.append(f"The file declares {declared:g} markers and names {len(names)}; the names count.")
+
+    def place(row: int) -> str:
+        return f"{where}, line {rows[row][0]}"
+
+    numbers = _numbers(rows, [0, 1, *columns], place)
+    positions = numbers[:, 2:].reshape(len(rows), len(names), 3) * millimetres
+    if np.isnan(numbers[:, 1]).all():
+        rate = rate or frame_rate_hz
+        if rate is None:
+            raise damaged("the frame rate is unknown", f"{where}, column Time", "the option frame_rate_hz")
+    else:
+        positions, rate = at_equal_intervals(numbers[:, 1], positions, rate, place, notes)
     return motion_capture(names, positions, rate, unit, notes)
 
 
@@ -114,51 +140,104 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     Path(path).write_text(text, encoding="utf-8", newline="\n")
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in line.split("\t")] if "\t" in line else line.split() or [""]
+def _cells(line: str, separator: str | None) -> list[str]:
+    return [cell.strip(' "') for cell in line.split(separator)] or [""]
 
 
-def _setting(settings: dict[str, str], key: str, where: str) -> float:
-    """A positive setting of the header."""
-    value = number(settings.get(key, ""))
-    if not 0 < value < LARGEST:
-        received = f"{settings.get(key, 'nothing'):.40}"
-        raise damaged(f"{key} is unusable", f"{where}, line 3", "a positive number", received)
-    return value
+def _settings(keys: list[str], values: list[str]) -> dict[str, str]:
+    """Settings of the header by their names in small letters; blank and doubled columns are skipped."""
+    if sum(map(bool, keys)) == sum(map(bool, values)):
+        keys, values = [key for key in keys if key], [value for value in values if value]
+    return {key.lower(): value for key, value in zip(keys, values, strict=False) if key}
 
 
-def _numbers(rows: list[tuple[int, str]], columns: int, where: str) -> np.ndarray:
-    """The cells (T, columns) as float64, NaN where blank."""
-    cells: list[str] = []
-    for line, text in rows:
-        found = _cells(text)
-        while len(found) > columns and not found[-1]:
-            found.pop()  # tabs at the end of the line
-        if len(found) != columns:
-            what = "the line has another number of cells than the header asks for"
-            raise damaged(what, f"{where}, line {line}", columns, len(found))
-        cells += found
-
-    def place(n: int) -> str:
-        return f"{where}, line {rows[n // columns][0]}, cell {n % columns + 1}"
-
-    return read_cells(cells, place).reshape(len(rows), columns)
+def _rate(settings: dict[str, str], where: str) -> float | None:
+    """Frames per second that the header declares; None if it says 0 or nothing."""
+    written = settings.get("datarate", "")
+    value = number(written) if written else 0.0
+    if not 0 <= value < LARGEST:
+        raise damaged("DataRate is unusable", f"{where}, line 3", "a positive number", f"{written:.40}")
+    return value or None
 
 
-def _check_times(
-    numbers: np.ndarray, times_s: np.ndarray, rate: float, rows: list[tuple[int, str]], where: str
-) -> None:
-    """Raise InvalidInput if frame numbers (T,) jump or times (T,) contradict the frame rate (Hz)."""
-    steps, intervals = np.diff(numbers), np.diff(times_s)
-    # Printed times are rounded, so one interval may be half wrong, but not their mean.
-    wrong = np.flatnonzero(~((steps == 1) & (np.abs(intervals * rate - 1) < 0.5)))
-    if wrong.size or not (np.isfinite(numbers[0]) and np.isfinite(times_s[0])):
-        k = int(wrong[0]) + 1 if wrong.size else 0
-        what, place = (
-            "the frame number or the time does not follow the line before",
-            f"{where}, line {rows[k][0]}",
+def _whole_rows(
+    rows: list[tuple[int, list[str]]], ended: bool, declared: float, notes: list[str]
+) -> list[tuple[int, list[str]]]:
+    """The rows without a last one that was cut: shorter than the others, or not ended in a file that is too short."""
+    widest = max((len(cells) for _, cells in rows[:-1]), default=0)
+    cut = bool(rows) and (len(rows[-1][1]) < widest or (not ended and len(rows) < declared))
+    if not cut or (ended and len(rows) == declared):
+        return rows
+    notes.append(f"The last line ({rows[-1][0]}) was cut and is not read.")
+    return rows[:-1]
+
+
+def _markers(
+    heading: list[str], axes: list[str], rows: list[tuple[int, list[str]]], where: str, notes: list[str]
+) -> tuple[tuple[str, ...], list[int]]:
+    """Names of the markers, and the columns of the numbers x, y, z of each."""
+    place = f"{where}, line 4"
+    if heading[0].lower().rstrip("#") != "frame" or len(heading) < 3:
+        raise damaged(
+            "the line of marker names cannot be read", place, "Frame#, Time and names", f"{heading[:2]!r:.40}"
         )
-        raise damaged(what, place, f"one frame and {1 / rate:g} s more", f"{numbers[k]:g}, {times_s[k]:g} s")
-    if steps.size and abs(intervals.mean() * rate - 1) > 0.01 + 1e-3 / steps.size * rate:
-        place, received = f"{where}, column Time", f"{1 / intervals.mean():g} Hz"
-        raise damaged("the times contradict DataRate", place, f"{rate:g} Hz", received)
+    named = [(column, name) for column, name in enumerate(heading) if column > 1 and name]
+    if (
+        len(named) > 2
+        and len(named) % 3 == 0
+        and all(len({name for _, name in named[k : k + 3]}) == 1 for k in range(0, len(named), 3))
+    ):  # each name over each of its three columns
+        named = named[::3]
+    at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
+    count = len(at) // 3 or len(named)
+    width = max(len(_trimmed(cells)) for _, cells in rows)
+    # Blank columns may stand in all lines, in the header alone or in the numbers alone.
+    if len(at) != 3 * count or at[0] < 2 or not any(len(cells) > at[-1] for _, cells in rows):
+        at = list(range(2, 2 + 3 * count))
+    if width > at[-1] + 1:
+        filled = [
+            column
+            for column in range(2, width)
+            if any(cells[column : column + 1] > [""] for _, cells in rows)
+        ]
+        if len(filled) != 3 * count:
+            long = next(line for line, cells in rows if len(_trimmed(cells)) > at[-1] + 1)
+            what = "the line has another number of cells than the header asks for"
+            raise damaged(what, f"{where}, line {long}", at[-1] + 1, width)
+        at = filled
+    starts = at[::3]
+    if len(named) == count:
+        return tuple(name for _, name in named), at
+    by_column = dict(named)
+    names = tuple(by_column.pop(start, f"point_{k}") for k, start in enumerate(starts, start=1))
+    if by_column:
+        expected = f"{count} names, one over each three columns"
+        raise damaged("the marker names do not match the columns", place, expected, f"{len(named)} names")
+    notes.append(
+        f"{count - len(named)} markers have no name; they are called point_1, point_2… by their place."
+    )
+    return names, at
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    """The cells up to the last that is not blank."""
+    last = max((k for k, cell in enumerate(cells) if cell), default=-1)
+    return cells[: last + 1]
+
+
+def _numbers(
+    rows: list[tuple[int, list[str]]], columns: list[int], place: Callable[[int], str]
+) -> np.ndarray:
+    """The cells of these columns (T, C) as float64, NaN where blank."""
+    found: list[str] = []
+    last = max(columns)
+    for k, (_, cells) in enumerate(rows):
+        if len(cells) <= last:
+            what = "the line has another number of cells than the header asks for"
+            raise damaged(what, place(k), last + 1, len(cells))
+        found += [cells[column] for column in columns]
+
+    def of_cell(n: int) -> str:
+        return f"{place(n // len(columns))}, cell {columns[n % len(columns)] + 1}"
+
+    return read_cells(found, of_cell).reshape(len(rows), len(columns))

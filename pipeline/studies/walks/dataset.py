@@ -10,8 +10,11 @@ import numpy as np
 from pipeline.clips.walks import WALKS, Walks
 from pipeline.core import fourier, walking
 from pipeline.processes import map_processes
+from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Dataset
 from pipeline.validation import require_range
+
+_PELVIS = WALKER15.index("pelvis")
 
 
 class Origin(StrEnum):
@@ -56,6 +59,8 @@ class FourierSamples:
     scale : (R,)
         The factor that size normalisation then applied.
     person, clip, source : (R,) text
+    unmeasured : (R, 15) bool
+        Joints that are estimated, or dropped for everyone: they have no error.
     frequency : bool
         Whether the frequency is one of the numbers of a walker [zhang2004 2].
     words : str
@@ -75,6 +80,7 @@ class FourierSamples:
     person: np.ndarray
     clip: np.ndarray
     source: np.ndarray
+    unmeasured: np.ndarray
     frequency: bool
     words: str
 
@@ -105,13 +111,16 @@ class FourierDataset(Dataset):
         def one(walk: int) -> tuple[fourier.FourierRepresentation, np.ndarray]:
             motion = clips.motion(walk)
             centred = walking.set_origin(motion, origin=self.origin.value)
+            origin = motion[0, _PELVIS] - centred[0, _PELVIS]
+            # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
+            centred[:, clips.dropped] = 0.0
             series = fourier.represent(
                 scale[walk] * centred,
                 float(clips.frame_rate_hz[walk]),
                 harmonics=self.harmonics,
                 frequency_hz=float(clips.frequency_hz[walk]) if self.harmonics == 2 else None,
             )
-            return series, motion[0, 0] - centred[0, 0]
+            return series, origin
 
         series, origins = zip(*map_processes(one, chosen, workers), strict=True)
 
@@ -134,6 +143,7 @@ class FourierDataset(Dataset):
             person=clips.person[chosen],
             clip=clips.clip[chosen],
             source=clips.source[chosen],
+            unmeasured=clips.estimated[chosen] | clips.dropped,
             frequency=self.frequency,
             words=f"{people} walkers" if alone else f"{len(chosen)} walks of {people} walkers",
         )

@@ -56,6 +56,8 @@ class KnownViewErrors:
     path_walker_mm2, path_view_mm2 : (R, S) and (A, S)
         Error of MAP for every sigma², mean over views and mean over walkers; no rows if MAP was not tried.
     noise_variance_mm2 : float
+    unmeasured : (R, 15) bool
+        Joints that are estimated or dropped; their errors are NaN.
     frequency_hz, phase_rad, phase_error_rad : (R, A), (M, R, A), (M, R, A), optional
         As each view gives them, with ``sweep.phase_source=observed2d``: the frequency, the phase of the first frame,
         and how far that is from the 3D motion's.
@@ -73,6 +75,7 @@ class KnownViewErrors:
     path_walker_mm2: np.ndarray
     path_view_mm2: np.ndarray
     noise_variance_mm2: float
+    unmeasured: np.ndarray
     frequency_hz: np.ndarray | None = None
     phase_rad: np.ndarray | None = None
     phase_error_rad: np.ndarray | None = None
@@ -158,6 +161,9 @@ class KnownView(Sweep):
             return np.stack([found[name] for found in folds], axis=axis) if name in folds[0] else None
 
         absolute = np.stack([found["absolute_error_mm2"] for found in folds], axis=1)
+        demonstrated = np.stack([found["demonstration_error_mm2"] for found in folds], axis=1)
+        for errors_of_joints in (absolute, demonstrated):  # nothing was measured that they could be errors of
+            errors_of_joints.swapaxes(2, 3)[:, data.unmeasured] = np.nan
         variance = np.stack([found["missing_variance_mm2"] for found in folds])
         paths = [found["path"] for found in folds if "path" in found]
         untried = np.empty((0, len(sigma2)))
@@ -169,9 +175,10 @@ class KnownView(Sweep):
             relative_error=errors.relative_error(absolute, variance[None, :, :, None]),
             missing_variance_mm2=variance,
             demonstration_view_deg=np.array(self.demonstration_views_deg),
-            demonstration_error_mm2=np.stack([found["demonstration_error_mm2"] for found in folds], axis=1),
+            demonstration_error_mm2=demonstrated,
             missing=np.stack([found["missing"] for found in folds], axis=1),
             noise_variance_mm2=self.noise_variance_mm2,
+            unmeasured=data.unmeasured,
             path_walker_mm2=np.stack([path.mean(axis=0) for path in paths]) if paths else untried,
             path_view_mm2=np.asarray(sum(paths) / len(paths)) if paths else untried,
             frequency_hz=stack("frequency_hz"),

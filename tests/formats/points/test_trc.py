@@ -135,16 +135,18 @@ def test_doubled_names_and_a_missing_line_end_are_noted(tmp_path: Path) -> None:
         ("time,x\n" * 9, "line 1: this is not a TRC file"),
         (made()[:90], "line 1: this is not a TRC file"),
         (made(units="ell"), "Units in line 3: the unit of length is unknown .*'ell'"),
-        (made(rate="0"), "DataRate is unusable"),
         (made(rate="fast"), "DataRate is unusable .*received fast"),
         (made(rate="nan"), "DataRate is unusable"),
-        (made(rate="100"), r"the times contradict DataRate \(expected 100 Hz"),
-        (made(frames="4"), r"truncated.*expected 4 frames, received 3"),
-        (made(frames="2"), r"expected 2 frames, received 3"),
-        (made((), frames="0"), "NumFrames is unusable"),
-        (made(markers="3"), "line 4: the marker names .*expected Frame#, Time and 3 names, received 2"),
-        (made((*ROWS[:2], "3\t0.017\t2\t2\n")), r"line 9: .*expected 8, received 4"),
+        (made(rate="-1"), "DataRate is unusable"),
+        (made(rate="90"), r"the times contradict the frame rate of the header \(expected 90 Hz"),
+        (made((), frames="0"), "the file has no frames"),
+        (
+            made().replace("Hip", "Hip\tKnee\tAnkle"),
+            "line 4: the marker names do not match .*received 4 names",
+        ),
+        (made().replace("Frame#", "Row"), "line 4: the line of marker names cannot be read"),
         (made((*ROWS[:2], ROWS[2][:-1] + "\t7\n")), r"line 9: .*expected 8, received 9"),
+        (made((ROWS[0], "2\t0.008\t1.5\t2\n", ROWS[2])), r"line 8: .*expected 8, received 4"),
         (
             made((*ROWS[:2], ROWS[2].replace("6", "six"))),
             "line 9, cell 8: a value is not a usable number .*'six'",
@@ -154,12 +156,9 @@ def test_doubled_names_and_a_missing_line_end_are_noted(tmp_path: Path) -> None:
             made((*ROWS[:2], ROWS[2].replace("6", "1e400"))),
             "line 9, cell 8: .*at most 1e\\+09, received '1e400'",
         ),
-        (
-            made((ROWS[0], ROWS[2])).replace("\t3\t2\tmm", "\t2\t2\tmm"),
-            "line 8: the frame number or the time",
-        ),
-        (made((*ROWS[:2], ROWS[2].replace("0.017", "0.025"))), "line 9: the frame number or the time"),
-        (made((*ROWS[:2], ROWS[2].replace("0.017", ""))), "line 9: the frame number or the time"),
+        (made((ROWS[0], ROWS[1], ROWS[0])), "line 9: the time does not follow the line before"),
+        (made((*ROWS[:2], ROWS[2].replace("0.017", ""))), "line 9: the time does not follow"),
+        (made((*ROWS[:2], ROWS[2].replace("0.017", "9e5"))), "jump"),
         (made().replace("Hip", "Hi\0p"), "a zero byte"),
     ],
 )
@@ -170,14 +169,81 @@ def test_damage_is_named_by_its_line(tmp_path: Path, text: str, message: str) ->
 
 def test_a_file_cut_anywhere_is_refused_or_says_so(tmp_path: Path) -> None:
     data = made().encode()
-    for size in range(len(data)):
+    for size in range(len(data) - 1):
         try:
             motion = read(tmp_path, data[:size])
         except InvalidInput:
             continue
-        # Only a cut within the last number cannot be told from a short number; then a note says so.
-        assert size >= len(data) - 2
-        assert "no line end" in motion.notes[-1]
+        assert any("The last line" in note or "declares 3 frames" in note for note in motion.notes), size
+        # A cut line is left out, so whatever was read is right, but for the last number of a file cut within it.
+        sure = len(motion.positions_mm) - (len(motion.positions_mm) == 3)
+        np.testing.assert_array_equal(motion.positions_mm[:sure], EXPECTED[:sure])
+
+
+COMMAS = made().replace("\t", ",").replace("nan", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "notes"),
+    [
+        (COMMAS, []),
+        (COMMAS.replace("made.trc", "made.trc,,,,,,,"), []),
+        (made().replace("\t", ";"), []),
+        (made().replace("DataRate\t", "DataRate\t\t").replace("120.00\t", "120.00\t\t", 1), []),
+        (made().replace("Time\tHead Top", "Time\t\tHead Top").replace("\t\tX1", "\t\t\tX1"), []),
+        (made().replace("Head Top\t\t\t", "Head Top\t\t\t\t").replace("Z1\t", "Z1\t\t"), []),
+        (made().replace("Head Top\t\t\tHip\t\t\t", "Head Top\tHead Top\tHead Top\tHip\tHip\tHip"), []),
+        (made().replace("Head Top\t\t\t", "Head Top\t"), []),
+        (made().replace("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n", ""), []),
+        (made(markers="3"), ["declares 3 markers and names 2"]),
+        (made(frames="9"), ["declares 9 frames and has 3"]),
+        (made(frames="x").replace("x\t2", "\t2"), []),
+        (made((*ROWS, "4\t0.025\t2\t2"), frames="9"), ["last line (10) was cut", "declares 9 frames"]),
+    ],
+    ids=lambda value: None if isinstance(value, str) else "; ".join(value),
+)
+def test_blank_doubled_and_separated_otherwise(tmp_path: Path, text: str, notes: list[str]) -> None:
+    motion = read(tmp_path, text)
+    assert_is_the_example(motion)
+    told = [note for note in motion.notes if "no line end" not in note]
+    assert len(told) == len(notes)
+    assert all(words in note for words, note in zip(notes, told, strict=True))
+
+
+def test_a_marker_without_a_name_is_called_by_its_place(tmp_path: Path) -> None:
+    motion = read(tmp_path, made().replace("Head Top", ""))
+    assert motion.names == ("point_1", "Hip")
+    assert "1 markers have no name" in motion.notes[-1]
+
+
+def line(times: np.ndarray, rate: str = "0") -> str:
+    """Two markers on parabolas of time."""
+    rows = [f"{k}\t{t!r}\t{t!r}\t{t * t!r}\t1\t0\t0\t{-t!r}\n" for k, t in enumerate(times.tolist(), start=1)]
+    return made(tuple(rows), rate=rate, frames=str(len(rows)))
+
+
+def test_the_rate_comes_from_the_times_if_the_header_says_zero(tmp_path: Path) -> None:
+    motion = read(tmp_path, line(np.arange(40) / 91))
+    assert motion.frame_rate_hz == pytest.approx(91)
+    assert motion.notes == ()
+    assert read(tmp_path, made(rate="0")).frame_rate_hz == 118  # 117.6 as printed, to the millisecond
+
+
+def test_uneven_times_are_resampled_and_said(tmp_path: Path) -> None:
+    times = np.cumsum(np.random.default_rng(3).uniform(0.008, 0.014, 60))
+    motion = read(tmp_path, line(times))
+    assert "not evenly spaced" in motion.notes[0]
+    at = times[0] + np.arange(len(motion.positions_mm)) / motion.frame_rate_hz
+    assert at[-1] <= times[-1] + 1e-9
+    expected = np.stack([at, at**2, np.ones_like(at)], axis=-1)
+    np.testing.assert_allclose(motion.positions_mm[:, 0], expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
+    motion = read(tmp_path, line(np.delete(np.arange(20) / 100, [5, 6]), rate="100"))
+    assert len(motion.valid) == 20
+    assert np.flatnonzero(~motion.valid.all(axis=1)).tolist() == [5, 6]
+    assert motion.notes == ("2 frames have no row and are missing.",)
 
 
 NAMES = st.text(

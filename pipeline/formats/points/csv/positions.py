@@ -19,12 +19,13 @@ from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.points.cells import positions_to_write
 from pipeline.formats.points.csv.table import read_header, read_table, unit_of_length
 from pipeline.formats.points.csv.times import frame_index, frame_rate
+from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
 from pipeline.skeleton import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
-    """Read the points of a table, in the file's axes.
+    """Read the points of a table, plain or exported by Nexus, QTM or Motive, in the file's axes.
 
     Parameters
     ----------
@@ -45,6 +46,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the header names no points, a cell is not a number, a point stands twice in one frame, times
         are not uniform within 1 %, or the unit or the rate cannot be known.
     """
+    if (motion := exported(Path(path), frame_rate_hz, units)) is not None:
+        return motion
     table = read_table(Path(path))
     columns = read_header(table)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
@@ -80,7 +83,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     positions[sample] = values * millimetres
     if absent := len(positions) - len(sample):
         table.notes.append(f"{absent} of {len(positions)} samples have no row and are missing.")
-    return motion_capture(names, positions.reshape(frames, len(names), 3), rate, unit, table.notes)
+    assumed = units is None and not (columns.units or "unit" in columns.roles)
+    shaped = positions.reshape(frames, len(names), 3)
+    return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
 
 
 def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:

@@ -1,0 +1,127 @@
+"""Joints that the markers do not give, estimated from those they do by the conditional mean of the walkers' model.
+
+A walk is a Fourier representation, and walkers are normally distributed about the average walker along eigenwalkers.
+Given the coefficients of the joints that were seen, the expected ones of all others follow as in zhang2007 3.14, with
+the seen joints in place of the seen dimensions.  The model is that of the synthetic population, brought to the leg
+length of the walker.  Other walkers of the data set would do better (on 33 recorded people, with the head hidden: 42
+in place of 63 mm rms; an arm: 50 and 58 mm), but then a walker that is held out would have shaped those it is
+reconstructed from.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import fourier, linear_model, walking
+from pipeline.core.linear_model import LinearModel
+from pipeline.core.reconstruction import maximum_a_posteriori
+from pipeline.skeleton import WALKER15
+from pipeline.synthetic import walkers
+
+LEG_MM = 850.0
+"""Length of leg to which all walkers are brought."""
+
+COMPONENTS = 30
+NOISE_VARIANCE_MM2 = 300.0
+"""What recorded walkers differ from the synthetic ones by; best of 70, 300, 1000 and 3000 on recorded people."""
+
+_POPULATION_HZ, _POPULATION_S = 40.0, 3.0
+_LEGS = [
+    [WALKER15.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")
+]
+
+
+@dataclass(frozen=True)
+class Completed:
+    """A walk with its missing joints filled in.
+
+    Attributes
+    ----------
+    positions : (T, 15, 3)
+        Millimetres.
+    series : FourierRepresentation
+        Of the joints that were seen; those that were not are constant in it.
+    """
+
+    positions: np.ndarray
+    series: fourier.FourierRepresentation
+
+
+def complete(positions: np.ndarray, missing: np.ndarray, frame_rate_hz: float) -> Completed:
+    """Fill in the joints of a walk that were never seen.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        Treadmill equivalent, mm; whatever missing joints hold is not read.
+    missing : (15,) bool
+        Legs and pelvis must be seen.
+    frame_rate_hz : float
+    """
+    # A constant joint has no variance and no residual: frequency and shares are those of the joints seen.
+    seen = np.where(missing[None, :, None], 0.0, positions)
+    series = fourier.represent(seen, frame_rate_hz)
+    if not missing.any():
+        return Completed(positions, series)
+    centre = positions[:, WALKER15.index("pelvis")].mean(axis=0)
+    about_pelvis = series.coefficients.copy()
+    about_pelvis[0] -= centre
+    filled = conditional_mean(population(), about_pelvis, missing)
+    filled[0] += centre
+    times = np.arange(len(positions)) / frame_rate_hz
+    motion = fourier.synthesise(fourier.shift(filled, -series.phase_rad), series.frequency_hz, times)
+    return Completed(np.where(missing[None, :, None], motion, positions), series)
+
+
+def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.ndarray) -> np.ndarray:
+    """Return the expected Fourier representation (5, 15, 3) of a walker of whom some joints were seen.
+
+    Parameters
+    ----------
+    model : LinearModel
+        Of walkers about their mean pelvis with legs of `LEG_MM`.
+    coefficients : (5, 15, 3)
+        About the mean pelvis, mm; those of missing joints are not read.
+    missing : (15,) bool
+    """
+    scale = LEG_MM / leg_length(coefficients)
+    seen = np.broadcast_to(~missing[None, :, None], coefficients.shape).reshape(-1)
+    observed = (scale * coefficients).reshape(-1)[seen] - model.mean[seen]
+    k = maximum_a_posteriori(
+        model.components.T[seen], observed, model.eigenvalues, noise_variance=NOISE_VARIANCE_MM2
+    )
+    return (model.mean + k @ model.components).reshape(coefficients.shape) / scale
+
+
+def leg_length(coefficients: np.ndarray) -> float:
+    """Return hip to knee to ankle of the mean posture of a walk, mean of both sides."""
+    mean = coefficients[0]
+    return float(np.mean([np.linalg.norm(np.diff(mean[leg], axis=0), axis=-1).sum() for leg in _LEGS]))
+
+
+@functools.cache
+def population() -> LinearModel:
+    """Eigenwalkers of the synthetic population, all with legs of `LEG_MM`."""
+    people = walkers.walking_population(
+        np.random.default_rng(2007),
+        duration_s=_POPULATION_S,
+        frame_rate_hz=_POPULATION_HZ,
+        marker_noise_mm=0.0,
+    )
+    return model_of(
+        [fourier.represent(_centred(p), _POPULATION_HZ).coefficients for p in people.positions_mm]
+    )
+
+
+def _centred(positions: np.ndarray) -> np.ndarray:
+    level = walking.treadmill_equivalent(positions, _POPULATION_HZ, locomotion="treadmill")
+    return walking.set_origin(level, origin="pelvis_mean")
+
+
+def model_of(people: list[np.ndarray]) -> LinearModel:
+    """Return the model of walkers (5, 15, 3) about their mean pelvis, all brought to legs of `LEG_MM`."""
+    scaled = np.stack([LEG_MM / leg_length(person) * person for person in people])
+    return linear_model.fit(linear_model.flatten(scaled), COMPONENTS)

@@ -1,0 +1,142 @@
+"""Frames at equal intervals from rows with a time each: gaps become missing frames, uneven times are resampled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pipeline.formats.contract import damaged
+
+_GAP = 2.5
+"""Intervals longer than so many typical ones are gaps: nothing is interpolated across them."""
+
+
+def at_equal_intervals(
+    times_s: np.ndarray,
+    positions: np.ndarray,
+    declared_hz: float | None,
+    place: Callable[[int], str],
+    notes: list[str],
+) -> tuple[np.ndarray, float]:
+    """Return the frames (T', P, 3) at equal intervals, and their rate in hertz; what was done is noted.
+
+    Parameters
+    ----------
+    times_s : (T,) float64
+        Seconds of the rows.
+    positions : (T, P, 3) float64
+        NaN where missing.
+    declared_hz : float or None
+        Frames per second that the file declares.
+    place : callable
+        Where in the file the n-th row stands, for errors.
+    notes : list of str
+
+    Raises
+    ------
+    InvalidInput
+        If times do not increase, contradict the declared rate, or leave nearly everything out.
+    """
+    steps = np.diff(times_s)
+    wrong = np.flatnonzero(~(steps > 0)) if np.isfinite(times_s[0]) else np.array([-1])
+    if wrong.size:
+        k = int(wrong[0]) + 1
+        what = "the time does not follow the line before"
+        raise damaged(what, place(k), "seconds that increase", f"{times_s[k]:g} s")
+    if not steps.size:
+        if declared_hz is None:
+            raise damaged(
+                "the frame rate is unknown", place(0), "two frames or more, or a rate in the header"
+            )
+        return positions, declared_hz
+    rounding = _rounding(times_s)
+    mean = float(steps.mean())
+    rate = 1.0 / float(np.median(steps)) if declared_hz is None else declared_hz
+    if declared_hz is None and rounding < 0.01 * mean and np.abs(steps / mean - 1).max() < 0.01:
+        rate = 1.0 / mean
+    if not 1 <= rate <= 1e6:
+        raise damaged("the times are not in seconds", place(1), "1 Hz or more", f"{rate:g} Hz")
+    frames = np.maximum(np.round(steps * rate), 1)
+    off = np.abs(steps * rate - frames)
+    span = frames.sum()
+    if (
+        declared_hz is not None
+        and abs(span / ((times_s[-1] - times_s[0]) * rate) - 1) > 0.01 + rounding * rate / span
+    ):
+        received = f"{span / (times_s[-1] - times_s[0]):.4g} Hz"
+        raise damaged("the times contradict the frame rate of the header", place(1), f"{rate:g} Hz", received)
+    if off.max() <= 0.02 + 1.1 * rounding * rate:
+        return _with_gaps(frames, positions, place, notes), _whole(rate, times_s, span, rounding, declared_hz)
+    if declared_hz is None:
+        rate = _whole(1.0 / mean, times_s, len(steps), rounding, None)
+    grid = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * rate + 1e-6) + 1) / rate
+    if len(grid) > 1000 + 64 * len(times_s):
+        raise damaged("the times jump", place(int(steps.argmax()) + 1), received=f"{steps.max():g} s")
+    notes.append(
+        f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s); "
+        f"they were resampled to {rate:.6g} Hz."
+    )
+    return _interpolated(times_s, positions, grid), rate
+
+
+def _rounding(times_s: np.ndarray) -> float:
+    """Return one unit of the last decimal of times as they were printed; 0 beyond six decimals."""
+    for decimals in range(1, 7):
+        if np.abs(np.round(times_s, decimals) - times_s).max() < 1e-9 * max(1.0, np.abs(times_s).max()):
+            return float(10.0**-decimals)
+    return 0.0
+
+
+def _whole(rate: float, times_s: np.ndarray, span: float, rounding: float, declared: float | None) -> float:
+    """Return a rate from times: the whole number of hertz, or of its tenths, within the doubt that rounding leaves."""
+    if declared is not None:
+        return declared
+    exact = span / float(times_s[-1] - times_s[0])
+    doubt = max(rounding / float(times_s[-1] - times_s[0]), 1e-9) * exact
+    for candidate in (float(round(exact)), round(exact, 1)):
+        if abs(candidate - exact) <= doubt:
+            return candidate
+    return float(f"{exact:.12g}")
+
+
+def _with_gaps(
+    frames: np.ndarray, positions: np.ndarray, place: Callable[[int], str], notes: list[str]
+) -> np.ndarray:
+    index = np.concatenate([[0], np.cumsum(frames)]).astype(int)
+    count = int(index[-1]) + 1
+    if count == len(positions):
+        return positions
+    if count > 1000 + 64 * len(positions):
+        k = int(frames.argmax()) + 1
+        raise damaged("the times jump, so that nearly all frames are missing", place(k))
+    filled = np.full((count, *positions.shape[1:]), np.nan)
+    filled[index] = positions
+    notes.append(f"{count - len(positions)} frames have no row and are missing.")
+    return filled
+
+
+def _interpolated(times: np.ndarray, positions: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Return positions at other times, by cubics through neighbours with the slopes of parabolas."""
+    if len(times) < 3:
+        slopes = np.repeat(np.diff(positions, axis=0) / (times[1] - times[0]), len(times), axis=0)
+    else:
+        step = np.diff(times)[:, None, None]
+        chord = np.diff(positions, axis=0) / step
+        inner = (step[1:] * chord[:-1] + step[:-1] * chord[1:]) / (step[1:] + step[:-1])
+        # Beside a missing sample the chord of the other side is all that is known.
+        inner = np.where(np.isnan(inner), np.where(np.isnan(chord[1:]), chord[:-1], chord[1:]), inner)
+        slopes = np.concatenate([chord[:1], inner, chord[-1:]])
+    k = np.clip(np.searchsorted(times, grid, side="right") - 1, 0, len(times) - 2)
+    width = (times[k + 1] - times[k])[:, None, None]
+    u = ((grid - times[k])[:, None, None]) / width
+    before, after = positions[k], positions[k + 1]
+    found: np.ndarray = (
+        before
+        + u * (after - before)
+        + u
+        * (1 - u)
+        * ((1 - u) * (width * slopes[k] - (after - before)) + u * (after - before - width * slopes[k + 1]))
+    )
+    found[width[:, 0, 0] > _GAP * np.median(np.diff(times))] = np.nan
+    return found

@@ -1,0 +1,230 @@
+"""Tables that programs of motion capture export: a preamble, lines of titles over the columns, then numbers.
+
+Vicon Nexus (CSV, ``Trajectories``), Qualisys Track Manager (TSV, ``MARKER_NAMES``) and OptiTrack Motive (CSV,
+``Format Version``) are told from plain tables, and from each other, by their first lines.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.formats.contract import damaged, motion_capture
+from pipeline.formats.points.cells import read_cells
+from pipeline.formats.points.even_times import at_equal_intervals
+from pipeline.formats.text import millimetres_in, number, read_text
+from pipeline.skeleton import MotionCapture
+
+Rows = list[list[str]]
+
+
+def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> MotionCapture | None:
+    """Read a table that one of the three programs exported; None if it is a table of another kind.
+
+    Parameters
+    ----------
+    path : Path
+    frame_rate_hz : float or None
+        Frames per second, where the file does not state it.
+    units : str or None
+        Unit of length, where the file does not state it.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, or is of one of these kinds and damaged.
+    """
+    text, notes = read_text(path)
+    head = text[:4000]
+    if head.lstrip().lower().startswith("format version"):
+        return _optitrack(_Lines(path.name, text, ",", notes), units)
+    lines = [line.strip(' ,;\t"') for line in head.split("\n")]
+    if head.startswith("NO_OF_FRAMES") or any(line.startswith("MARKER_NAMES") for line in lines):
+        return _qualisys(_Lines(path.name, text, "\t", notes), frame_rate_hz, units)
+    if any(line in ("Trajectories", "Devices", "Model Outputs", "Joints", "Segments") for line in lines[:1]):
+        separator = max(",;\t", key=head.count)
+        return _nexus(_Lines(path.name, text, separator, notes), units)
+    return None
+
+
+class _Lines:
+    """The lines of a file as cells without blanks, and where each stands."""
+
+    def __init__(self, where: str, text: str, separator: str, notes: list[str]) -> None:
+        try:
+            read = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
+            self.cells: Rows = [[cell.strip() for cell in row] for row in read]
+        except csv.Error as error:
+            raise damaged("the quoting is broken", where) from error
+        self.where, self.notes, self.ended = where, notes, text.endswith("\n")
+        if separator == ";":
+            self.cells = [[cell.replace(",", ".") for cell in row] for row in self.cells]
+
+    def place(self, line: int) -> str:
+        return f"{self.where}, line {line + 1}"
+
+    def numbers(
+        self, first: int, columns: list[int], ends: Callable[[list[str]], bool]
+    ) -> tuple[np.ndarray, int]:
+        """The numbers (T, C) from a line on, up to a line that `ends` them; a last line that is cut is left out."""
+        stop = first
+        while stop < len(self.cells) and not ends(self.cells[stop]):
+            stop += 1
+        last = max(columns)
+        rows = list(range(first, stop))
+        cut = rows and stop == len(self.cells) and not self.ended
+        if cut and len(rows) > 1 and len(self.cells[rows[-1]]) < len(self.cells[rows[-2]]):
+            self.notes.append(f"The last line ({rows.pop() + 1}) was cut and is not read.")
+        if not rows:
+            raise damaged("the table has no frames", self.where, "lines of numbers below the titles")
+        found: list[str] = []
+        for row in rows:
+            cells = self.cells[row]
+            # Missing points at the end of a line are often left out with their separators.
+            found += [cells[column] if column < len(cells) else "" for column in columns]
+            if len([cell for cell in cells[last + 1 :] if cell]):
+                what = "the line has another number of cells than the titles ask for"
+                raise damaged(what, self.place(row), last + 1, len(cells))
+
+        def of_cell(n: int) -> str:
+            return f"{self.place(rows[n // len(columns)])}, cell {columns[n % len(columns)] + 1}"
+
+        return read_cells(found, of_cell).reshape(len(rows), len(columns)), rows[0]
+
+
+def _by_counter(
+    counter: np.ndarray, positions: np.ndarray, rate: float, lines: _Lines, first: int
+) -> np.ndarray:
+    """Frames by their numbers: those that have no line are missing."""
+    if np.isnan(counter).any() or (np.diff(counter) <= 0).any():
+        k = int(np.flatnonzero(np.isnan(counter) | (np.diff(counter, prepend=counter[0] - 1) <= 0))[0])
+        raise damaged("the frame number does not follow the line before", lines.place(first + k))
+    return at_equal_intervals(
+        (counter - counter[0]) / rate, positions, rate, lambda k: lines.place(first + k), lines.notes
+    )[0]
+
+
+def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
+    """Vicon Nexus: the section Trajectories holds rate, names, titles, units and numbers, each in a line."""
+    starts = [k for k, row in enumerate(lines.cells) if row and row[0] == "Trajectories"]
+    if not starts or starts[0] + 5 > len(lines.cells):
+        found = ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60]
+        raise damaged("there are no trajectories", lines.where, "a section Trajectories", found)
+    begin = starts[0]
+    rate = number((lines.cells[begin + 1] or [""])[0])
+    if not 0 < rate < 1e6:
+        raise damaged(
+            "the frame rate is unusable", lines.place(begin + 1), "hertz", str(lines.cells[begin + 1])[:40]
+        )
+    heading, titles, unit_row = (lines.cells[begin + k] for k in (2, 3, 4))
+    columns = [k for k, title in enumerate(titles) if title.upper() in ("X", "Y", "Z")]
+    named = [(k, name) for k, name in enumerate(heading) if name]
+    if not named or len(columns) != 3 * len(named) or [k for k, _ in named] != columns[::3]:
+        what, expected = "the names do not stand over the columns X, Y, Z", f"{len(columns) // 3} names"
+        raise damaged(what, lines.place(begin + 2), expected, len(named))
+    stated = {unit_row[k].lower() for k in columns if k < len(unit_row)} - {""}
+    unit = stated.pop() if len(stated) == 1 else units or "mm"
+    millimetres = millimetres_in(unit, lines.place(begin + 4))
+    numbers, first = lines.numbers(begin + 5, [0, *columns], lambda row: not any(row))
+    positions = numbers[:, 1:].reshape(len(numbers), -1, 3) * millimetres
+    positions = _by_counter(numbers[:, 0], positions, rate, lines, first)
+    return motion_capture([name for _, name in named], positions, rate, unit, lines.notes)
+
+
+def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> MotionCapture:
+    """Qualisys Track Manager: settings, names in one line, then x, y, z of each marker; all zero is missing."""
+    settings = {row[0].upper(): row[1:] for row in lines.cells if row and row[0]}
+    kind = (settings.get("DATA_INCLUDED") or ["3D"])[0]
+    if kind != "3D":
+        raise damaged("the table holds no markers", lines.where, "an export of 3D data", kind)
+    names = [name for name in settings.get("MARKER_NAMES", []) if name]
+    first = next((k for k, row in enumerate(lines.cells, 1) if row and row[0].upper() == "MARKER_NAMES"), 0)
+    first = first or len(lines.cells)
+    while first < len(lines.cells) and not (
+        lines.cells[first] and np.isfinite(number(lines.cells[first][0] or "x"))
+    ):
+        first += 1
+    if first == len(lines.cells) or not names:
+        raise damaged("the table has no frames", lines.where, "lines of numbers after MARKER_NAMES")
+    titles = [title.lower() for title in lines.cells[first - 1]]
+    width = max(len([0 for cell in lines.cells[first]]), 1)
+    while width and not lines.cells[first][width - 1]:
+        width -= 1
+    leading: list[str] = [title for title in ("frame", "time") if title in titles[:2]]
+    if not leading and width - 3 * len(names) in (1, 2):
+        leading = ["frame", "time"][: width - 3 * len(names)]
+    columns = [len(leading) + k for k in range(3 * len(names))]
+    declared = number((settings.get("FREQUENCY") or [""])[0])
+    rate = declared if 0 < declared < 1e6 else frame_rate_hz
+    numbers, first = lines.numbers(first, [*range(len(leading)), *columns], lambda row: not any(row))
+    positions = numbers[:, len(leading) :].reshape(len(numbers), -1, 3)
+    positions[(positions == 0).all(axis=-1)] = np.nan
+    unit = units or "mm"
+    positions = positions * millimetres_in(unit, lines.where)
+    if "time" in leading:
+        times = numbers[:, leading.index("time")]
+        positions, rate = at_equal_intervals(
+            times, positions, rate, lambda k: lines.place(first + k), lines.notes
+        )
+    elif rate is None:
+        raise damaged("the frame rate is unknown", lines.where, "FREQUENCY, or the option frame_rate_hz")
+    elif leading:
+        positions = _by_counter(numbers[:, 0], positions, rate, lines, first)
+    frames = number((settings.get("NO_OF_FRAMES") or [""])[0])
+    if np.isfinite(frames) and frames != len(positions):
+        lines.notes.append(f"The file declares {frames:g} frames and has {len(positions)}; all were read.")
+    return motion_capture(names, positions, rate, unit, lines.notes)
+
+
+_UNIT_WORDS = {
+    "meters": "m",
+    "metres": "m",
+    "centimeters": "cm",
+    "millimeters": "mm",
+    "inches": "in",
+    "feet": "ft",
+}
+
+
+def _optitrack(lines: _Lines, units: str | None) -> MotionCapture:
+    """OptiTrack Motive: types, names and kinds of columns in lines of titles; bones and measured markers are read."""
+    settings = dict(zip(lines.cells[0][::2], lines.cells[0][1::2], strict=False))
+    at = next((k for k, row in enumerate(lines.cells) if row[:1] == ["Frame"]), 0)
+    above = lines.cells[1:at]
+    by_title = {row[1].lower(): row for row in above if len(row) > 2 and row[1]}
+    kinds = above[-1] if above else []
+    if not at or not {"type", "name"} <= set(by_title) or "Position" not in kinds:
+        expected = "lines Type and Name over columns of Position, and a line Frame, Time"
+        raise damaged("the titles of the columns cannot be read", lines.where, expected)
+    unit = _UNIT_WORDS.get(settings.get("Length Units", "").lower(), "") or units or ""
+    millimetres = millimetres_in(unit, f"{lines.place(0)}, Length Units")
+    declared = number(settings.get("Export Frame Rate") or settings.get("Capture Frame Rate") or "")
+    columns: dict[tuple[str, str], list[int]] = {}
+    for k, axis in enumerate(lines.cells[at]):
+        kind, name = (by_title[title][k : k + 1] or [""] for title in ("type", "name"))
+        if (
+            kinds[k : k + 1] == ["Position"]
+            and axis in ("X", "Y", "Z")
+            and kind[0] in ("Bone", "Marker", "Rigid Body")
+        ):
+            columns.setdefault((name[0], kind[0]), []).append(k)
+    whole = {key: found for key, found in columns.items() if len(found) == 3 and key[0]}
+    if not whole:
+        raise damaged("there are no positions of bones or markers", lines.where, "Type Bone or Marker")
+    # A bone and a marker of one name are different points.
+    names = [
+        name if kind == "Bone" or (name, "Bone") not in whole else f"{name}_marker" for name, kind in whole
+    ]
+    wanted = [column for found in whole.values() for column in found]
+    every = [0, 1, *wanted, len(lines.cells[at]) - 1]
+    numbers, first = lines.numbers(at + 1, every, lambda row: not any(row))
+    positions = numbers[:, 2:-1].reshape(len(numbers), -1, 3) * millimetres
+    rate = declared if 0 < declared < 1e6 else None
+    positions, rate = at_equal_intervals(
+        numbers[:, 1], positions, rate, lambda k: lines.place(first + k), lines.notes
+    )
+    return motion_capture(names, positions, rate, unit, lines.notes)

@@ -1,0 +1,124 @@
+"""Which mapping fits a recording: how many joints each gives, and of what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.skeleton import LOWER_BODY, MILLIMETRES, WALKER15, MotionCapture, SourceMapping, SourcePoints
+from pipeline.validation import InvalidInput
+
+ADULT_LEG_MM = 850.0
+HUMAN_LEG_MM = (350.0, 1300.0)
+"""Hip to knee to ankle of a child of three and of a very tall adult."""
+
+_UNITS = {**MILLIMETRES, "in/0.45": 25.4 / 0.45}
+"""Units that files without one are found to be in; the last is that of the CMU skeletons."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How a mapping fits a recording.
+
+    Attributes
+    ----------
+    mapping : SourceMapping
+    missing : tuple of str
+        Joints that it does not give.
+    lacking : tuple of str
+        The first point that each of these needs and the recording lacks.
+    first_choice : int
+        Joints given by the first of their rules.
+    points : int
+        Points of the recording that are used.
+    recognised : bool
+        Whether the points that mark the family are all there.
+    """
+
+    mapping: SourceMapping
+    missing: tuple[str, ...]
+    lacking: tuple[str, ...]
+    first_choice: int
+    points: int
+    recognised: bool
+
+    @property
+    def usable(self) -> bool:
+        """Whether legs and pelvis are there."""
+        return self.recognised and not set(self.missing) & set(LOWER_BODY)
+
+    @property
+    def rank(self) -> tuple[int, ...]:
+        """What makes one fit better than another, the weightiest first."""
+        lower = len(set(LOWER_BODY) - set(self.missing))
+        return (self.usable, lower, len(WALKER15.joints) - len(self.missing), self.points, self.first_choice)
+
+
+def fitted(motion: MotionCapture, mapping: SourceMapping) -> Fit:
+    """Return how a mapping fits a recording."""
+    points = SourcePoints(motion, mapping.points)
+    missing, lacking, first, used = [], [], 0, set()
+    for joint in WALKER15.joints:
+        rules = mapping.rules(joint)
+        try:
+            rule = points.rule_of(joint, mapping)
+        except InvalidInput:  # two points of one name
+            rule = None
+        if rule is None or not points.sees(rule[0]):
+            missing.append(joint)
+            lacking += [point for found, _ in rules[:1] for point in found if points.find(point) is None][:1]
+        else:
+            first += rule[0] is rules[0][0]
+            used |= {points.index(point) for point in rule[0]}
+    recognised = all(points.find(point) is not None for point in mapping.recognised_by)
+    return Fit(mapping, tuple(missing), tuple(dict.fromkeys(lacking)), first, len(used), recognised)
+
+
+def suggest(motion: MotionCapture, mappings: Mapping[str, SourceMapping] | Iterable[SourceMapping]) -> Fit:
+    """Return the best fit of several mappings: legs and pelvis first, then the number of joints, of points, of rules.
+
+    Ties go to the mapping that comes first.
+    """
+    each = mappings.values() if isinstance(mappings, Mapping) else mappings
+    fits = [fitted(motion, mapping) for mapping in each]
+    return max(fits, key=lambda fit: fit.rank)
+
+
+def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tuple[float, str]:
+    """Return by what to multiply the positions of a file that states no unit, and a sentence that says so.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    mapping : SourceMapping
+        The family's unit, if it has one, is taken as it is.
+    leg_mm : float
+        Length of the legs as the file was read, mm.
+
+    Returns
+    -------
+    factor : float
+        1 if the unit that was assumed will do: it stays where legs are human.
+    sentence : str
+    """
+    if not motion.units_assumed:
+        return 1.0, ""
+    assumed = _UNITS.get(motion.units, 1.0)
+    unit = mapping.units
+    if not unit:
+        if not np.isfinite(leg_mm) or leg_mm <= 0 or HUMAN_LEG_MM[0] <= leg_mm <= HUMAN_LEG_MM[1]:
+            return 1.0, ""
+        unit = min(_UNITS, key=lambda name: abs(np.log(leg_mm / assumed * _UNITS[name] / ADULT_LEG_MM)))
+        length = leg_mm / assumed * _UNITS[unit]
+        if not HUMAN_LEG_MM[0] <= length <= HUMAN_LEG_MM[1]:
+            return 1.0, ""
+    if unit not in _UNITS or unit == motion.units:
+        return 1.0, ""
+    why = (
+        f"as {mapping.name} has it"
+        if mapping.units
+        else f"which makes legs of {leg_mm / assumed * _UNITS[unit]:.0f} mm"
+    )
+    return _UNITS[unit] / assumed, f"The file states no unit; its numbers are taken as {unit}, {why}."

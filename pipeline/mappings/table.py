@@ -1,0 +1,243 @@
+"""Reading a mapping from YAML, as data: nothing in it is ever run, and a slip is one sentence with its line."""
+
+from __future__ import annotations
+
+import functools
+import math
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pipeline.resources import CONF
+from pipeline.skeleton import MILLIMETRES, WALKER15, Lowering, Rule, SourceMapping, UpAxis
+from pipeline.validation import InvalidInput
+
+AUTO = "auto"
+"""The choice by which each recording gets the mapping that fits it best."""
+
+FOLDER = CONF / "skeleton"
+LARGEST_FILE = 1_000_000
+"""Bytes of a mapping; larger files are not mappings."""
+
+_KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise", "lowered", "guessed")
+
+
+@functools.cache
+def shipped() -> dict[str, SourceMapping]:
+    """Return the mappings that ship, by name."""
+    return {path.stem: load(path) for path in sorted(FOLDER.glob("*.yaml"))}
+
+
+def chosen(name: str) -> SourceMapping | None:
+    """Return the mapping that an option names: one that ships, or a YAML file; None for ``auto``.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such mapping, or the file holds none.
+    """
+    if name == AUTO:
+        return None
+    if name in shipped():
+        return shipped()[name]
+    if "/" in name or "\\" in name or name.lower().endswith((".yaml", ".yml")):
+        return load(Path(name))
+    listed = " or ".join([AUTO, *shipped()])
+    raise InvalidInput(
+        "there is no such option", where="skeleton", expected=f"{listed} or a path.yaml", received=name[:60]
+    )
+
+
+def load(path: Path) -> SourceMapping:
+    """Read a mapping from a YAML file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, is not YAML, or holds anything but a mapping of points to joints; the sentence
+        names the line.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(
+            "the mapping cannot be read", where=str(path), received=error.strerror or type(error).__name__
+        ) from None
+    except ValueError:
+        raise InvalidInput("the mapping cannot be read", where=repr(str(path))) from None
+    if len(data) > LARGEST_FILE:
+        raise InvalidInput("this is no mapping", where=path.name, expected=f"{LARGEST_FILE} bytes at most")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        what = "the mapping is not UTF-8 (save it as UTF-8)"
+        raise InvalidInput(
+            what, where=f"{path.name}, line {line}", received=f"byte {data[error.start]:#x}"
+        ) from None
+    return _Reader(path.name).mapping(_composed(text, path.name), path.stem)
+
+
+def _composed(text: str, where: str) -> yaml.Node:
+    """The tree of a YAML text, without tags that would build anything and without anchors."""
+    if "# @package" in text:
+        line = text[: text.index("# @package")].count("\n") + 1
+        raise InvalidInput(
+            "a mapping is data and goes into no package of options", where=f"{where}, line {line}"
+        )
+    try:
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
+                raise _wrong("anchors and aliases are not used in mappings", where, event)
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+        at = f", line {mark.line + 1}" if mark else ""
+        problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be read"
+        if "'\\t'" in str(problem):
+            problem = "a tab where blanks must be"
+        what = f"this is not YAML: {' '.join(str(problem).split())[:120]}"
+        raise InvalidInput(what, where=f"{where}{at}") from None
+    except RecursionError:
+        raise InvalidInput("this is no mapping: it is nested too deeply", where=where) from None
+    if node is None:
+        raise InvalidInput("the mapping is empty", where=where)
+    return node
+
+
+def _wrong(what: str, where: str, at: Any, expected: str = "", received: str = "") -> InvalidInput:
+    return InvalidInput(
+        what, where=f"{where}, line {at.start_mark.line + 1}", expected=expected, received=received
+    )
+
+
+class _Reader:
+    """Turns the nodes of one file into a mapping; every complaint names the line."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+
+    def _fail(self, what: str, node: yaml.Node, expected: str = "", received: str = "") -> InvalidInput:
+        return _wrong(what, self._where, node, expected, received)
+
+    def _items(self, node: yaml.Node, what: str) -> list[tuple[str, yaml.Node, yaml.Node]]:
+        """Keys and values of a node, each key once."""
+        if not isinstance(node, yaml.MappingNode):
+            raise self._fail(f"{what} must be keys with values", node, "key: value")
+        items: dict[str, tuple[yaml.Node, yaml.Node]] = {}
+        for key_node, value in node.value:
+            key = self._text(key_node, f"a key of {what}")
+            if key in items:
+                first = items[key][0].start_mark.line + 1
+                raise self._fail(
+                    f"the key {key!r} stands twice in {what}", key_node, f"once, as in line {first}"
+                )
+            items[key] = (key_node, value)
+        return [(key, key_node, value) for key, (key_node, value) in items.items()]
+
+    def _text(self, node: yaml.Node, what: str) -> str:
+        standard = node.tag.startswith("tag:yaml.org,2002:") and node.tag.rpartition(":")[2] in (
+            "str", "int", "float", "bool", "null", "timestamp",
+        )  # fmt: skip
+        if not isinstance(node, yaml.ScalarNode) or not standard or not node.value:
+            raise self._fail(f"{what} must be a word", node, received=_shown(node))
+        return str(node.value)
+
+    def _number(self, node: yaml.Node, what: str) -> float:
+        try:
+            value = float(self._text(node, what))
+        except ValueError:
+            value = math.nan
+        if not abs(value) <= 1e6:
+            raise self._fail(f"{what} must be a number", node, received=_shown(node))
+        return value
+
+    def _texts(self, node: yaml.Node, what: str) -> list[str]:
+        if not isinstance(node, yaml.SequenceNode):
+            raise self._fail(f"{what} must be a list", node, "[A, B]", _shown(node))
+        return [self._text(item, f"an item of {what}") for item in node.value]
+
+    def _rule(self, node: yaml.Node, joint: str) -> Rule:
+        what = f"the rule of {joint}"
+        rule = {
+            point: self._number(value, f"the weight of {point}")
+            for point, _, value in self._items(node, what)
+        }
+        if abs(sum(rule.values()) - 1.0) > 1e-6:
+            raise self._fail(
+                f"the weights of {joint} must sum to one", node, received=f"{sum(rule.values()):g}"
+            )
+        return rule
+
+    def _rules(self, node: yaml.Node, group: str) -> dict[str, Rule | list[Rule]]:
+        rules: dict[str, Rule | list[Rule]] = {}
+        for joint, key, value in self._items(node, group):
+            self._joint(joint, key)
+            if isinstance(value, yaml.SequenceNode):
+                rules[joint] = [self._rule(item, joint) for item in value.value]
+            else:
+                rules[joint] = self._rule(value, joint)
+        return rules
+
+    def _joint(self, joint: str, node: yaml.Node) -> str:
+        if joint not in WALKER15.joints:
+            raise self._fail("there is no such joint", node, ", ".join(WALKER15.joints), f"{joint!r:.60}")
+        return joint
+
+    def _lowering(self, node: yaml.Node, joint: str) -> Lowering:
+        items = {key: value for key, _, value in self._items(node, f"the lowering of {joint}")}
+        if set(items) != {"by", "between"}:
+            raise self._fail(
+                f"the lowering of {joint} needs by and between", node, "{by: 0.1, between: [A, B]}"
+            )
+        between = self._texts(items["between"], "between")
+        if len(between) != 2:
+            raise self._fail("between must name two points", items["between"], received=str(len(between)))
+        return Lowering(by=self._number(items["by"], "by"), between=between)
+
+    def mapping(self, root: yaml.Node, stem: str) -> SourceMapping:
+        """The mapping of a whole file; its name is the file's if it states none."""
+        found: dict[str, Any] = {"name": stem}
+        for key, node, value in self._items(root, "a mapping"):
+            if key not in _KEYS:
+                hint = " (no longer needed: delete the line)" if key == "defaults" else ""
+                raise self._fail(
+                    f"a mapping has no key {key!r:.60}{hint}", node, "one of " + ", ".join(_KEYS)
+                )
+            if key == "name":
+                found[key] = self._text(value, key)
+            elif key == "up":
+                axis = {"true": "y", "True": "y", "TRUE": "y"}.get(self._text(value, key), value.value)
+                if axis not in list(UpAxis):
+                    raise self._fail("up must be an axis", value, ", ".join(UpAxis), _shown(value))
+                found[key] = UpAxis(axis)
+            elif key == "units":
+                found[key] = self._text(value, key)
+                if found[key].partition("/")[0] not in MILLIMETRES:
+                    raise self._fail("the unit is unknown", value, ", ".join(MILLIMETRES), _shown(value))
+            elif key in ("recognised_by", "guessed"):
+                found[key] = self._texts(value, key)
+            elif key == "points":
+                found[key] = {
+                    point: self._texts(names, f"the names of {point}")
+                    for point, _, names in self._items(value, key)
+                }
+            elif key == "lowered":
+                found[key] = {
+                    self._joint(joint, at): self._lowering(lowering, joint)
+                    for joint, at, lowering in self._items(value, key)
+                }
+            else:
+                found[key] = self._rules(value, key)
+        if not found.get("joints") and not found.get("otherwise"):
+            raise self._fail("the mapping gives no joint", root, "joints: {head: {LFHD: 0.5, RFHD: 0.5}, …}")
+        return SourceMapping(**found)
+
+
+def _shown(node: yaml.Node) -> str:
+    return repr(node.value)[:60] if isinstance(node, yaml.ScalarNode) else type(node).__name__[:-4].lower()

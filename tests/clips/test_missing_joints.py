@@ -1,0 +1,123 @@
+"""Joints that the markers do not give: estimated from the others, flagged, without errors of their own."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.clips import missing_joints
+from pipeline.clips.kinds import RawClip, report_row
+from pipeline.clips.options import FolderData, Missing, Skeleton, Steady
+from pipeline.clips.walks import REPORT_COLUMNS, WALKS, steady_walk
+from pipeline.core import walking
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15
+from pipeline.studies.study import Grid, SweepInputs
+from pipeline.studies.walks.dataset import FourierDataset
+from pipeline.studies.walks.known_view import KnownView
+from pipeline.studies.walks.methods import Method
+from pipeline.studies.walks.model import EigenwalkersModel
+from pipeline.synthetic import walkers
+
+HEAD, ARM = (0,), (2, 3, 4)
+HZ = 40.0
+
+
+@pytest.fixture(scope="module")
+def people() -> np.ndarray:
+    """Walks that the model has not seen, (4, T, 15, 3)."""
+    made = walkers.walking_population(
+        np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
+    )
+    return np.asarray(made.positions_mm)
+
+
+def hidden(walk: np.ndarray, joints: tuple[int, ...]) -> np.ndarray:
+    walk = walk.copy()
+    walk[:, list(joints)] = np.nan
+    return walk
+
+
+@pytest.mark.parametrize(("joints", "mm"), [(HEAD, 60.0), (ARM, 80.0)])
+def test_a_joint_is_estimated_from_the_others(people: np.ndarray, joints: tuple[int, ...], mm: float) -> None:
+    for walk in people:
+        row = report_row(REPORT_COLUMNS, clip="a", person="a", source="test")
+        whole = steady_walk(RawClip(row, walk, HZ), Steady())
+        made = steady_walk(RawClip(row, hidden(walk, joints), HZ), Steady())
+        assert whole.positions is not None
+        assert made.positions is not None
+        assert made.row["missing_joints"] == ", ".join(WALKER15.joints[j] for j in joints)
+        off = np.linalg.norm((made.positions - whole.positions)[:, list(joints)], axis=-1)
+        assert np.sqrt((off**2).mean()) < mm
+        seen = [j for j in range(15) if j not in joints]
+        np.testing.assert_allclose(made.positions[:, seen], whole.positions[:, seen])
+
+
+def test_what_a_missing_joint_holds_is_not_read(people: np.ndarray) -> None:
+    level = walking.treadmill_equivalent(people[0], HZ, locomotion="treadmill")
+    missing = np.isin(np.arange(15), ARM)
+    one = missing_joints.complete(level, missing, HZ)
+    other = missing_joints.complete(hidden(level, ARM), missing, HZ)
+    np.testing.assert_array_equal(one.positions, other.positions)
+    same = missing_joints.complete(level, np.zeros(15, dtype=bool), HZ)
+    assert same.positions is level
+
+
+def test_legs_are_never_estimated(people: np.ndarray) -> None:
+    row = report_row(REPORT_COLUMNS, clip="a", person="a", source="test")
+    refused = steady_walk(RawClip(row, hidden(people[0], (11, 14)), HZ), Steady())
+    assert refused.positions is None
+    assert "legs were never seen" in refused.row["reason"]
+
+
+@pytest.fixture(scope="module")
+def folder(people: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four people, one without a head."""
+    path = tmp_path_factory.mktemp("walks")
+    for k, walk in enumerate(people):
+        joints = [j for j in range(15) if j or k]
+        trc.write(path / f"p{k}_1.trc", [WALKER15.joints[j] for j in joints], walk[:, joints], HZ)
+    return path
+
+
+@pytest.mark.parametrize("missing", Missing)
+def test_estimated_and_dropped_joints_have_no_errors(folder: Path, missing: Missing) -> None:
+    data = FolderData(name="folder", path=str(folder))
+    clips = data.request(WALKS, Skeleton(mapping="auto", missing=missing), 1, 1).make()
+    assert clips.estimated.sum() == 1
+    assert clips.dropped.tolist() == [missing is Missing.drop] + [False] * 14
+    samples = FourierDataset().build(clips, workers=1)
+    model = EigenwalkersModel(components=2).learn(samples, workers=1)
+    sweep = KnownView(
+        view_angle_deg=Grid(start=0, stop=90, step=90),
+        sigma2_mm2=Grid(start=1, stop=2, step=1),
+        methods=[Method.map],
+    )
+    inputs = SweepInputs(clips, samples, model, FourierDataset(), EigenwalkersModel(), 1, 1)
+    found = sweep.measure(inputs)
+    heads = np.isnan(found.absolute_error_mm2[0, :, 0, 0])
+    assert heads.tolist() == ([True] * 4 if missing is Missing.drop else [True, False, False, False])
+    assert np.isfinite(found.absolute_error_mm2[..., 1:]).all()
+    if missing is Missing.drop:  # nothing at all is made of it
+        assert not samples.coefficients[:, :, 0].any()
+        np.testing.assert_allclose(found.missing[..., 0], 0.0, atol=1e-9)
+
+
+@pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs MOCAP_MIRROR")
+@pytest.mark.parametrize(("joints", "mm"), [(HEAD, 75.0), (ARM, 70.0)])
+def test_on_recorded_people(joints: tuple[int, ...], mm: float) -> None:
+    from pipeline.cli.compose import compose
+
+    experiment = compose(["experiment=zhang2007_fig5", "data=optical"])
+    clips = experiment.data.request(WALKS, experiment.skeleton, 1, 1).make()
+    samples = experiment.dataset.build(clips, workers=1)
+    missing = np.isin(np.arange(15), joints)
+    power = []
+    for truth in samples.coefficients:
+        found = missing_joints.conditional_mean(missing_joints.population(), truth, missing)
+        apart = (found - truth)[:, list(joints)]
+        power.append((apart[0] ** 2).sum(axis=-1) + 0.5 * (apart[1:] ** 2).sum(axis=(0, 2)))
+    assert np.sqrt(np.mean(power)) < mm

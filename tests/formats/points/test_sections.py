@@ -1,0 +1,128 @@
+"""Tables as Nexus, QTM and Motive export them: their layouts, gaps, cuts and damage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import formats
+from pipeline.skeleton import MotionCapture
+from pipeline.validation import InvalidInput
+from tests.formats.contract import FIXTURES, check_contract
+
+NEXUS = """\
+Trajectories
+120
+,,Anna:Head Top,,,Anna:Hip,,
+Frame,Sub Frame,X,Y,Z,X,Y,Z
+,,mm,mm,mm,mm,mm,mm
+695,0,1,2,3,4,5,6
+696,0,1.5,2,3,,,
+697,0,2,2,3,4,,6
+"""
+NEXUS_WITH_DEVICES = (
+    "Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n\n" + NEXUS + "\nModel Outputs\n120\n"
+)
+QUALISYS = (FIXTURES / "tsv_qualisys.tsv").read_text(encoding="utf-8")
+OPTITRACK = """\
+Format Version,1.23,Take Name,Take 1,Capture Frame Rate,120.000000,Export Frame Rate,120.000000,\
+Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global
+
+,Type,Bone,Bone,Bone,Bone,Bone,Bone,Bone,Marker,Marker,Marker,Marker
+,Name,S:Hip,S:Hip,S:Hip,S:Hip,S:Hip,S:Hip,S:Hip,S:Top,S:Top,S:Top,S:Top
+,ID,1,1,1,1,1,1,1,2,2,2,2
+,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Position,Position,Position,Mean Marker Error
+Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,X,Y,Z,
+0,0.000000,0,0,0,1,4,5,6,1,2,3,0.1
+1,0.008333,0,0,0,1,,,,1.5,2,3,0.1
+2,0.016667,0,0,0,1,4,,6,2,2,3,0.1
+"""
+TOP = np.array([[1.0, 2, 3], [1.5, 2, 3], [2, 2, 3]])
+HIP = np.array([[4.0, 5, 6], [np.nan] * 3, [np.nan] * 3])
+
+
+def read(folder: Path, text: str, suffix: str = ".csv", **options: object) -> MotionCapture:
+    path = folder / f"made{suffix}"
+    path.write_bytes(text.encode())
+    motion = formats.read(path, **options)  # type: ignore[arg-type]
+    check_contract(motion)
+    return motion
+
+
+def assert_is_the_example(motion: MotionCapture) -> None:
+    top = next(k for k, name in enumerate(motion.names) if name.endswith("Top"))
+    np.testing.assert_array_equal(motion.positions_mm[:, top], TOP)
+    np.testing.assert_array_equal(motion.positions_mm[:, 1 - top], HIP)
+    assert (motion.frame_rate_hz, motion.units) == (120.0, "mm")
+
+
+@pytest.mark.parametrize(
+    ("text", "suffix"),
+    [
+        (NEXUS, ".csv"),
+        (NEXUS_WITH_DEVICES, ".csv"),
+        (NEXUS.replace("\n", "\r\n"), ".csv"),
+        (NEXUS.replace(".", "#").replace(",", ";").replace("#", ","), ".csv"),
+        (NEXUS.replace(",,,\n6", ",\n6").replace(",,\n6", "\n6"), ".csv"),
+        (QUALISYS, ".tsv"),
+        (QUALISYS, ".csv"),
+        (QUALISYS.replace("Hip\n", "Hip\nFrame\tTime\tHead Top X\tY\tZ\tHip X\tY\tZ\n")
+         .replace("\n1.000", "\n1\t0.00000\t1.000").replace("\n1.500", "\n2\t0.00833\t1.500")
+         .replace("\n2.000", "\n3\t0.01667\t2.000"), ".tsv"),
+        (OPTITRACK, ".csv"),
+        (OPTITRACK.replace("\n\n,Type", "\n,Type"), ".csv"),
+        ("\ufeff" + OPTITRACK, ".csv"),
+    ],
+)  # fmt: skip
+def test_every_layout_gives_the_same_recording(text: str, suffix: str, tmp_path: Path) -> None:
+    assert_is_the_example(read(tmp_path, text, suffix))
+
+
+def test_names_keep_their_subject_and_a_bone_is_told_from_a_marker(tmp_path: Path) -> None:
+    assert read(tmp_path, NEXUS).names == ("Anna:Head Top", "Anna:Hip")
+    assert read(tmp_path, OPTITRACK.replace("S:Top", "S:Hip")).names == ("S:Hip", "S:Hip_marker")
+
+
+def test_frames_without_a_line_are_missing(tmp_path: Path) -> None:
+    motion = read(tmp_path, NEXUS.replace("697,", "699,"))
+    assert motion.valid[:, 0].tolist() == [True, True, False, False, True]
+    assert motion.notes == ("2 frames have no row and are missing.",)
+
+
+@pytest.mark.parametrize("text", [NEXUS, QUALISYS, OPTITRACK])
+def test_a_cut_table_is_refused_or_says_so(text: str, tmp_path: Path) -> None:
+    for size in range(len(text) - 1):
+        path = tmp_path / "made.csv"
+        path.write_text(text[:size], encoding="utf-8")
+        try:
+            motion = formats.read(path)
+        except InvalidInput:
+            continue
+        check_contract(motion)
+        assert motion.notes or text[size] == "\n" or text[size - 1] == "\n", size
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (NEXUS.replace("120", "fast"), "line 2: the frame rate is unusable"),
+        (NEXUS.replace(",,Anna:Hip", ",Anna:Hip,"), "line 3: the names do not stand over the columns"),
+        (NEXUS.replace("697,", "696,"), "line 8: the frame number does not follow"),
+        (NEXUS.replace("4,5,6", "4,5,six"), "line 6, cell 8: a value is not a usable number"),
+        (NEXUS.replace("4,5,6", "4,5,6,7"), "line 6: the line has another number of cells"),
+        ("Devices\n1000\n,,Force\nFrame,Sub Frame,Fx\n,,N\n1,0,5\n", "there are no trajectories"),
+        (QUALISYS.replace("\t3D", "\t6D"), "holds no markers .*received 6D"),
+        (QUALISYS.replace("FREQUENCY\t120", "FREQUENCY\t0", 1), "the frame rate is unknown"),
+        (OPTITRACK.replace("Millimeters", "Parsec"), "line 1, Length Units: the unit of length is unknown"),
+        (OPTITRACK.replace("Bone,", "Rigid Body Marker,").replace("Marker,Marker,Marker,Marker", "F,F,F,F"),
+         "no positions of bones or markers"),
+        (OPTITRACK.replace(",Type,", ",Sort,"), "the titles of the columns cannot be read"),
+        (OPTITRACK.replace("0.016667", "0.001"), "line 10: the time does not follow"),
+    ],
+)  # fmt: skip
+def test_damage_is_named_by_its_place(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=words) as caught:
+        read(tmp_path, text)
+    assert "\n" not in str(caught.value)

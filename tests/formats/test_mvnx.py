@@ -1,0 +1,46 @@
+"""The reader of MVNX files: segments, frames of poses, cuts and what XML could do besides."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.formats import mvnx
+from pipeline.validation import InvalidInput
+from tests.formats.contract import FIXTURES, check_contract
+
+WHOLE = (FIXTURES / "mvnx_by_hand.mvnx").read_text(encoding="utf-8")
+
+
+def test_the_fixture() -> None:
+    motion = mvnx.read(FIXTURES / "mvnx_by_hand.mvnx")
+    check_contract(motion)
+    assert motion.names == ("Pelvis", "LeftUpperLeg")
+    assert (motion.frame_rate_hz, motion.units) == (120.0, "m")
+    np.testing.assert_array_equal(motion.positions_mm[0], [[1000, 2000, 3000], [4000, 5000, 6000]])
+    assert motion.valid.tolist() == [[True, True], [True, True], [True, False]]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (WHOLE[:-9], "line 15: the file is damaged or cut short"),
+        (WHOLE.replace("mvnx", "html"), "this is not an MVNX file .*received <html>"),
+        (
+            WHOLE.replace("1.5 2 3 4 5 6", "1.5 2 3"),
+            "frame 2: the positions do not fit .*expected 6, received 3",
+        ),
+        (WHOLE.replace("1.5 2", "1.5 two"), "frame 2, segment Pelvis: a value is not a usable number"),
+        (WHOLE.replace('"normal"', '"npose"'), "do not fit the segments .*received no frame"),
+        (WHOLE.replace('frameRate="120"', ""), "the frame rate is unknown"),
+        (WHOLE.replace("<mvnx", '<!DOCTYPE a [<!ENTITY b "c">]><mvnx', 1), "without a document type"),
+    ],
+)
+def test_damage_is_refused_in_a_sentence(text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.mvnx"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput, match=words) as caught:
+        mvnx.read(path)
+    assert "\n" not in str(caught.value)
