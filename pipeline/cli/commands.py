@@ -1,4 +1,4 @@
-"""The other commands: fetch, claims, equations, readme, view, archive, verify."""
+"""The other commands: fetch, report, claims, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
@@ -82,6 +82,24 @@ def fetch(arguments: Sequence[str]) -> int:
 def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
     config = compose(["experiment=zhang2007_fig2", *arguments])
     return config, Path(config.results) / config.data.name / config.scale.name
+
+
+def report(arguments: Sequence[str]) -> int:
+    """Judge the claims again and write the page over all figures of a data set."""
+    config, folder = _results_folder(arguments)
+    open_console().print(make_page(folder, config.data.name, figures_for(arguments)), soft_wrap=True)
+    return 0
+
+
+def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
+    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
+    from pipeline.report import write_page
+
+    if folder.is_dir():
+        write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
+    page, parts = write_page(folder, figures)
+    sizes = ", ".join(f"{name} {size / 1e6:.2f}" for name, size in parts.items() if name != "page")
+    return f"page: {page} ({parts['page'] / 1e6:.2f} MB: {sizes})"
 
 
 def claims(arguments: Sequence[str]) -> int:
@@ -202,6 +220,7 @@ def verify(arguments: Sequence[str]) -> int:
 
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
+    "report": report,
     "claims": claims,
     "equations": equations,
     "readme": readme,

@@ -1,0 +1,33 @@
+"""Pictures as text inside a page: reduced to a width, WebP, base64."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+_QUALITY = 74
+
+
+def embedded(path: Path, width: int) -> dict[str, Any]:
+    """Return a picture as a data address with its size in pixels: ``uri``, ``width``, ``height``.
+
+    Parameters
+    ----------
+    path : Path
+        A PNG.
+    width : int
+        Largest width, px; smaller pictures keep theirs.
+    """
+    with Image.open(path) as stored:
+        picture = stored.convert("RGB")
+    if picture.width > width:
+        size = (width, round(picture.height * width / picture.width))
+        picture = picture.resize(size, Image.Resampling.LANCZOS)
+    content = io.BytesIO()
+    picture.save(content, "WEBP", quality=_QUALITY, method=4)
+    text = base64.b64encode(content.getvalue()).decode()
+    return {"uri": f"data:image/webp;base64,{text}", "width": picture.width, "height": picture.height}
