@@ -85,8 +85,8 @@ digits: $(READY) ## renew tests/golden/digits.csv: smoke tables under other kern
 golden-kernels: $(READY) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
-archive: $(READY) ## archive the full-scale results of this commit in results/archive
-	@$(RUN) archive data=$(DATA)
+archive: $(READY) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
+	@$(RUN) archive data=$(DATA) $(if $(LIGHT),light=1) $(if $(FIGURE),only=$(FIGURE)) $(if $(NAME),name=$(NAME) $(if $(RUN_FOLDER),run=$(RUN_FOLDER)))
 
 verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/…
 	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/)))

@@ -22,7 +22,7 @@ from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.studies import published
 from pipeline.studies.ledger import judge_folder, write_claims
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
 
 
 def built_figures() -> list[str]:
@@ -183,23 +183,54 @@ def view(arguments: Sequence[str]) -> int:
     ).returncode
 
 
+_KEEP = ("light", "only", "name", "run")
+"""Options of `keep` beside those of the data set."""
+
+
 def keep(arguments: Sequence[str]) -> int:
-    """Archive the full-scale results of this commit in results/archive."""
+    """Archive the full-scale results of this commit in results/archive.
+
+    ``light=1`` writes the small archive of the repository, ``only=FIGURE`` keeps one figure, and ``name=NAME`` keeps a
+    run with changed options: the latest in results/scratch, or ``run=FOLDER``.
+    """
+    own = dict(item.split("=", 1) for item in arguments if item.partition("=")[0] in _KEEP and "=" in item)
+    arguments = [item for item in arguments if item.partition("=")[0] not in _KEEP]
     config, folder = _results_folder(arguments)
+    root, made_with, out = Path(config.results) / "archive", provenance.provenance(), open_console()
+    facts = {
+        "date": date.today().isoformat(),
+        "commit": made_with["commit"],
+        "dirty": made_with["dirty"],
+    }
+    if name := own.get("name"):
+        run = Path(own["run"]) if own.get("run") else _latest_run(Path(config.results) / "scratch")
+        out.print(f"kept {run} in {archive.keep_run(run, root, name=name, **facts)}", soft_wrap=True)
+        return 0
     figures = figures_for(arguments)
-    if folder.is_dir():
+    if only := own.get("only"):
+        require_choice("only", only, figures)
+    elif folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, config.data.name, figures))
-    made_with = provenance.provenance()
-    kept = archive.keep(
-        folder,
-        Path(config.results) / "archive",
-        date=date.today().isoformat(),
-        commit=made_with["commit"],
-        dirty=made_with["dirty"],
-        figures_expected=figures,
-    )
-    open_console().print(f"kept in {kept}")
+    if own.get("light") not in (None, "", "0"):
+        from pipeline.report import keep_light
+
+        target = root / "light" / config.data.name
+        kinds = keep_light(folder, target, [only] if only else figures, **facts)
+        sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
+        out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
+        return 0
+    single = f"{facts['date']}-{facts['commit'][:12]}-{only}" if only else ""
+    kept = archive.keep(folder, root, figures_expected=[only] if only else figures, name=single, **facts)
+    out.print(f"kept in {kept}")
     return 0
+
+
+def _latest_run(scratch: Path) -> Path:
+    """Return the folder of the latest run with changed options."""
+    runs = sorted(path for path in scratch.iterdir() if path.is_dir()) if scratch.is_dir() else []
+    if not runs:
+        raise InvalidInput("no run with changed options is there", where=str(scratch))
+    return runs[-1]
 
 
 def verify(arguments: Sequence[str]) -> int:

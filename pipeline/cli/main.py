@@ -10,7 +10,8 @@
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
   python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
-  python -m pipeline archive [data=...]                   archive full-scale results in results/archive
+  python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
+                     [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
 
 {figures}

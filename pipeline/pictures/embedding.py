@@ -12,6 +12,18 @@ from PIL import Image
 _QUALITY = 74
 
 
+def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
+    """Return a PNG as WebP, at most so many pixels wide, with its width and height."""
+    with Image.open(path) as stored:
+        picture = stored.convert("RGB")
+    if picture.width > width:
+        size = (width, round(picture.height * width / picture.width))
+        picture = picture.resize(size, Image.Resampling.LANCZOS)
+    content = io.BytesIO()
+    picture.save(content, "WEBP", quality=_QUALITY, method=4)
+    return content.getvalue(), picture.width, picture.height
+
+
 def embedded(path: Path, width: int) -> dict[str, Any]:
     """Return a picture as a data address with its size in pixels: ``uri``, ``width``, ``height``.
 
@@ -22,12 +34,6 @@ def embedded(path: Path, width: int) -> dict[str, Any]:
     width : int
         Largest width, px; smaller pictures keep theirs.
     """
-    with Image.open(path) as stored:
-        picture = stored.convert("RGB")
-    if picture.width > width:
-        size = (width, round(picture.height * width / picture.width))
-        picture = picture.resize(size, Image.Resampling.LANCZOS)
-    content = io.BytesIO()
-    picture.save(content, "WEBP", quality=_QUALITY, method=4)
-    text = base64.b64encode(content.getvalue()).decode()
-    return {"uri": f"data:image/webp;base64,{text}", "width": picture.width, "height": picture.height}
+    content, wide, high = reduced(path, width)
+    text = base64.b64encode(content).decode()
+    return {"uri": f"data:image/webp;base64,{text}", "width": wide, "height": high}

@@ -66,7 +66,11 @@ LEGEND = (
 
 
 def write_page(
-    folder: Path, figures: Sequence[str], *, variants: Sequence[Mapping[str, Any]] = ()
+    folder: Path,
+    figures: Sequence[str],
+    *,
+    variants: Sequence[Mapping[str, Any]] = (),
+    to: Path | None = None,
 ) -> tuple[Path, dict[str, int]]:
     """Write ``index.html`` beside the published figures; return its path and the bytes of each part.
 
@@ -78,6 +82,8 @@ def write_page(
         All figures that the data set could have; those not made are named on the page.
     variants : sequence of mappings
         Comparisons of variants: title, folder, header, rows and, optionally, a picture's path.
+    to : Path, optional
+        Folder of the page, if it is not that of the results: its files are those that the page links to.
 
     Raises
     ------
@@ -85,22 +91,24 @@ def write_page(
         If nothing is published, a placeholder in the sentences is unknown, or the page would be too large.
     """
     results = read_published(folder, figures)
-    text, parts = _render(results, papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml"), variants)
+    to = to or folder
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
+    text, parts = _render(results, layout, variants, to)
     content = text.encode()
     if len(content) > MOST_BYTES:
         raise InvalidInput(
             "the page would be too large to send",
-            where=str(folder / PAGE),
+            where=str(to / PAGE),
             expected=f"at most {MOST_BYTES} bytes",
             received=f"{len(content)}: " + ", ".join(f"{name} {size}" for name, size in parts.items()),
         )
-    with writing(folder / PAGE):
-        replace_file(folder / PAGE, content)
-    return folder / PAGE, {**parts, "page": len(content)}
+    with writing(to / PAGE):
+        replace_file(to / PAGE, content)
+    return to / PAGE, {**parts, "page": len(content)}
 
 
 def _render(
-    results: Published, layout: Mapping[str, Any], variants: Sequence[Mapping[str, Any]]
+    results: Published, layout: Mapping[str, Any], variants: Sequence[Mapping[str, Any]], to: Path
 ) -> tuple[str, dict[str, int]]:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
@@ -128,7 +136,7 @@ def _render(
     ]
     terms = _terms(results)
     entries = {
-        name: _figure_entry(figure, results, layout, terms) for name, figure in results.figures.items()
+        name: _figure_entry(figure, results, layout, terms, to) for name, figure in results.figures.items()
     }
     shown = [
         _paper_entry(papers.PAPERS[key], results, layout, entries)
@@ -215,7 +223,7 @@ class _Ours(dict[str, float]):
 
 class _NoNumber:
     def __format__(self, specification: str) -> str:
-        return "(no number yet)"
+        return "(no number here)"
 
 
 def _paper_entry(
@@ -269,7 +277,11 @@ def _tally(verdicts: Iterable[str]) -> list[tuple[str, int]]:
 
 
 def _figure_entry(
-    figure: PublishedFigure, results: Published, layout: Mapping[str, Any], terms: Mapping[str, str]
+    figure: PublishedFigure,
+    results: Published,
+    layout: Mapping[str, Any],
+    terms: Mapping[str, str],
+    to: Path,
 ) -> dict[str, Any]:
     claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]
     made = figure.manifest.get("provenance", {})
@@ -302,7 +314,7 @@ def _figure_entry(
         f" {made.get('python', '?')} on {made.get('system', '?')} {made.get('machine', '?')},"
         f" {seconds:.1f} s to compute",
         "files": [
-            {"name": name, "there": (figure.folder / name).is_file(), "size": _size(figure, name)}
+            {"name": name, "link": _link(to / figure.name, name), "size": _size(figure, name)}
             for name in figure.files
         ],
     }
@@ -392,6 +404,12 @@ def _packages(results: Published) -> str:
 def _surnames(authors: str) -> str:
     names = [part.split()[-1] for part in authors.replace(" and ", ", ").split(",") if part.strip()]
     return names[0] + " et al." if len(names) > 2 else " & ".join(names)
+
+
+def _link(folder: Path, name: str) -> str:
+    """Return the address of a file, or of what is kept instead of it, relative to the page; empty if there is none."""
+    kept = (name, f"{name}.gz", name.replace(".png", ".webp"))
+    return next((f"{folder.name}/{one}" for one in kept if (folder / one).is_file()), "")
 
 
 def _size(figure: PublishedFigure, name: str) -> str:

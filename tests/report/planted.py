@@ -46,6 +46,9 @@ def plant(
     claims: Mapping[str, Any] | None = None,
     configuration: Mapping[str, Any] | None = None,
     more: Mapping[str, Mapping[str, Any]] | None = None,
+    scale: str = "smoke",
+    lock_sha256: str = "absent",
+    recording: bytes = b"",
 ) -> Path:
     """Seal a figure's folder with what is given, a picture and the clips that were kept; return it."""
     folder.mkdir(parents=True)
@@ -59,12 +62,14 @@ def plant(
         tables.write(folder / "claims.csv", claims)
     (folder / "arrays.npz").write_bytes(packed(arrays or {"walker": np.array(["a"])}))
     Image.new("RGB", (1800, 300), "white").save(folder / "figure.png")
+    if recording:
+        (folder / "recording.rrd").write_bytes(recording)
     write_manifest(
         folder,
         {
             "figure": folder.name,
             "data": "synthetic",
-            "scale": "smoke",
+            "scale": scale,
             "seed": 2007,
             "configuration": {
                 "title": "Errors <against> view",
@@ -77,6 +82,7 @@ def plant(
                 "dirty": False,
                 "python": "3.11",
                 "packages": {"numpy": "2.3"},
+                "lock_sha256": lock_sha256,
             },
         },
     )
