@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run view equations claims readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run view report equations claims readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -59,6 +59,9 @@ view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]
 equations: $(READY) ## every numbered equation of the papers: as printed, as used, its test
 	@$(RUN) equations $(ARGS)
 
+report: $(READY) ## one page over all figures, results/DATA/SCALE/index.html; DATA=…, SCALE=…
+	@$(RUN) report data=$(DATA) scale=$(SCALE) $(ARGS)
+
 claims: $(READY) ## the papers' claims beside our numbers
 	@$(RUN) claims data=$(DATA) scale=$(SCALE)
 
@@ -90,8 +93,8 @@ digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernel
 golden-kernels: $(DEV) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
-archive: $(READY) ## archive the full-scale results of this commit in results/archive
-	@$(RUN) archive data=$(DATA)
+archive: $(READY) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
+	@$(RUN) archive data=$(DATA) $(if $(LIGHT),light=1) $(if $(FIGURE),only=$(FIGURE)) $(if $(NAME),name=$(NAME) $(if $(RUN_FOLDER),run=$(RUN_FOLDER)))
 
 verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/…
 	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/)))

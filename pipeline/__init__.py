@@ -54,6 +54,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       published              published numbers and the README's tables
       presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure
+    report/                the page over all figures, with players that compute in the browser; the only jinja2
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline
 

@@ -69,6 +69,7 @@ LAYERS = (
     {"clips"},
     {"studies"},
     {"stages"},
+    {"report"},
     {"cli"},
     {"__main__"},
 )
@@ -99,6 +100,8 @@ NARROW = {
 FROM_OUTSIDE = {
     "pandas": {"storage", "studies", "stages", "cli"},
     "matplotlib": {"pictures"},
+    "PIL": {"pictures"},
+    "jinja2": {"report"},
     "rerun": {"recordings"},
     "pyarrow": {"recordings"},
     "hydra": {"cli"},
@@ -410,7 +413,7 @@ def test_a_preset_holds_only_what_differs(preset: Path) -> None:
 
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-DISTRIBUTIONS = {"hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml"}
+DISTRIBUTIONS = {"hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml", "PIL": "pillow"}
 """Where the name of the package is not that of what is installed."""
 
 

@@ -1,4 +1,4 @@
-"""The other commands: fetch, claims, equations, readme, view, archive, verify."""
+"""The other commands: fetch, report, claims, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.studies import published
 from pipeline.studies.ledger import judge_folder, write_claims
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice
 
 
 def built_figures() -> list[str]:
@@ -82,6 +82,24 @@ def fetch(arguments: Sequence[str]) -> int:
 def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
     config = compose(["experiment=zhang2007_fig2", *arguments])
     return config, Path(config.results) / config.data.name / config.scale.name
+
+
+def report(arguments: Sequence[str]) -> int:
+    """Judge the claims again and write the page over all figures of a data set."""
+    config, folder = _results_folder(arguments)
+    open_console().print(make_page(folder, config.data.name, figures_for(arguments)), soft_wrap=True)
+    return 0
+
+
+def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
+    """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
+    from pipeline.report import write_page
+
+    if folder.is_dir():
+        write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
+    page, parts = write_page(folder, figures)
+    sizes = ", ".join(f"{name} {size / 1e6:.2f}" for name, size in parts.items() if name != "page")
+    return f"page: {page} ({parts['page'] / 1e6:.2f} MB: {sizes})"
 
 
 def claims(arguments: Sequence[str]) -> int:
@@ -165,23 +183,54 @@ def view(arguments: Sequence[str]) -> int:
     ).returncode
 
 
+_KEEP = ("light", "only", "name", "run")
+"""Options of `keep` beside those of the data set."""
+
+
 def keep(arguments: Sequence[str]) -> int:
-    """Archive the full-scale results of this commit in results/archive."""
+    """Archive the full-scale results of this commit in results/archive.
+
+    ``light=1`` writes the small archive of the repository, ``only=FIGURE`` keeps one figure, and ``name=NAME`` keeps a
+    run with changed options: the latest in results/scratch, or ``run=FOLDER``.
+    """
+    own = dict(item.split("=", 1) for item in arguments if item.partition("=")[0] in _KEEP and "=" in item)
+    arguments = [item for item in arguments if item.partition("=")[0] not in _KEEP]
     config, folder = _results_folder(arguments)
+    root, made_with, out = Path(config.results) / "archive", provenance.provenance(), open_console()
+    facts = {
+        "date": date.today().isoformat(),
+        "commit": made_with["commit"],
+        "dirty": made_with["dirty"],
+    }
+    if name := own.get("name"):
+        run = Path(own["run"]) if own.get("run") else _latest_run(Path(config.results) / "scratch")
+        out.print(f"kept {run} in {archive.keep_run(run, root, name=name, **facts)}", soft_wrap=True)
+        return 0
     figures = figures_for(arguments)
-    if folder.is_dir():
+    if only := own.get("only"):
+        require_choice("only", only, figures)
+    elif folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, config.data.name, figures))
-    made_with = provenance.provenance()
-    kept = archive.keep(
-        folder,
-        Path(config.results) / "archive",
-        date=date.today().isoformat(),
-        commit=made_with["commit"],
-        dirty=made_with["dirty"],
-        figures_expected=figures,
-    )
-    open_console().print(f"kept in {kept}")
+    if own.get("light") not in (None, "", "0"):
+        from pipeline.report import keep_light
+
+        target = root / "light" / config.data.name
+        kinds = keep_light(folder, target, [only] if only else figures, **facts)
+        sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
+        out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
+        return 0
+    single = f"{facts['date']}-{facts['commit'][:12]}-{only}" if only else ""
+    kept = archive.keep(folder, root, figures_expected=[only] if only else figures, name=single, **facts)
+    out.print(f"kept in {kept}")
     return 0
+
+
+def _latest_run(scratch: Path) -> Path:
+    """Return the folder of the latest run with changed options."""
+    runs = sorted(path for path in scratch.iterdir() if path.is_dir()) if scratch.is_dir() else []
+    if not runs:
+        raise InvalidInput("no run with changed options is there", where=str(scratch))
+    return runs[-1]
 
 
 def verify(arguments: Sequence[str]) -> int:
@@ -202,6 +251,7 @@ def verify(arguments: Sequence[str]) -> int:
 
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
+    "report": report,
     "claims": claims,
     "equations": equations,
     "readme": readme,

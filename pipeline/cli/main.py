@@ -5,11 +5,13 @@
   python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
 
   python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
+  python -m pipeline report [data=...] [scale=...]        one page over all figures, results/DATA/SCALE/index.html
   python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
   python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
-  python -m pipeline archive [data=...]                   archive full-scale results in results/archive
+  python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
+                     [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
 
 {figures}
@@ -104,9 +106,22 @@ def make_all(arguments: Sequence[str]) -> int:
         jobs.sort(key=lambda job: place(job[0].paper, job[0].cost_s, job[0].name))
     console = open_console()
     refused = make_figures(jobs, console=console)
+    if not chosen and len(refused) < len(jobs) and _as_presets(jobs):
+        from pipeline.cli.commands import built_figures, make_page
+
+        made = {experiment.name for experiment, _ in jobs}
+        of_these = [name for name in built_figures() if name in made]
+        console.print(make_page(jobs[0][1].parent, jobs[0][0].data.name, of_these), soft_wrap=True)
     for reason, names in left_out.items():
         console.print(f"Left out: {', '.join(names)}: {reason}", style="yellow", soft_wrap=True)
     return 1 if refused else 0
+
+
+def _as_presets(jobs: Sequence[tuple[Experiment, Path]]) -> bool:
+    """Return whether figures go to their own folders, without changed options."""
+    return all(
+        folder == Path(one.results) / one.data.name / one.scale.name / one.name for one, folder in jobs
+    )
 
 
 def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:

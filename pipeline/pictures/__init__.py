@@ -10,6 +10,7 @@ all colours in `pipeline.palette`.  Every ``draw_…`` takes the path without a 
 `draw_postures`           rows of stick figures, original and reconstructed
 `draw_skeletons`          rows of stick figures, one posture and variations of it
 `draw_motions`            images, other views and whole trajectories of clips, by camera
+`embedded`, `reduced`     a picture that is drawn, reduced: as text inside a page, or its bytes
 ========================  ==================================================================================
 
 How to draw a figure
@@ -50,6 +51,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pipeline.palette import Style
+    from pipeline.pictures.embedding import embedded, reduced
     from pipeline.pictures.lines import draw_lines, series
     from pipeline.pictures.matrix import HeatMap, draw_heat_map
     from pipeline.pictures.motions import MotionBlock, draw_motions
@@ -59,11 +61,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "HeatMap", "MotionBlock", "Panel", "PostureRow", "Series", "SkeletonRow", "Style", "draw_heat_map", "draw_lines",
-    "draw_motions", "draw_postures", "draw_skeletons", "series",
+    "draw_motions", "draw_postures", "draw_skeletons", "embedded", "reduced", "series",
 ]  # fmt: skip
 
 _MODULES = {
     "pipeline.palette": ("Style",),
+    "pipeline.pictures.embedding": ("embedded", "reduced"),
     "pipeline.pictures.lines": ("draw_lines", "series"),
     "pipeline.pictures.matrix": ("HeatMap", "draw_heat_map"),
     "pipeline.pictures.motions": ("MotionBlock", "draw_motions"),

@@ -49,7 +49,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         as_preset = folder.parent == Path(experiment.results) / experiment.data.name / experiment.scale.name
         verdicts = judge_figure(experiment.name, made, experiment.data.name if as_preset else OVERRIDDEN)
         write_claims(publication.folder / "claims.csv", verdicts)
-        (publication.folder / "arrays.npz").write_bytes(packed(inputs.arrays))
+        (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         tabulated = time.perf_counter()
         if figure.picture:
             figure.draw(inputs, made, publication.folder / "figure")

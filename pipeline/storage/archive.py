@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 
 from pipeline.storage import provenance
 from pipeline.storage import sealed_folders as folders
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_name
 
 CHECKSUMS = "SHA256SUMS"
 INDEX = "index.csv"
@@ -33,6 +33,7 @@ def keep(
     dirty: bool | str,
     figures_expected: Sequence[str],
     lock: Path = provenance.LOCK,
+    name: str = "",
 ) -> Path:
     """Archive results in ``<archive_root>/<date>-<first 12 digits of the commit>`` and return that folder.
 
@@ -56,6 +57,8 @@ def keep(
         Figures that must be there.
     lock : Path
         The lock file that the results were made with.
+    name : str
+        Of the archive's folder, if not date and commit.
 
     Raises
     ------
@@ -65,6 +68,71 @@ def keep(
     """
     source = Path(results_data_scale)
     data = source.parent.name
+    require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
+    if not figures_expected:
+        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
+    files: dict[str, Path] = {lock.name: lock}
+    if (source / CLAIMS).is_file():
+        files[CLAIMS] = source / CLAIMS
+    for figure in sorted(set(figures_expected)):
+        check_figure(source / figure, commit=commit, lock=lock)
+        files |= {f"{figure}/{one}": source / figure / one for one in _listed(source / figure)}
+    archive = Path(archive_root) / (name or f"{date}-{commit[:12]}")
+    with folders.writing(archive):
+        return _keep_files(files, archive, data, figures_expected, date=date, commit=commit)
+
+
+def keep_run(
+    run: Path,
+    archive_root: Path,
+    *,
+    name: str,
+    date: str,
+    commit: str,
+    dirty: bool | str,
+    lock: Path = provenance.LOCK,
+) -> Path:
+    """Archive a run with changed options, or all variants of a multirun, in ``<archive_root>/<name>``.
+
+    Parameters
+    ----------
+    run : Path
+        Folder of ``results/scratch``: every finished figure below it is kept, at any scale.
+    archive_root : Path
+    name : str
+        A plain name of your own.
+    date, commit, dirty, lock
+        As for `keep`.
+
+    Raises
+    ------
+    InvalidInput
+        As `keep`, and if nothing finished is there or the figures are of several data sets.
+    """
+    require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
+    require_name("the archive's name", name)
+    run = Path(run)
+    found = sorted(path.parent for path in run.rglob(folders.MANIFEST)) if run.is_dir() else []
+    if not found:
+        raise InvalidInput("no finished figure is there", where=str(run))
+    files: dict[str, Path] = {lock.name: lock}
+    data = {str(folders.read_manifest(figure).get("data")) for figure in found}
+    if len(data) > 1:
+        raise InvalidInput("figures of several data sets", where=str(run), received=", ".join(sorted(data)))
+    for figure in found:
+        check_figure(figure, commit=commit, lock=lock, scale="")
+        inside = figure.relative_to(run).as_posix()
+        files |= {f"{inside}/{one}": figure / one for one in _listed(figure)}
+    files |= {path.relative_to(run).as_posix(): path for path in sorted(run.glob("*.csv"))}
+    archive = Path(archive_root) / name
+    with folders.writing(archive):
+        return _keep_files(
+            files, archive, data.pop(), [figure.name for figure in found], date=date, commit=commit
+        )
+
+
+def require_traceable(*, date: str, commit: str, dirty: bool | str, lock: Path) -> None:
+    """Require a date, a commit, a clean working tree and a lock file.  Raises InvalidInput."""
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
         raise InvalidInput("the archive's date is not a date", expected="2026-01-31", received=date)
     if not re.fullmatch(r"[0-9a-f]{40}", commit):
@@ -77,19 +145,8 @@ def keep(
             expected="a clean tree",
             received=f"dirty = {dirty}",
         )
-    if not figures_expected:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
     if not lock.is_file():
         raise InvalidInput("the lock file is missing", where=lock.name)
-    files: dict[str, Path] = {lock.name: lock}
-    if (source / CLAIMS).is_file():
-        files[CLAIMS] = source / CLAIMS
-    for figure in sorted(set(figures_expected)):
-        _check_figure(source / figure, commit=commit, lock=lock)
-        files |= {f"{figure}/{name}": source / figure / name for name in _listed(source / figure)}
-    archive = Path(archive_root) / f"{date}-{commit[:12]}"
-    with folders.writing(archive):
-        return _keep_files(files, archive, data, figures_expected, date=date, commit=commit)
 
 
 def verify(archive: Path) -> list[str]:
@@ -116,17 +173,19 @@ def verify(archive: Path) -> list[str]:
         except OSError as error:
             problems.append(f"{name}: cannot be read ({error.strerror})")
     present = {p.relative_to(archive).as_posix() for p in archive.rglob("*") if not p.is_dir()}
-    problems += [f"{name}: added" for name in sorted(present - sums.keys() - {CHECKSUMS})]
+    problems += [f"{name}: added" for name in sorted(present - sums.keys() - {CHECKSUMS, folders.MANIFEST})]
+    if (archive / folders.MANIFEST).is_file():  # of a light archive
+        problems += [item for item in folders.complaints_about(archive) if item.startswith(CHECKSUMS)]
     for row in _read_index(archive.parent / INDEX):
         if row["archive"] == archive.name:
             part = {k: v for k, v in sums.items() if k.startswith(f"{row['data']}/")}
-            if folders.digest(_sums_text(part)) != row["checksums_sha256"]:
+            if folders.digest(sums_text(part)) != row["checksums_sha256"]:
                 problems.append(f"{CHECKSUMS}: not what {INDEX} recorded for {row['data']}")
     return problems
 
 
-def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
-    """Require a finished full-scale result of this commit."""
+def check_figure(folder: Path, *, commit: str, lock: Path, scale: str = "full") -> None:
+    """Require a finished result of this commit, made with this lock file, at this scale (empty: at any)."""
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
         raise InvalidInput("the figure has not been made", where=where)
@@ -135,7 +194,12 @@ def _check_figure(folder: Path, *, commit: str, lock: Path) -> None:
     manifest = json.loads((folder / folders.MANIFEST).read_bytes())
     made = manifest.get("provenance", {})
     stated = (
-        ("scale", "full", manifest.get("scale"), "only full-scale results are archived"),
+        (
+            "scale",
+            scale or manifest.get("scale"),
+            manifest.get("scale"),
+            "only full-scale results are archived",
+        ),
         ("commit", commit, made.get("commit"), "the result was made by another commit: make it again"),
         ("dirty", False, made.get("dirty"), "the result was made by a tree that differs from its commit"),
         (
@@ -198,7 +262,7 @@ def _keep_files(
                 if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
                     raise InvalidInput("the file changed while it was being archived", where=name)
             temporary.replace(target)
-    folders.replace_file(archive / CHECKSUMS, _sums_text({**sums, **wanted}))
+    folders.replace_file(archive / CHECKSUMS, sums_text({**sums, **wanted}))
     row = {
         "archive": archive.name,
         "date": date,
@@ -207,7 +271,7 @@ def _keep_files(
         "figures": " ".join(sorted(set(figures))),
         "files": str(len(files)),
         "bytes": str(sum(path.stat().st_size for path in files.values())),
-        "checksums_sha256": folders.digest(_sums_text(wanted)),
+        "checksums_sha256": folders.digest(sums_text(wanted)),
     }
     rows = [r for r in indexed if (r["archive"], r["data"]) != (archive.name, data)]
     text = io.StringIO(newline="")
@@ -218,7 +282,8 @@ def _keep_files(
     return archive
 
 
-def _sums_text(sums: dict[str, str]) -> bytes:
+def sums_text(sums: dict[str, str]) -> bytes:
+    """Return digests by name as ``sha256sum`` writes them."""
     return "".join(f"{sums[name]}  {name}\n" for name in sorted(sums)).encode()
 
 

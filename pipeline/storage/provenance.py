@@ -57,8 +57,8 @@ def provenance() -> dict[str, Any]:
     top = _git("rev-parse", "--show-toplevel")
     ours = top is not None and Path(top).resolve() == PROJECT
     commit = _git("rev-parse", "--verify", "HEAD") if ours else None
-    # Results do not depend on the index of the archive, which changes when they are archived.
-    aside = ("--", ".", ":(exclude)results/archive/index.csv")
+    # Results do not depend on the archive, which changes when they are archived.
+    aside = ("--", ".", ":(exclude)results/archive")
     changes = _git("status", "--porcelain", *aside) if ours else None
     return {
         "python": platform.python_version(),

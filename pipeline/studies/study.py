@@ -202,6 +202,10 @@ class Figure(ABC):
     def tables(self, inputs: Any) -> dict[str, pd.DataFrame]:
         """Return the tables by file name without suffix, ``table`` and ``table_…``, sorted."""
 
+    def arrays(self, inputs: Any) -> dict[str, np.ndarray]:
+        """Return further arrays of ``arrays.npz``, of which the report computes; none by default."""
+        return {}
+
     @abstractmethod
     def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Write the picture of the tables as ``<stem>.svg`` and ``<stem>.png``."""

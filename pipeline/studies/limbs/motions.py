@@ -76,6 +76,8 @@ class Motions:
         mm.
     images : (N, C, F, 15, 2)
         px.
+    camera_matrix : (N, C, F, 3, 4)
+        A homogeneous point of the world, mm, to one of the image, px.
     imputed : (N, C, F, 15) bool
     azimuth_rad : (N, C)
         Of the camera in its middle frame.
@@ -96,6 +98,7 @@ class Motions:
     truth: np.ndarray
     positions: np.ndarray
     images: np.ndarray
+    camera_matrix: np.ndarray
     imputed: np.ndarray
     azimuth_rad: np.ndarray
     error_mm: np.ndarray
@@ -224,6 +227,7 @@ class _Reconstruction:
         return {
             "positions": made.positions,
             "images": self.images,
+            "camera_matrix": np.broadcast_to(self.camera.matrix, (len(self.truth), 3, 4)),
             "imputed": made.imputed,
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
             "error_mm": _relative_error(made.positions, self.truth),

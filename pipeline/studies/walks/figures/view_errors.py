@@ -69,6 +69,17 @@ class ViewErrors(Figure):
             ),
         }
 
+    def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
+        """Return the walkers themselves: the report makes each fold of them, and reconstructs from any view."""
+        data = inputs.dataset
+        return {
+            "samples": inputs.model.samples,
+            "residual_covariance_mm2": data.residual_covariance,
+            "temporal_covariance_mm2": data.temporal_covariance,
+            "walker_frequency_hz": data.frequency_hz,
+            "person": data.person,
+        }
+
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Three panels: absolute error, relative error, variance of the missing dimension."""
         methods = inputs.sweep.methods.tolist()

@@ -1,0 +1,39 @@
+"""Pictures as text inside a page: reduced to a width, WebP, base64."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+_QUALITY = 74
+
+
+def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
+    """Return a PNG as WebP, at most so many pixels wide, with its width and height."""
+    with Image.open(path) as stored:
+        picture = stored.convert("RGB")
+    if picture.width > width:
+        size = (width, round(picture.height * width / picture.width))
+        picture = picture.resize(size, Image.Resampling.LANCZOS)
+    content = io.BytesIO()
+    picture.save(content, "WEBP", quality=_QUALITY, method=4)
+    return content.getvalue(), picture.width, picture.height
+
+
+def embedded(path: Path, width: int) -> dict[str, Any]:
+    """Return a picture as a data address with its size in pixels: ``uri``, ``width``, ``height``.
+
+    Parameters
+    ----------
+    path : Path
+        A PNG.
+    width : int
+        Largest width, px; smaller pictures keep theirs.
+    """
+    content, wide, high = reduced(path, width)
+    text = base64.b64encode(content).decode()
+    return {"uri": f"data:image/webp;base64,{text}", "width": wide, "height": high}

@@ -1,0 +1,12 @@
+"""The page over all figures of a data set: one file that a person opens, plays with, sends and prints.
+
+`write_page` reads the published folders of ``results/<data>/<scale>`` and writes ``index.html`` beside them: papers and
+verdicts, figure by figure, and three players that compute in the browser.  Nothing is fetched when it is opened.
+`keep_light` writes it into an archive that is small enough for the repository, with tables, pictures and metadata.
+"""
+
+from pipeline.report.document import PAGE, write_page
+from pipeline.report.light import keep_light
+from pipeline.report.published import Published, read_published
+
+__all__ = ["PAGE", "Published", "keep_light", "read_published", "write_page"]

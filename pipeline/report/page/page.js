@@ -1,0 +1,89 @@
+"use strict";
+// Theme, curves and tables on demand, players.
+(() => {
+  const store = new Map();
+  const tables = (figure, name) => {
+    const key = `${figure}/${name}`;
+    if (!store.has(key)) {
+      const at = document.getElementById(`tables-${figure}`), text = at ? JSON.parse(at.textContent)[name] : undefined;
+      store.set(key, text === undefined ? null : Charts.parse(text));
+    }
+    return store.get(key);
+  };
+
+  const theme = document.getElementById("theme");
+  const root = document.documentElement;
+  const remember = (value) => { try { value === undefined ? 0 : localStorage.setItem("theme", value); return localStorage.getItem("theme"); } catch { return null; } };
+  const show = value => {
+    if (value === "light" || value === "dark") root.dataset.theme = value; else delete root.dataset.theme;
+    theme.value = value ?? "auto";
+  };
+  show(remember());
+  theme.addEventListener("change", () => { remember(theme.value); show(theme.value); });
+
+  function drawn(box) {
+    if (box.dataset.done) return;
+    box.dataset.done = "yes";
+    const spec = JSON.parse(box.dataset.spec), table = tables(box.dataset.figure, `${spec.table}.csv`);
+    if (!table) return;
+    const made = Charts.series(spec, table);
+    if (made.series.length) new Charts.Chart(box, { ...made, spec, note: Charts.bandWords(spec, table.header) });
+  }
+  const boxes = [...document.querySelectorAll("[data-spec]")];
+  const near = new IntersectionObserver(entries => {
+    for (const entry of entries) if (entry.isIntersecting) { drawn(entry.target); near.unobserve(entry.target); }
+  }, { rootMargin: "600px" });
+  boxes.forEach(box => near.observe(box));
+  addEventListener("beforeprint", () => {
+    boxes.forEach(drawn);
+    document.querySelectorAll("details:not([data-name])").forEach(details => { details.open = true; });
+  });
+
+  const SHOWN = 100;
+  function fill(details) {
+    if (details.dataset.done) return;
+    details.dataset.done = "yes";
+    const { figure, name } = details.dataset, table = tables(figure, name), box = details.querySelector(".table");
+    if (!table) return;
+    const numeric = table.header.map((_, c) => table.rows.every(row => row[c] === "" || !Number.isNaN(Number(row[c]))));
+    let order = -1, down = false, all = false;
+    const element = box.appendChild(document.createElement("table")), more = box.parentElement.querySelector(".more");
+    const caption = element.createCaption();
+    caption.textContent = `${figure}/${name}`;
+    const head = element.createTHead().insertRow(), body = element.createTBody();
+    table.header.forEach((title, c) => {
+      const th = head.appendChild(document.createElement("th")), button = th.appendChild(document.createElement("button"));
+      th.scope = "col"; button.type = "button"; button.textContent = title;
+      button.addEventListener("click", () => { down = order === c ? !down : false; order = c; render(); });
+    });
+    function render() {
+      const rows = [...table.rows];
+      if (order >= 0) {
+        const sign = down ? -1 : 1;
+        rows.sort((a, b) => sign * (numeric[order] ? (Charts.number(a[order]) || 0) - (Charts.number(b[order]) || 0) : a[order].localeCompare(b[order])));
+      }
+      [...head.cells].forEach((th, c) => th.setAttribute("aria-sort", c !== order ? "none" : down ? "descending" : "ascending"));
+      body.replaceChildren(...rows.slice(0, all ? Infinity : SHOWN).map(row => {
+        const tr = document.createElement("tr");
+        row.forEach((cell, c) => { const td = tr.insertCell(); td.textContent = cell; if (numeric[c]) td.className = "n"; });
+        return tr;
+      }));
+      more.hidden = all || rows.length <= SHOWN;
+    }
+    more.addEventListener("click", () => { all = true; render(); });
+    render();
+  }
+  for (const details of document.querySelectorAll("details[data-name]")) {
+    details.addEventListener("toggle", () => { if (details.open) fill(details); });
+    const button = details.querySelector(".download");
+    if (button) button.addEventListener("click", () => {
+      const { figure, name } = details.dataset, text = JSON.parse(document.getElementById(`tables-${figure}`).textContent)[name];
+      const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(new Blob([text], { type: "text/csv" })), download: `${figure}-${name}` });
+      link.click(); setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    });
+  }
+  for (const button of document.querySelectorAll("button.copy")) button.addEventListener("click", async () => {
+    try { await navigator.clipboard.writeText(button.dataset.text); button.textContent = "copied"; } catch { button.textContent = "select and copy"; }
+  });
+  Players.start(tables);
+})();

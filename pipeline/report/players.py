@@ -1,0 +1,180 @@
+"""What the players of the page compute from: walkers, and clips with their cameras, in few bytes.
+
+`walkers` are the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.  The
+browser learns each fold from them, as `core.linear_model` does, and reconstructs as `core.reconstruction`: nothing that
+it shows was computed beforehand.  `clips` are clips of park2011's figure 4 in 16 bits: images, cameras and what was
+reconstructed from them, of which the browser intersects rays and spheres.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.core.limb_chain import WALKER14
+from pipeline.core.reconstructibility import confidence_of_mirror_margin
+from pipeline.report.published import PublishedFigure
+
+_LARGEST = 32767
+"""Of a signed integer of 16 bits."""
+
+WALKER_ARRAYS = (
+    "samples",
+    "residual_covariance_mm2",
+    "temporal_covariance_mm2",
+    "walker_frequency_hz",
+    "person",
+)
+CLIP_ARRAYS = ("truth", "positions", "images", "camera_matrix", "mirror_margin", "mirrored", "cameras")
+MOST_CLIPS = 4
+
+
+@dataclass(frozen=True)
+class Quantised:
+    """An array as integers of 16 bits with an offset and a scale for each place of its last axes.
+
+    Attributes
+    ----------
+    offset, scale : (…) float32
+    integers : (N, …) int16
+        A value is ``offset + scale * integer``.
+    """
+
+    offset: np.ndarray
+    scale: np.ndarray
+    integers: np.ndarray
+
+    @property
+    def values(self) -> np.ndarray:
+        """The values again, float64."""
+        return self.offset.astype(float) + self.scale.astype(float) * self.integers
+
+    def packed(self) -> dict[str, str]:
+        """Return base64 texts of the parts, little-endian."""
+        return {
+            "offset": encoded(self.offset, "<f4"),
+            "scale": encoded(self.scale, "<f4"),
+            "integers": encoded(self.integers, "<i2"),
+        }
+
+
+def quantise(values: np.ndarray) -> Quantised:
+    """Return values (N, …) as integers, each place with its own range.
+
+    Examples
+    --------
+    >>> again = quantise(np.array([[0.0, 5.0], [1.0, 5.0]])).values
+    >>> bool(np.abs(again - [[0.0, 5.0], [1.0, 5.0]]).max() < 1e-4)
+    True
+    """
+    values = np.asarray(values, dtype=float)
+    low, high = values.min(axis=0), values.max(axis=0)
+    offset = ((low + high) / 2.0).astype(np.float32)
+    reach = np.maximum(high - offset, offset - low)
+    scale = np.where(reach > 0.0, reach / _LARGEST, 1.0).astype(np.float32)
+    integers = np.rint((values - offset) / scale).clip(-_LARGEST, _LARGEST).astype(np.int16)
+    return Quantised(offset, scale, integers)
+
+
+def encoded(values: np.ndarray, dtype: str) -> str:
+    """Return the bytes of an array as base64."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype=dtype).tobytes()).decode()
+
+
+def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
+    """Return the walkers for the browser, or nothing and the reason.
+
+    Parameters
+    ----------
+    figure : PublishedFigure, optional
+        zhang2007_fig5.
+    """
+    if figure is None:
+        return {}, "zhang2007_fig5 is not made yet"
+    arrays = figure.arrays
+    if absent := [name for name in WALKER_ARRAYS if name not in arrays]:
+        return {}, f"zhang2007_fig5 was made before its walkers were published ({absent[0]}): make it again"
+    for option, wanted in _AS_COMPUTED.items():
+        group, name = option.split(".")
+        if (value := figure.option(group, name)) != wanted:
+            return {}, f"the browser computes with {option}={wanted}, these results have {value}"
+    if arrays["samples"].shape[1] != 225:
+        return {}, f"the browser computes with 225 numbers to a walker, not {arrays['samples'].shape[1]}"
+    _, person = np.unique(arrays["person"], return_inverse=True)
+    return {
+        "names": [str(name) for name in arrays["walker"]],
+        "person": person.tolist(),
+        "frequency_hz": np.round(arrays["walker_frequency_hz"], 4).tolist(),
+        "samples": encoded(arrays["samples"], "<f4"),
+        "residual": encoded(_horizontal(arrays["residual_covariance_mm2"]), "<f4"),
+        "temporal": encoded(_horizontal(arrays["temporal_covariance_mm2"]), "<f4"),
+        "components": int(figure.option("model", "components")),
+        "sigma2_mm2": float(figure.option("sweep", "noise_variance_mm2")),
+        "sigma2_range_mm2": [float(arrays["sigma2_mm2"][0]), float(arrays["sigma2_mm2"][-1])],
+        "views_deg": arrays["view_angle_deg"].tolist(),
+    }, ""
+
+
+_AS_COMPUTED: Mapping[str, Any] = {
+    "model.divisor": "R-1",
+    "model.mirror": False,
+    "sweep.truth": "motion",
+    "sweep.phase_source": "motion3d",
+    "sweep.missing_variance": "temporal",
+    "dataset.harmonics": 2,
+}
+"""Options that the browser's own computation takes for granted."""
+
+
+def _horizontal(covariance: np.ndarray) -> np.ndarray:
+    """Return xx, xy and yy (R, 15, 3) of covariances (R, 15, 3, 3)."""
+    return np.stack([covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]], axis=-1)
+
+
+def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
+    """Return some clips of park2011_fig4 for the browser, one of each action, or nothing and the reason."""
+    if figure is None:
+        return {}, "park2011_fig4 is not made yet"
+    arrays = figure.arrays
+    if absent := [name for name in CLIP_ARRAYS if name not in arrays]:
+        return {}, f"park2011_fig4 was made before its cameras were published ({absent[0]}): make it again"
+    cameras = [str(name) for name in arrays["cameras"]]
+    names = [str(arrays["clip_name"][stretch]) for stretch in arrays["stretch"]]
+    action = _actions(figure)
+    chosen = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
+    return {
+        "cameras": cameras,
+        "limbs": list(WALKER14.limbs),
+        "ends": WALKER14.ends.tolist(),
+        "clips": [
+            {"name": names[n], "action": action.get(names[n], ""), **_clip(arrays, n)}
+            for n in sorted(chosen)[:MOST_CLIPS]
+        ],
+    }, ""
+
+
+def _actions(figure: PublishedFigure) -> dict[str, str]:
+    table = figure.table("table_clips") or {}
+    if not {"clip", "action"} <= table.keys():
+        return {}
+    return dict(zip(map(str, table["clip"]), map(str, table["action"]), strict=True))
+
+
+def _clip(arrays: Mapping[str, np.ndarray], n: int) -> dict[str, Any]:
+    frames = arrays["truth"].shape[1]
+    seen = [
+        {
+            "positions": quantise(arrays["positions"][n, c].reshape(frames, -1)).packed(),
+            "images": quantise(arrays["images"][n, c].reshape(frames, -1)).packed(),
+            "matrix": encoded(arrays["camera_matrix"][n, c], "<f4"),
+            "margin": [round(min(float(m), 999.0), 3) for m in arrays["mirror_margin"][n, c]],
+            "confidence": [str(confidence_of_mirror_margin(float(m))) for m in arrays["mirror_margin"][n, c]],
+        }
+        for c in range(len(arrays["cameras"]))
+    ]
+    truth = quantise(arrays["truth"][n].reshape(frames, -1)).packed()
+    return {"frames": frames, "truth": truth, "seen": seen}

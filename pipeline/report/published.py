@@ -1,0 +1,223 @@
+"""The published folders of a data set, as the page shows them.
+
+Everything comes from the files of ``results/<data>/<scale>``: a page can be made of what an earlier commit published,
+or of an archive.  Columns that are not known here are shown as they are.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.storage import tables
+from pipeline.storage.sealed_folders import complaints_about, read_manifest
+from pipeline.validation import InvalidInput
+
+
+@dataclass(frozen=True)
+class Table:
+    """A published table.
+
+    Attributes
+    ----------
+    name : str
+        File name.
+    header : list of str
+    rows : int
+    text : str
+        The file's own text.
+    """
+
+    name: str
+    header: list[str]
+    rows: int
+    text: str
+
+
+@dataclass(frozen=True)
+class PublishedFigure:
+    """A figure that is made.
+
+    Attributes
+    ----------
+    name : str
+        Of figure and folder.
+    folder : Path
+    manifest : dict
+    tables : tuple of Table
+        ``table.csv`` first.
+    """
+
+    name: str
+    folder: Path
+    manifest: dict[str, Any]
+    tables: tuple[Table, ...]
+
+    @property
+    def title(self) -> str:
+        """What the figure shows, one sentence."""
+        return str(self.option("title") or self.manifest.get("title") or self.name)
+
+    @property
+    def expect(self) -> str:
+        """What the reader should see, one sentence."""
+        return str(self.option("expect") or "")
+
+    @property
+    def files(self) -> list[str]:
+        """Names of its files, the manifest included, sorted."""
+        return sorted([*self.manifest["files"], "manifest.json"])
+
+    @property
+    def commit(self) -> str:
+        """The commit that made it, twelve digits."""
+        return str(self.manifest.get("provenance", {}).get("commit", "unknown"))[:12]
+
+    def option(self, *path: str) -> Any:
+        """Return an option of the configuration, None if there is none."""
+        value: Any = self.manifest.get("configuration", {})
+        for name in path:
+            value = value.get(name) if isinstance(value, Mapping) else None
+        # A choice is its class and its name.
+        return value["name"] if isinstance(value, Mapping) and value.keys() == {"<type>", "name"} else value
+
+    def table(self, name: str) -> dict[str, np.ndarray] | None:
+        """Return the columns of a table by its name without suffix; None if there is none."""
+        path = self.folder / f"{name}.csv"
+        return tables.read(path) if any(table.name == path.name for table in self.tables) else None
+
+    @cached_property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The content of ``arrays.npz``."""
+        with np.load(self.folder / "arrays.npz", allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+
+    @cached_property
+    def sources(self) -> list[str]:
+        """Sources of its clips that are kept, sorted."""
+        ingested = self.table("table_ingest")
+        if ingested is None:
+            return []
+        kept = ingested["verdict"] == "kept" if "verdict" in ingested else slice(None)
+        return sorted(set(map(str, ingested["source"][kept])))
+
+
+@dataclass(frozen=True)
+class Published:
+    """All results of a data set at one scale.
+
+    Attributes
+    ----------
+    data, scale : str
+    figures : dict of str to PublishedFigure
+        Those that are made, in the order asked for.
+    missing : dict of str to str
+        Those that are not, with the reason.
+    claims : list of dict
+        The rows of ``claims.csv``, numbers as numbers (None where a cell is empty), in the file's order.
+    """
+
+    data: str
+    scale: str
+    figures: dict[str, PublishedFigure]
+    missing: dict[str, str]
+    claims: list[dict[str, Any]] = field(default_factory=list)
+
+    @property
+    def ours(self) -> dict[str, float]:
+        """Our value of each claim that has one."""
+        return {row["claim"]: row["ours"] for row in self.claims if isinstance(row.get("ours"), int | float)}
+
+    def claims_of(self, *, figure: str = "", paper: str = "") -> list[dict[str, Any]]:
+        """Return the rows of a figure or of a paper."""
+        return [row for row in self.claims if row["figure"] == figure or (paper and row["paper"] == paper)]
+
+
+def read_published(folder: Path, figures: Sequence[str]) -> Published:
+    """Return the results below ``results/<data>/<scale>``.
+
+    Parameters
+    ----------
+    folder : Path
+    figures : sequence of str
+        All figures that could be there, in the order of the page.
+
+    Raises
+    ------
+    InvalidInput
+        If none of them is there, or a table differs from what its manifest records.
+    """
+    made: dict[str, PublishedFigure] = {}
+    missing: dict[str, str] = {}
+    for name in figures:
+        if not (folder / name).is_dir():
+            missing[name] = "not made yet"
+        elif complaints := complaints_about(folder / name, hashes=False):
+            missing[name] = f"unfinished or damaged: {complaints[0]}"
+        else:
+            made[name] = _figure(folder / name)
+    if not made:
+        raise InvalidInput("nothing is published", where=str(folder), expected="one figure or more")
+    claims = folder / "claims.csv"
+    rows = _rows(claims) if claims.is_file() else [row for name in made for row in _own_claims(folder / name)]
+    return Published(folder.parent.name, folder.name, made, missing, [r for r in rows if r["figure"] in made])
+
+
+def _figure(folder: Path) -> PublishedFigure:
+    manifest = read_manifest(folder)
+    names = sorted(
+        (name for name in manifest["files"] if name.endswith(".csv") and name != "claims.csv"),
+        key=lambda name: (name != "table.csv", name),
+    )
+    return PublishedFigure(folder.name, folder, manifest, tuple(_table(folder / name) for name in names))
+
+
+def _table(path: Path) -> Table:
+    text = path.read_text(encoding="utf-8")
+    lines = text.splitlines()
+    return Table(path.name, lines[0].split(",") if lines else [], max(len(lines) - 1, 0), text)
+
+
+def _own_claims(folder: Path) -> list[dict[str, Any]]:
+    path = folder / "claims.csv"
+    return _rows(path) if path.is_file() else []
+
+
+def _rows(path: Path) -> list[dict[str, Any]]:
+    columns = tables.read(path)
+    names = list(columns)
+    listed = [columns[name].tolist() for name in names]
+    return [dict(zip(names, map(_cell, row), strict=True)) for row in zip(*listed, strict=True)]
+
+
+def _cell(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def packed_json(value: Any) -> str:
+    """Return JSON that may stand inside a ``<script>`` element: no ``<`` in it.
+
+    Examples
+    --------
+    >>> packed_json({"a": "</script>"})
+    '{"a":"\\\\u003c/script>"}'
+    """
+    text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def first_rows(text: str, rows: int) -> str:
+    """Return the header and the first rows of a table's text."""
+    out = io.StringIO()
+    for number, line in enumerate(text.splitlines(keepends=True)):
+        if number > rows:
+            break
+        out.write(line)
+    return out.getvalue()

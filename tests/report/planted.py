@@ -1,0 +1,89 @@
+"""Small published folders, as the figure stage leaves them, without making a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from pipeline.storage import tables
+from pipeline.storage.sealed_folders import write_manifest
+from pipeline.storage.store import packed
+
+CLAIM = {
+    "claim": ["zhang2007_map_thirty_percent"],
+    "paper": ["zhang2007"],
+    "section": ["4.2"],
+    "figure": ["zhang2007_fig5"],
+    "quote": ['about <b>30</b>% smaller & "less"'],
+    "published": [30.0],
+    "ours": [28.7792742],
+    "unit": ["%"],
+    "verdict": ["reproduced"],
+    "why": ["bounds 20 to 40"],
+}
+
+
+def view_errors() -> dict[str, Any]:
+    """A table like that of zhang2007_fig5."""
+    return {
+        "method": ["least_squares", "least_squares", "map", "map"],
+        "view_angle_deg": [0, 30, 0, 30],
+        "absolute_error_mm2": [500.0, 400.0, 300.0, 250.5],
+        "absolute_error_sd_mm2": [50.0, 40.0, 30.0, 25.0],
+        "relative_error": [1.0, 0.5, 0.25, 0.125],
+    }
+
+
+def plant(
+    folder: Path,
+    *,
+    table: Mapping[str, Any] | None = None,
+    arrays: Mapping[str, np.ndarray] | None = None,
+    claims: Mapping[str, Any] | None = None,
+    configuration: Mapping[str, Any] | None = None,
+    more: Mapping[str, Mapping[str, Any]] | None = None,
+    scale: str = "smoke",
+    lock_sha256: str = "absent",
+    recording: bytes = b"",
+) -> Path:
+    """Seal a figure's folder with what is given, a picture and the clips that were kept; return it."""
+    folder.mkdir(parents=True)
+    tables.write(folder / "table.csv", table or view_errors())
+    for name, columns in (more or {}).items():
+        tables.write(folder / name, columns)
+    tables.write(
+        folder / "table_ingest.csv", {"source": ["synthetic", "folder"], "verdict": ["kept", "refused"]}
+    )
+    if claims:
+        tables.write(folder / "claims.csv", claims)
+    (folder / "arrays.npz").write_bytes(packed(arrays or {"walker": np.array(["a"])}))
+    Image.new("RGB", (1800, 300), "white").save(folder / "figure.png")
+    if recording:
+        (folder / "recording.rrd").write_bytes(recording)
+    write_manifest(
+        folder,
+        {
+            "figure": folder.name,
+            "data": "synthetic",
+            "scale": scale,
+            "seed": 2007,
+            "configuration": {
+                "title": "Errors <against> view",
+                "expect": "MAP & lower",
+                **(configuration or {}),
+            },
+            "stages": {"sweep": {"key": "0", "seconds": 1.5}},
+            "provenance": {
+                "commit": "f" * 40,
+                "dirty": False,
+                "python": "3.11",
+                "packages": {"numpy": "2.3"},
+                "lock_sha256": lock_sha256,
+            },
+        },
+    )
+    return folder

@@ -1,0 +1,157 @@
+"""The light archive: small, whole, verified, described for a repository, and with a page whose links work in it."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline.report import keep_light
+from pipeline.storage import archive
+from pipeline.storage.sealed_folders import digest, file_digest
+from pipeline.validation import InvalidInput
+from tests.report.planted import CLAIM, plant
+
+FACTS: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False}
+FIGURES = ["zhang2007_fig5", "mozerov2006_fig1"]
+
+
+@pytest.fixture
+def lock(tmp_path: Path) -> Path:
+    path = tmp_path / "requirements.lock"
+    path.write_text("numpy==2.4.6\n")
+    return path
+
+
+@pytest.fixture
+def results(tmp_path: Path, lock: Path) -> Path:
+    """Two figures at full scale, one of them with a large table and a small recording."""
+    folder = tmp_path / "synthetic" / "full"
+    made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+    large = {"table_many.csv": {"sample": list(range(40_000))}}
+    plant(folder / "zhang2007_fig5", claims=CLAIM, more=large, recording=b"RRF2 small", **made)
+    plant(folder / "mozerov2006_fig1", recording=b"RRF2" + bytes(2_000_000), **made)
+    return folder
+
+
+def test_it_holds_what_a_person_needs_and_verifies(results: Path, lock: Path, tmp_path: Path) -> None:
+    target = tmp_path / "archive" / "light" / "synthetic"
+    kinds = keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    assert archive.verify(target) == []
+    names = {path.relative_to(target).as_posix() for path in target.rglob("*") if path.is_file()}
+    assert {
+        "index.html",
+        "ro-crate-metadata.json",
+        "SHA256SUMS",
+        "manifest.json",
+        "requirements.lock",
+    } <= names
+    assert {
+        "table.csv",
+        "table_many.csv.gz",
+        "claims.csv",
+        "figure.webp",
+        "recording.rrd",
+        "manifest.json",
+    } <= {name.rpartition("/")[2] for name in names if name.startswith("zhang2007_fig5/")}
+    assert "mozerov2006_fig1/recording.rrd" not in names  # too large
+    assert not [name for name in names if name.endswith((".npz", ".png"))]
+    many = results / "zhang2007_fig5" / "table_many.csv"
+    assert (
+        gzip.decompress((target / "zhang2007_fig5" / "table_many.csv.gz").read_bytes()) == many.read_bytes()
+    )
+    assert sum(kinds.values()) < 10_000_000
+
+
+def test_the_links_of_its_page_work_in_it(results: Path, lock: Path, tmp_path: Path) -> None:
+    target = tmp_path / "light" / "synthetic"
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    page = (target / "index.html").read_text(encoding="utf-8")
+    links = [link for link in re.findall(r'href="([^"]*)"', page) if not link.startswith("#")]
+    assert "zhang2007_fig5/table_many.csv.gz" in links
+    assert "zhang2007_fig5/figure.webp" in links
+    assert "zhang2007_fig5/recording.rrd" in links
+    assert [link for link in links if not (target / link).is_file()] == []
+
+
+def test_the_metadata_describe_every_file_and_every_run(results: Path, lock: Path, tmp_path: Path) -> None:
+    target = tmp_path / "light" / "synthetic"
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    graph = json.loads((target / "ro-crate-metadata.json").read_text())["@graph"]
+    entities = {entity["@id"]: entity for entity in graph}
+    assert len(entities) == len(graph)
+    root = entities["./"]
+    assert entities["ro-crate-metadata.json"]["about"] == {"@id": "./"}
+    assert {"name", "description", "datePublished", "license", "conformsTo"} <= root.keys()
+    for part in root["hasPart"]:
+        assert entities[part["@id"]]["sha256"] == file_digest(target / part["@id"])
+    runs = [entity for entity in graph if entity["@type"] == "CreateAction"]
+    assert [run["@id"] for run in runs] == [f"#{name}" for name in FIGURES]
+    assert root["mentions"] == [{"@id": run["@id"]} for run in runs]
+    # Whatever an entity refers to is there, or lies outside of the archive.
+    for entity in graph:
+        for value in entity.values():
+            for item in value if isinstance(value, list) else [value]:
+                if isinstance(item, dict):
+                    assert item["@id"] in entities or item["@id"].startswith("http"), item
+
+
+def test_it_is_written_again_but_never_over_something_else(results: Path, lock: Path, tmp_path: Path) -> None:
+    target = tmp_path / "light" / "synthetic"
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    before = {path: path.read_bytes() for path in target.rglob("*") if path.is_file()}
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    assert {path: path.read_bytes() for path in target.rglob("*") if path.is_file()} == before
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    with pytest.raises(InvalidInput):
+        keep_light(results, tmp_path / "mine", FIGURES, lock=lock, **FACTS)
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+
+
+def test_a_changed_file_is_named(results: Path, lock: Path, tmp_path: Path) -> None:
+    target = tmp_path / "light" / "synthetic"
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    (target / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
+    (target / "SHA256SUMS").write_text((target / "SHA256SUMS").read_text().replace("a", "b", 1))
+    told = archive.verify(target)
+    assert "zhang2007_fig5/table.csv: changed" in told
+    assert any(sentence.startswith("SHA256SUMS") for sentence in told)
+
+
+@pytest.mark.parametrize(
+    ("facts", "words"), [({"dirty": True}, "commit first"), ({"commit": "e" * 40}, "by another commit")]
+)
+def test_results_that_cannot_be_traced_are_refused(
+    results: Path, lock: Path, tmp_path: Path, facts: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        keep_light(results, tmp_path / "light", FIGURES, lock=lock, **{**FACTS, **facts})
+    assert not (tmp_path / "light").exists()
+
+
+def test_one_too_large_is_refused(
+    results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 50_000)
+    with pytest.raises(InvalidInput, match="too large"):
+        keep_light(results, tmp_path / "light", FIGURES, lock=lock, **FACTS)
+    assert not (tmp_path / "light").exists()
+
+
+def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock: Path) -> None:
+    run = tmp_path / "scratch" / "2026-11-22_06-00"
+    for variant in ("0_model.components=10", "1_model.components=20"):
+        plant(run / variant / "zhang2007_fig5", lock_sha256=digest(lock.read_bytes()))
+    kept = archive.keep_run(run, tmp_path / "archive", name="my_variant", lock=lock, **FACTS)
+    assert kept == tmp_path / "archive" / "my_variant"
+    assert archive.verify(kept) == []
+    assert (kept / "synthetic" / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
+    with pytest.raises(InvalidInput, match="plain name"):
+        archive.keep_run(run, tmp_path / "archive", name="../elsewhere", lock=lock, **FACTS)
+    with pytest.raises(InvalidInput, match="no finished figure"):
+        archive.keep_run(tmp_path / "nothing", tmp_path / "archive", name="other", lock=lock, **FACTS)

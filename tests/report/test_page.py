@@ -1,0 +1,224 @@
+"""The page over all figures: everything that is there is on it, nothing is loaded, nothing is dead."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from pipeline import papers
+from pipeline.report import PAGE, write_page
+from pipeline.report.document import MOST_BYTES, TABLE_BYTES, charts_of, counts_by_kind
+from pipeline.report.published import first_rows, read_published
+from pipeline.storage import provenance, tables
+from pipeline.validation import InvalidInput
+from tests.report.planted import CLAIM, plant, view_errors
+
+FIGURES = ["zhang2007_fig5", "zhang2007_fig6", "mozerov2006_fig1", "park2011_fig4"]
+GOLDEN = Path(__file__).resolve().parents[1] / "golden"
+
+
+class Elements(HTMLParser):
+    """All elements with their attributes, and the text outside of scripts and styles."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str]]] = []
+        self.said: list[str] = []
+        self.inside = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.inside = tag
+        self.found.append((tag, {name: value or "" for name, value in attrs}))
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self.inside not in ("script", "style"):
+            self.said.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.said).split())
+
+    def values(self, attribute: str) -> list[str]:
+        return [attributes[attribute] for _, attributes in self.found if attribute in attributes]
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    """Two figures that are made, one of them with a claim."""
+    folder = tmp_path / "synthetic" / "smoke"
+    plant(folder / "zhang2007_fig5", claims=CLAIM)
+    plant(folder / "mozerov2006_fig1", table={"sample": [0, 1], "note": ['a "b", c', "</script>"]})
+    return folder
+
+
+def page_of(folder: Path) -> tuple[str, Elements]:
+    """The page's source and what is in it."""
+    path, parts = write_page(folder, FIGURES)
+    text = path.read_text(encoding="utf-8")
+    assert parts["page"] == path.stat().st_size < MOST_BYTES
+    return text, Elements(text)
+
+
+def test_every_figure_is_there_and_those_missing_are_named(results: Path) -> None:
+    _, page = page_of(results)
+    ids = page.values("id")
+    assert set(FIGURES) <= set(ids)
+    assert len(ids) == len(set(ids))
+    assert "park2011_fig4 : not made yet" in page.text
+    assert "2 of 4 figures made" in page.text
+    assert "make zhang2007_fig5 SCALE=smoke" in page.text
+
+
+def test_a_figure_that_was_changed_is_not_shown_as_made(results: Path) -> None:
+    (results / "mozerov2006_fig1" / "table.csv").write_text("sample\n1\n")
+    _, page = page_of(results)
+    assert "unfinished or damaged: table.csv has" in page.text
+
+
+def test_nothing_is_loaded_and_no_link_is_dead(results: Path) -> None:
+    text, page = page_of(results)
+    without_names = text.replace("http://www.w3.org/2000/svg", "")  # a name, which nobody asks for
+    assert re.findall(r"""(?:https?:)?//[\w.]+\.\w+""", re.sub(r"base64,[\w+/=]+", "", without_names)) == []
+    assert all(source.startswith("data:") for source in page.values("src"))
+    ids = set(page.values("id"))
+    for link in page.values("href"):
+        assert link[1:] in ids if link.startswith("#") else (results / link).is_file(), link
+
+
+def test_what_the_files_say_cannot_become_part_of_the_page(results: Path) -> None:
+    text, page = page_of(results)
+    assert "</script>" not in re.sub(r"<script[^>]*>.*?</script>", "", text, flags=re.DOTALL)
+    assert "Errors <against> view" in page.text
+    assert 'about <b>30</b>% smaller & "less"' in page.text
+    assert ("b", {}) not in page.found
+    embedded = re.search(r'id="tables-mozerov2006_fig1">(.*?)</script>', text, re.DOTALL)
+    assert embedded is not None
+    table = results / "mozerov2006_fig1" / "table.csv"
+    assert json.loads(embedded[1])["table.csv"] == table.read_text(encoding="utf-8")
+
+
+def test_our_numbers_and_verdicts_come_from_the_claims(results: Path) -> None:
+    _, page = page_of(results)
+    assert "ours is 29 % smaller" in page.text
+    assert "(no number here)" in page.text  # of a figure that is not made
+    assert "claims reproduced" in page.text
+
+
+def test_kinds_intervals_and_nulls_are_shown_where_they_are_known(tmp_path: Path) -> None:
+    folder = tmp_path / "synthetic" / "smoke"
+    known = {
+        "kind": ["result"],
+        "value_low": [25.25],
+        "value_high": [31.5],
+        "null": [12.125],
+        "verdict": ["holds, also of the null"],
+    }
+    plant(folder / "zhang2007_fig5", claims={**CLAIM, **known})
+    _, page = page_of(folder)
+    for words in ("25.25 to 31.5", "12.12", "holds, also of the null", "results", "null"):
+        assert words in page.text, words
+
+
+def test_the_alternative_text_says_what_a_picture_shows(results: Path) -> None:
+    _, page = page_of(results)
+    pictures = [attributes for tag, attributes in page.found if tag == "img"]
+    assert len(pictures) == 3
+    assert all(picture["alt"].startswith("Errors <against> view") for picture in pictures)
+    assert {(picture["width"], picture["height"]) for picture in pictures} == {
+        ("640", "107"),
+        ("1400", "233"),
+    }
+
+
+def test_controls_are_labelled_and_headings_in_order(results: Path) -> None:
+    _, page = page_of(results)
+    labels = {attributes.get("for") for tag, attributes in page.found if tag == "label"}
+    for tag, attributes in page.found:
+        if tag in ("select", "input") and attributes.get("id") != "theme":
+            assert attributes["id"] in labels
+    levels = [int(tag[1]) for tag, _ in page.found if re.fullmatch(r"h[1-6]", tag)]
+    assert levels[0] == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+
+
+def test_a_large_table_is_there_with_its_first_rows(tmp_path: Path) -> None:
+    folder = tmp_path / "synthetic" / "smoke"
+    many = {"sample": list(range(TABLE_BYTES // 4))}
+    plant(folder / "zhang2007_fig5", more={"table_many.csv": many})
+    text, page = page_of(folder)
+    embedded = re.search(r'id="tables-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
+    assert embedded is not None
+    assert json.loads(embedded[1])["table_many.csv"].count("\n") == 51
+    assert "18,000 rows, 1 columns; the first 50 rows here, all in the folder" in page.text
+
+
+def test_the_same_results_make_the_same_page(results: Path) -> None:
+    assert page_of(results)[0] == page_of(results)[0]
+
+
+def test_a_page_too_large_to_send_is_refused(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipeline.report.document.MOST_BYTES", 1000)
+    with pytest.raises(InvalidInput, match="too large to send"):
+        write_page(results, FIGURES)
+    assert not (results / PAGE).exists()
+
+
+def test_no_results_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="nothing is published"):
+        write_page(tmp_path / "synthetic" / "full", FIGURES)
+
+
+def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
+    assert set(layout["papers"]) == set(papers.PAPERS)
+    for key, said in layout["papers"].items():
+        assert len(said["sentences"]) == 3
+        assert said["figure"] in papers.paper(key).figures
+        for sentence in said["sentences"]:
+            for name in papers.placeholders(sentence):
+                assert papers.quantity(name).name == name
+
+
+def test_every_curve_has_the_columns_that_it_draws(tmp_path: Path) -> None:
+    """Of the first table of each figure, which is golden; of the others, the tests of the stages know the columns."""
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
+    for name, charts in layout["charts"].items():
+        golden = tables.read(GOLDEN / f"{name}.csv")
+        figure = plant(tmp_path / name, table={column: values[:2] for column, values in golden.items()})
+        published = read_published(figure.parent, [name]).figures[name]
+        first = [chart for chart in charts if chart["table"] == "table"]
+        assert charts_of(published, {"charts": {name: first}}) == first, name
+
+
+def test_a_curve_of_columns_that_are_not_there_is_left_out(results: Path) -> None:
+    figure = read_published(results, ["zhang2007_fig5"]).figures["zhang2007_fig5"]
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
+    drawn = charts_of(figure, layout)
+    assert [chart["y"] for chart in drawn] == ["absolute_error_mm2", "relative_error"]  # no missing variance
+    assert {"missing_variance_mm2"}.isdisjoint(view_errors())
+
+
+def test_verdicts_are_counted_by_kind_in_the_papers_order() -> None:
+    claims = [
+        {"kind": "condition", "verdict": "reproduced"},
+        {"kind": "result", "verdict": "differs"},
+        {"kind": "result", "verdict": "cannot be tested on this data"},
+        {"kind": "result", "verdict": "reproduced"},
+    ]
+    assert counts_by_kind(claims) == [
+        ("results", [("reproduced", 1), ("differs", 1), ("cannot be tested", 1)]),
+        ("conditions", [("reproduced", 1)]),
+    ]
+
+
+def test_first_rows_keep_the_header() -> None:
+    assert first_rows("a\n1\n2\n3\n", 2) == "a\n1\n2\n"

@@ -1,0 +1,175 @@
+"""The players compute what the tables hold: in numpy from the packed walkers, and in a browser where there is one."""
+
+from __future__ import annotations
+
+import base64
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import papers
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import make_figure
+from pipeline.core import errors, linear_model
+from pipeline.core.articulation import ray_sphere
+from pipeline.core.camera_paths import around
+from pipeline.core.limb_chain import WALKER14
+from pipeline.core.reconstruction import from_known_views
+from pipeline.report import players, read_published, write_page
+from pipeline.storage.store import Store
+from tests.report.planted import plant
+
+FIGURES = ["zhang2007_fig4", "zhang2007_fig5"]
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Figures 4 and 5 of zhang2007 at smoke scale, and two clips that park2011 could have."""
+    results = tmp_path_factory.mktemp("results")
+    place = results / "synthetic" / "smoke"
+    store = Store(results)
+    for name in FIGURES:
+        experiment = compose(
+            [f"experiment={name}", "scale=smoke", f"results={results}", "figure.recording=false"]
+        )
+        make_figure(experiment, place / name, store=store)
+    plant(place / "park2011_fig4", arrays=clips())
+    return place
+
+
+def clips() -> dict[str, np.ndarray]:
+    """Two clips of twenty frames before one camera, reconstructed without error."""
+    generator = np.random.default_rng(1)
+    truth = 300.0 * generator.standard_normal((2, 20, 15, 3)) + np.array([0.0, 0.0, 1000.0])
+    camera = around(20, target=np.array([0.0, 0.0, 1000.0]), sweep_rad=1.0)
+    images = np.stack([camera.project(clip) for clip in truth])
+    return {
+        "cameras": np.array(["moving"]),
+        "stretch": np.array([0, 1]),
+        "clip_name": np.array(["walking_001", "bending_001"]),
+        "truth": truth,
+        "positions": truth[:, None],
+        "images": images[:, None],
+        "camera_matrix": np.broadcast_to(camera.matrix, (2, 1, 20, 3, 4)),
+        "mirror_margin": np.full((2, 1, 14), 3.0),
+        "mirrored": np.zeros((2, 1, 14), dtype=bool),
+    }
+
+
+def decoded(text: str, dtype: str) -> np.ndarray:
+    """The numbers in a base64 text."""
+    return np.frombuffer(base64.b64decode(text), dtype)
+
+
+def test_the_packed_walkers_give_figure_5_again(folder: Path) -> None:
+    figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]
+    packed, reason = players.walkers(figure)
+    assert reason == ""
+    samples = decoded(packed["samples"], "<f4").reshape(len(packed["names"]), 225).astype(float)
+    xx, xy, yy = np.moveaxis(
+        decoded(packed["residual"], "<f4").reshape(len(samples), 15, 3).astype(float), -1, 0
+    )
+    views = np.radians(packed["views_deg"])
+    s, c = np.sin(views)[:, None], np.cos(views)[:, None]
+    table = figure.table("table")
+    assert table is not None
+    folds = list(linear_model.leave_one_out(samples, packed["components"], groups=np.array(packed["person"])))
+    for method, noise in (("least_squares", None), ("map", packed["sigma2_mm2"])):
+        mean = np.mean(
+            [
+                errors.walker_error(
+                    errors.absolute_error(
+                        from_known_views(fold, samples[r], views, noise_variance=noise).delta,
+                        s**2 * xx[r] - 2 * s * c * xy[r] + c**2 * yy[r],
+                    )
+                )
+                for fold, r in folds
+            ],
+            axis=0,
+        )
+        np.testing.assert_allclose(mean, table["absolute_error_mm2"][table["method"] == method], rtol=1e-4)
+
+
+def test_quantised_values_are_within_half_a_step() -> None:
+    values = np.random.default_rng(2).uniform(-900.0, 900.0, (50, 7))
+    again = players.quantise(values)
+    assert np.abs(again.values - values).max() <= 900.0 / 32767 * 0.51
+    assert again.integers.dtype == np.int16
+
+
+def test_clips_keep_their_cameras_and_say_how_sure_they_are(folder: Path) -> None:
+    figure = read_published(folder, ["park2011_fig4"]).figures["park2011_fig4"]
+    packed, reason = players.clips(figure)
+    assert reason == ""
+    assert [clip["name"] for clip in packed["clips"]] == ["walking_001", "bending_001"]
+    seen = packed["clips"][0]["seen"][0]
+    assert seen["confidence"] == ["green"] * 14
+    arrays = figure.arrays
+    matrix = decoded(seen["matrix"], "<f4").reshape(20, 3, 4)
+    np.testing.assert_allclose(matrix, arrays["camera_matrix"][0, 0], rtol=1e-6, atol=1e-6)
+    parent, child = WALKER14.ends[3]
+    radius = np.linalg.norm(arrays["truth"][0, :, child] - arrays["truth"][0, :, parent], axis=-1)
+    hits = ray_sphere(
+        matrix[:1].astype(float),
+        arrays["images"][0, 0, :1, child],
+        arrays["truth"][0, :1, parent],
+        float(radius[0]),
+    )
+    true = arrays["truth"][0, 0, child] - arrays["truth"][0, 0, parent]
+    candidates = np.stack([hits.middle + hits.half_chord, hits.middle - hits.half_chord])[:, 0]
+    assert np.abs(candidates - true).max(axis=-1).min() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["model.divisor=R"], "model.divisor=R-1"),
+        (["sweep.truth=fourier"], "sweep.truth=motion"),
+        (["model.mirror=true"], "model.mirror=False"),
+    ],
+)
+def test_walkers_of_other_options_are_not_played(tmp_path: Path, options: list[str], words: str) -> None:
+    results = tmp_path / "synthetic" / "smoke"
+    name = "zhang2007_fig5"
+    quick = ["scale=smoke", f"results={tmp_path}", "figure.recording=false", "figure.picture=false"]
+    make_figure(compose([f"experiment={name}", *quick, *options]), results / name, store=Store(tmp_path))
+    packed, reason = players.walkers(read_published(results, [name]).figures[name])
+    assert packed == {}
+    assert words in reason
+
+
+def test_results_without_walkers_say_so(tmp_path: Path) -> None:
+    plant(tmp_path / "synthetic" / "smoke" / "zhang2007_fig5")
+    figure = read_published(tmp_path / "synthetic" / "smoke", ["zhang2007_fig5"]).figures["zhang2007_fig5"]
+    assert players.walkers(figure)[1].startswith("zhang2007_fig5 was made before its walkers were published")
+    assert players.walkers(None) == ({}, "zhang2007_fig5 is not made yet")
+
+
+@pytest.fixture(scope="module")
+def browser() -> str:
+    """A browser's name; tests that ask for it are skipped where there is none."""
+    found = next((name for name in BROWSERS if shutil.which(name)), "")
+    if not found:
+        pytest.skip("needs Chromium")
+    return found
+
+
+def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: Path) -> None:
+    page, _ = write_page(folder, [name for paper in papers.PAPERS.values() for name in paper.figures])
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}", "--dump-dom",
+        "--virtual-time-budget=120000", f"{page.as_uri()}#check",
+    ]  # fmt: skip
+    dom = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+    facts = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r'<output id="agreement"[^>]*>', dom)[0]))
+    assert float(facts["worst"]) < 1e-4  # three digits and one more
+    assert int(facts["compared"]) == 2 * 13 * 3
+    assert float(facts["postures"]) < 0.05  # mm
+    assert int(facts["coordinates"]) == 2 * 3 * 5 * 15 * 3
+    assert dom.count("<option") > 12  # the players are filled
+    assert "3.00 times as much" in dom
