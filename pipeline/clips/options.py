@@ -151,6 +151,7 @@ class SyntheticData(Data):
     knows_true_course: ClassVar[bool] = True
 
     population: int = 80
+    populations: int = 0  # further populations, which give results their intervals; 0: none
     male_share: float = 0.4  # the papers' 32 men of 80
     duration_s: float = 8.0
     frame_rate_hz: float = 120.0
@@ -162,6 +163,7 @@ class SyntheticData(Data):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         require_range("data.population", self.population, at_least=1)
+        require_range("data.populations", self.populations, at_least=0)
         require_range("data.clips.clips", self.clips.clips, at_least=1)
 
     def request(self, corpus: Corpus, skeleton: SourceMapping, seed: int, workers: int) -> Request:

@@ -212,7 +212,8 @@ class WalksCorpus(Corpus):
 
     def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
         """Return the request for the synthetic population."""
-        alone = {name: value for name, value in vars(data).items() if name not in ("performances", "clips")}
+        others = ("performances", "clips", "populations")
+        alone = {name: value for name, value in vars(data).items() if name not in others}
         return Request({"data": alone, "seed": seed}, lambda: synthetic_walks(data, seed, workers))
 
     def recorded(self, data: Recordings, clips: Sequence[Clip], workers: int) -> Request:

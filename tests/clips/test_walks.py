@@ -58,3 +58,21 @@ def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:
     assert set(reasons) == {"p3_1.trc", "p4_1.trc"}
     assert all(reasons.values())
     assert str(tmp_path) not in str(walks.report)
+
+
+def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path) -> None:
+    people = walking_population(
+        np.random.default_rng(2), male=2, female=1, duration_s=5.0, frame_rate_hz=60.0
+    )
+    for name, motion in zip(("a_1", "b_1", "c_1"), people.positions_mm, strict=True):
+        trc.write(tmp_path / f"{name}.trc", WALKER15.joints, motion, 60.0)
+    text = (tmp_path / "a_1.trc").read_text(encoding="utf-8")
+    (tmp_path / "d_1.trc").write_text(text.replace("a_1", "d_1") + "\n", encoding="utf-8")  # other bytes
+    (tmp_path / "b_2.trc").write_bytes((tmp_path / "b_1.trc").read_bytes())  # the same person's
+    data = FolderData(name="folder", path=str(tmp_path), steady=Steady(locomotion=Locomotion.treadmill))
+    walks = data.request(WALKS, OWN_JOINTS, 1, 1).make()
+    assert list(walks.person) == ["b", "b", "c"]
+    reasons = {row["clip"]: row["reason"] for row in walks.report if row["verdict"] == "refused"}
+    assert set(reasons) == {"a_1.trc", "d_1.trc"}
+    assert "a_1.trc of a: the same points as d_1.trc, which bears the name of d" in reasons["a_1.trc"]
+    assert "the same points as a_1.trc, which bears the name of a" in reasons["d_1.trc"]
