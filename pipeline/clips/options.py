@@ -41,6 +41,15 @@ class HorizontalPath(StrEnum):
     moving_average = "moving_average"
 
 
+class Heading(StrEnum):
+    """Which direction of a walk becomes +y."""
+
+    steps = "steps"
+    """That of the steps: the main horizontal axis of the left minus the right ankle."""
+    path = "path"
+    """That of the path; on a treadmill, where the hips face."""
+
+
 @dataclass(kw_only=True)
 class NamedClips:
     """Which recordings hold clips of one kind."""
@@ -100,6 +109,7 @@ class Steady:
 
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
+    heading: Heading = Heading.steps
     speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
     turn_deg_s: float = 45.0
     cycles: float = 1.5
@@ -156,6 +166,7 @@ class SyntheticData(Data):
     duration_s: float = 8.0
     frame_rate_hz: float = 120.0
     marker_noise_mm: float = 0.5
+    heading: Heading = Heading.steps  # of walks
     performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
     clips: SyntheticClips = field(default_factory=SyntheticClips)
 

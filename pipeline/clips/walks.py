@@ -21,7 +21,7 @@ from pipeline.clips.kinds import (
     read_and_prepare,
     report_row,
 )  # fmt: skip
-from pipeline.clips.options import Locomotion, Recordings, Steady, SyntheticData
+from pipeline.clips.options import Heading, Locomotion, Recordings, Steady, SyntheticData
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.seeding import derive_generator
@@ -67,7 +67,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
         frame_rate_hz=options.frame_rate_hz,
         marker_noise_mm=options.marker_noise_mm,
     )
-    steady = Steady(locomotion=Locomotion.treadmill)
+    steady = Steady(locomotion=Locomotion.treadmill, heading=options.heading)
 
     def one(r: int) -> PreparedClip:
         name = f"synthetic_{r + 1:03d}"
@@ -120,6 +120,9 @@ def _steady_part(
         path=steady.path.value,
     )
     series = fourier.represent(level, frame_rate_hz)
+    if steady.heading is Heading.steps:
+        # A turn about the vertical moves no frequency and no share of the variance.
+        level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,
         "frequency_hz": series.frequency_hz,
