@@ -31,6 +31,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       articulated_trajectory a whole skeleton from the root to the leaves
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
+      bootstrap              intervals of statistics over people
       newton, choice         minima inside brackets; choices that do not depend on rounding
       compilation            loops compiled as they stand
 
@@ -51,9 +52,10 @@ The modules, from the base upwards; each imports only from those above it in thi
       face_off/              comparison of walks and limbs, the only study that imports others
       registry               the list of studies
       measures, ledger       functions of published tables; verdicts on the papers' claims
+      replicated             tables with people drawn again, or of several populations
       published              published numbers and the README's tables
       presentation           names and heights of people in recordings
-    stages/                ingest, dataset, model, sweep, figure
+    stages/                ingest, dataset, model, sweep, figure; further populations
     report/                the page over all figures, with players that compute in the browser; the only jinja2
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline

@@ -100,7 +100,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
     """
     results = tmp_path_factory.mktemp("synthetic")
     coarse = [
-        "data=synthetic", "scale=full", "scale.view_step_deg=15", "scale.sigma2_step_mm2=23",
+        "data=synthetic", "scale=full", "scale.view_step_deg=15", "scale.sigma2_step_mm2=23", "scale.populations=2",
         "figure.picture=false", "figure.recording=false", f"results={results}",
     ]  # fmt: skip
     judged = {claim.figure for paper in papers.PAPERS.values() for claim in paper.claims if claim.measure}

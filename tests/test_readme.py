@@ -88,14 +88,15 @@ LITTLE = {
         "columns": {"synthetic": "{zhang2007_walkers:.0f} walkers", "cmu": "`cmu`"},
         "rows": [
             {"label": "error", "paper": "30", "cell": ["{zhang2007_error_of_map:,.0f} mm²", "unknown"]},
-            {"label": "counts", "verdicts": ["zhang2007"]},
+            {"label": "counts", "kind": "condition", "verdicts": ["zhang2007"]},
         ],
     }
 }
 
 
 def test_a_table_is_rendered_row_by_row() -> None:
-    counts = {f"zhang2007, {outcome}": 3 - n for n, outcome in enumerate(papers.OUTCOMES)}
+    outcomes = papers.Kind.CONDITION.outcomes
+    counts = {f"zhang2007, conditions, {outcome}": 3 - n for n, outcome in enumerate(outcomes)}
     numbers = {"zhang2007_walkers": 2, "zhang2007_error_of_map": -1234.4, **counts}
     rows = [("synthetic", name, value) for name, value in numbers.items()] + [("cmu", "zhang2007_walkers", 1)]
     made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
@@ -103,7 +104,7 @@ def test_a_table_is_rendered_row_by_row() -> None:
         "| | paper | 2 walkers | `cmu` |",
         "|---|---|---|---|",
         "| error | 30 | −1 234 mm² | unknown |",
-        "| counts | | 3, 2, 1, 0 | |",
+        "| counts | | 3, 2, 1 | |",
     ]
 
 
@@ -130,9 +131,8 @@ def test_published_figures_are_measured_and_replace_those_of_the_same_data(folde
     rows = published.measured(folder, ["zhang2007_fig3"], LAYOUT)
     values = dict(zip(rows["name"], rows["value"], strict=True))
     assert values["zhang2007_optimal_variance"] == 625.0
-    assert (
-        values["zhang2004 and zhang2007, differs"] + values["zhang2004 and zhang2007, direction only"] == 1.0
-    )
+    assert values["zhang2004 and zhang2007, results, undecided"] == 1.0, "no people, no interval"
+    assert values["zhang2004 and zhang2007, conditions, met"] == 1.0
     assert set(rows["commit"]) == {"a" * 12}
     path = folder / "published.csv"
     published.renew(path, rows.assign(data="cmu"))

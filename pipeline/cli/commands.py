@@ -17,7 +17,7 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
-from pipeline.cli.summary import claims_table, open_console
+from pipeline.cli.summary import claims_table, counts_by_kind, open_console
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.studies import published
@@ -110,13 +110,12 @@ def claims(arguments: Sequence[str]) -> int:
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
     out.print(claims_table(verdicts))
+    settled = (papers.Outcome.REPRODUCED, papers.Outcome.MET)
     for verdict in verdicts:
-        if verdict.verdict in ("differs", "direction only"):
-            out.print(Text(f"{verdict.claim.name}: {verdict.why}"), soft_wrap=True)
-    counts = {v.verdict: sum(w.verdict == v.verdict for w in verdicts) for v in verdicts}
-    out.print(
-        f"{config.data.name}, {config.scale.name}: " + ", ".join(f"{n} {kind}" for kind, n in counts.items())
-    )
+        if verdict.evidence and verdict.outcome not in settled:
+            out.print(Text(f"{verdict.claim.name}: {verdict.outcome}: {verdict.why}"), soft_wrap=True)
+    out.print(f"{config.data.name}, {config.scale.name}")
+    out.print("\n".join(counts_by_kind(verdicts)))
     return 0
 
 

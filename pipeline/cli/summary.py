@@ -10,7 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.papers import Verdict
+from pipeline.papers import Kind, Verdict, count
+from pipeline.papers import Outcome as Decided
 
 STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
@@ -104,24 +105,45 @@ def summarise(
     )
     if verdicts:
         console.print(claims_table(verdicts))
+        console.print("\n".join(counts_by_kind(verdicts)))
     for remark in dict.fromkeys(r for outcome in outcomes for r in outcome.remarks):
         console.print(Text(remark, style="yellow"), soft_wrap=True)
 
 
-_STYLES = {"reproduced": "green", "direction only": "yellow", "differs": "red"}
+_STYLES = {
+    Decided.REPRODUCED: "green",
+    Decided.MET: "green",
+    Decided.OF_THE_NULL: "yellow",
+    Decided.DIRECTION_ONLY: "yellow",
+    Decided.UNDECIDED: "yellow",
+    Decided.DIFFERS: "red",
+    Decided.NOT_MET: "red",
+}
 
 
 def claims_table(verdicts: Sequence[Verdict]) -> Table:
-    """Return the claims as a table: the published number, ours and the verdict."""
+    """Return the claims as a table, kind by kind: the published number, ours and the null with intervals, verdict."""
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
-    for heading in ("claim", "published", "ours", "unit", "verdict"):
-        table.add_column(heading, justify="right" if heading in ("published", "ours") else "left")
-    for v in verdicts:
+    for heading in ("kind", "claim", "published", "ours", "null", "unit", "verdict"):
+        right = heading in ("published", "ours", "null")
+        table.add_column(heading, justify="right" if right else "left")
+    for v in sorted(verdicts, key=lambda v: list(Kind).index(v.claim.kind)):
+        found = v.evidence
         table.add_row(
+            str(v.claim.kind),
             v.claim.name,
             "" if v.claim.published is None else f"{v.claim.published:g}",
-            "" if v.ours is None else f"{v.ours:.4g}",
+            str(found.value) if found else "",
+            str(found.null) if found and found.null else "",
             v.claim.unit,
-            Text(v.verdict, style=_STYLES.get(v.verdict, "dim")),
+            Text(str(v.outcome), style=_STYLES.get(v.outcome, "dim")),
         )
     return table
+
+
+def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
+    """Return a line to each kind of claims: how many have each verdict."""
+    return [
+        f"{kind}s: " + ", ".join(f"{times} {outcome}" for outcome, times in of_kind.items())
+        for kind, of_kind in count(verdicts).items()
+    ]

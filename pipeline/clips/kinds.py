@@ -7,6 +7,7 @@ the report, kept or refused, with the reason.
 
 from __future__ import annotations
 
+import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -220,20 +221,51 @@ def read_and_prepare(
     prepare_one: Callable[[RawClip], PreparedClip],
     workers: int,
 ) -> list[PreparedClip]:
-    """Read recordings and prepare each; one that cannot be read becomes a refused row of the report."""
+    """Read recordings and prepare each; one that cannot be read becomes a refused row of the report.
 
-    def one(clip: Clip) -> PreparedClip:
+    Recordings of the same points under different people's names are refused, each naming the other: whoever it was,
+    it was not two people.
+    """
+
+    def one(clip: Clip) -> tuple[PreparedClip, str]:
         row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
         try:
             motion, positions, valid = read_clip(clip)
-            made = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
-            return replace(made, row=made.row | {"reason": made.row["reason"] or "; ".join(motion.notes)})
+            prepared = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
+            reason = prepared.row["reason"] or "; ".join(motion.notes)
+            return replace(prepared, row=prepared.row | {"reason": reason}), _digest_of_points(positions)
         except InvalidInput as refusal:
             # Readers name the file by its path, which must not get into a published report.
             reason = str(refusal).replace(str(clip.path), clip.name)
-            return PreparedClip(row | {"verdict": "refused", "reason": reason})
+            return PreparedClip(row | {"verdict": "refused", "reason": reason}), ""
 
-    return map_processes(one, clips, workers)
+    return _without_copies(map_processes(one, clips, workers))
+
+
+def _digest_of_points(positions: np.ndarray) -> str:
+    """Return the sha256 of positions to a thousandth of a millimetre: equal for copies in whatever format."""
+    return hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()
+
+
+def _without_copies(read: Sequence[tuple[PreparedClip, str]]) -> list[PreparedClip]:
+    """Refuse recordings that are equal to one of another person."""
+    alike: dict[str, list[PreparedClip]] = {}
+    for clip, digest in read:
+        if digest:
+            alike.setdefault(digest, []).append(clip)
+
+    def judged(clip: PreparedClip, digest: str) -> PreparedClip:
+        others = [o.row for o in alike.get(digest, []) if o.row["person"] != clip.row["person"]]
+        if not others:
+            return clip
+        reason = InvalidInput(
+            f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
+            where=f"{clip.row['clip']} of {clip.row['person']}",
+            expected="a recording of one person under one name",
+        )
+        return PreparedClip(clip.row | {"verdict": "refused", "reason": str(reason)})
+
+    return [judged(clip, digest) for clip, digest in read]
 
 
 def collect(

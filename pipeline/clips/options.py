@@ -58,6 +58,15 @@ class Skeleton:
     missing: Missing = Missing.estimate
 
 
+class Heading(StrEnum):
+    """Which direction of a walk becomes +y."""
+
+    steps = "steps"
+    """That of the steps: the main horizontal axis of the left minus the right ankle."""
+    path = "path"
+    """That of the path; on a treadmill, where the hips face."""
+
+
 @dataclass(kw_only=True)
 class NamedClips:
     """Which recordings hold clips of one kind."""
@@ -117,6 +126,7 @@ class Steady:
 
     locomotion: Locomotion = Locomotion.auto
     path: HorizontalPath = HorizontalPath.cubic
+    heading: Heading = Heading.steps
     speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
     turn_deg_s: float = 45.0
     cycles: float = 1.0
@@ -168,10 +178,12 @@ class SyntheticData(Data):
     knows_true_course: ClassVar[bool] = True
 
     population: int = 80
+    populations: int = 0  # further populations, which give results their intervals; 0: none
     male_share: float = 0.4  # the papers' 32 men of 80
     duration_s: float = 8.0
     frame_rate_hz: float = 120.0
     marker_noise_mm: float = 0.5
+    heading: Heading = Heading.steps  # of walks
     performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
     clips: SyntheticClips = field(default_factory=SyntheticClips)
 
@@ -179,6 +191,7 @@ class SyntheticData(Data):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         require_range("data.population", self.population, at_least=1)
+        require_range("data.populations", self.populations, at_least=0)
         require_range("data.clips.clips", self.clips.clips, at_least=1)
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:

@@ -22,7 +22,7 @@ from pipeline.clips.kinds import (
     report_row,
 )  # fmt: skip
 from pipeline.clips.missing_joints import complete
-from pipeline.clips.options import Locomotion, Recordings, Steady, SyntheticData
+from pipeline.clips.options import Heading, Locomotion, Recordings, Steady, SyntheticData
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
@@ -80,7 +80,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
         frame_rate_hz=options.frame_rate_hz,
         marker_noise_mm=options.marker_noise_mm,
     )
-    steady = Steady(locomotion=Locomotion.treadmill)
+    steady = Steady(locomotion=Locomotion.treadmill, heading=options.heading)
 
     def one(r: int) -> PreparedClip:
         name = f"synthetic_{r + 1:03d}"
@@ -147,7 +147,10 @@ def _steady_part(
             received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
         )
     completed = complete(level, np.isnan(level).any(axis=(0, 2)), frame_rate_hz)
-    series = completed.series
+    level, series = completed.positions, completed.series
+    if steady.heading is Heading.steps:
+        # A turn about the vertical moves no frequency and no share of the variance.
+        level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,
         "frequency_hz": series.frequency_hz,
@@ -173,7 +176,7 @@ def _steady_part(
             expected=f"{steady.residual_share:g} or less",
             received=f"{series.residual_fraction:.2f}",
         )
-    return completed.positions
+    return level
 
 
 def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[PreparedClip]:
@@ -244,7 +247,8 @@ class WalksCorpus(Corpus):
 
     def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
         """Return the request for the synthetic population."""
-        alone = {name: value for name, value in vars(data).items() if name not in ("performances", "clips")}
+        others = ("performances", "clips", "populations")
+        alone = {name: value for name, value in vars(data).items() if name not in others}
         return Request({"data": alone, "seed": seed}, lambda: synthetic_walks(data, seed, workers))
 
     def recorded(

@@ -14,7 +14,7 @@ Only this module flattens a Fourier representation (5, 15, 3) to 225 numbers.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -148,7 +148,7 @@ def leave_one_out(
     divisor: str = "R-1",
     scale_last: float | None = 1.0,
 ) -> Iterator[tuple[LinearModel, int]]:
-    """Pairs (model without walker r, r), for every r in order; there is no other way to get a fold.
+    """Pairs (model without walker r, r), for every r in order; there is no other way to get a fold of one walker.
 
     Parameters
     ----------
@@ -188,6 +188,62 @@ def leave_one_out(
         if mirrors is not None:
             training = np.concatenate([training, np.asarray(mirrors, dtype=float)[others]])
         yield fit(training, n_components, divisor=divisor, scale_last=scale_last), r
+
+
+def leave_two_out(
+    samples: np.ndarray,
+    n_components: int,
+    *,
+    groups: np.ndarray,
+    mirrors: np.ndarray | None = None,
+    divisor: str = "R-1",
+    scale_last: float | None = 1.0,
+) -> Iterator[tuple[LinearModel, int, int]]:
+    """Triples (model without groups g and h, g, h), for every pair g < h: what a choice made without g is tried on.
+
+    Parameters
+    ----------
+    samples : (R, D)
+    n_components : int
+    groups : (R,) int
+        0 to G - 1; walks of one person belong to one group.
+    mirrors, divisor, scale_last
+        As for `leave_one_out`.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than three groups.
+    """
+    samples = np.asarray(samples, dtype=float)
+    count = int(groups.max()) + 1
+    require_range("the number of groups", count, at_least=3)
+    for g in range(count):
+        for h in range(g + 1, count):
+            kept = (groups != g) & (groups != h)
+            training = samples[kept]
+            if mirrors is not None:
+                training = np.concatenate([training, np.asarray(mirrors, dtype=float)[kept]])
+            yield fit(training, n_components, divisor=divisor, scale_last=scale_last), g, h
+
+
+def truncated(model: LinearModel, n_components: int) -> LinearModel:
+    """The model with its first components alone."""
+    return replace(
+        model, components=model.components[:n_components], eigenvalues=model.eigenvalues[:n_components]
+    )
+
+
+def largest_coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
+    """Largest magnitude (N,) of the coefficients of samples (R, D), mm."""
+    return np.asarray(np.abs(coefficients(model, samples)).max(axis=0))
+
+
+def coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
+    """Coefficients (R, N) of samples (R, D) seen whole, mm."""
+    scaled = np.array(samples, dtype=float)
+    scaled[:, -1] *= model.last_scale
+    return (scaled - model.mean) @ model.components.T
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,12 @@ def circular_mean_deg(angles_deg: np.ndarray, axis: int) -> np.ndarray:
 
 def circular_sd_deg(angles_deg: np.ndarray, axis: int) -> np.ndarray:
     """Circular standard deviation sqrt(-2 ln |mean vector|), degrees; the ordinary one for small spreads."""
-    length = np.clip(np.abs(_mean_vector(angles_deg, axis)), np.finfo(float).tiny, 1.0)
-    return np.degrees(np.sqrt(-2.0 * np.log(length)))
+    return circular_sd_of_length_deg(np.abs(_mean_vector(angles_deg, axis)))
+
+
+def circular_sd_of_length_deg(length: np.ndarray) -> np.ndarray:
+    """Circular standard deviation in degrees of angles whose mean vector has this length, 0 to 1."""
+    return np.degrees(np.sqrt(-2.0 * np.log(np.clip(length, np.finfo(float).tiny, 1.0))))
 
 
 def _mean_vector(angles_deg: np.ndarray, axis: int) -> np.ndarray:

@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from pipeline.papers.claims import Claim, Interval, Kind, Measure, Quantity, placeholders
+from pipeline.papers.claims import LEAST_PEOPLE, Claim, Interval, Kind, Measure, Quantity, placeholders
 from pipeline.validation import InvalidInput, require_choice
 
 
@@ -223,7 +223,8 @@ def _number(value: Any, where: str) -> float:
 
 def _paper(key: str, entry: _Entry, all_claims: Mapping[str, Any]) -> Paper:
     equations = [_equation(key, item, entry.where) for item in entry.take("equations", list)]
-    claims = [_claim(key, name, all_claims, entry.where) for name in entry.mapping("claims")]
+    people = entry.take("people", int, LEAST_PEOPLE, needed=False)
+    claims = [_claim(key, name, all_claims, entry.where, people) for name in entry.mapping("claims")]
     quantities = [
         _quantity(key, name, body, entry.where) for name, body in entry.mapping("quantities").items()
     ]
@@ -268,7 +269,7 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     return equation
 
 
-def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str) -> Claim:
+def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str, people: int) -> Claim:
     entry = _Entry(f"{file}, {name}", _like(name, all_claims, f"{file}, {name}"))
     published = entry.take("published", (int, float, type(None)), needed=False)
     figure = entry.text("figure", needed=False)
@@ -283,6 +284,9 @@ def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str) -> Cla
     bounds.done()
     measure = entry.take("measure", dict, needed=judged)
     null = entry.take("null", (int, float, str, dict), needed=False)
+    no_null = ""
+    if isinstance(null, Mapping) and set(null) == {"none"}:
+        no_null, null = _joined(null["none"], f"{entry.where}, null"), None
     claim = Claim(
         name=name,
         paper=key,
@@ -295,11 +299,14 @@ def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str) -> Cla
         how=entry.text("how", needed=judged),
         measure=_measure(measure, figure, f"{entry.where}, measure") if measure else None,
         null=_null(null, figure, f"{entry.where}, null"),
+        no_null=no_null,
+        least_people=entry.take("people", int, people, needed=False),
         reproduced=_interval(reproduced, published, bounds.where) if reproduced else None,
         direction=_interval(direction, published, bounds.where) if direction else None,
         reason=reason,
         why={data: _joined(text, f"{entry.where}, why") for data, text in entry.mapping("why").items()},
         untestable=untestable,
+        history=entry.text("history", needed=False),
     )
     entry.done()
     if untestable and (figure or measure or reproduced):

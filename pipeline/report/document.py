@@ -269,7 +269,7 @@ def counts_by_kind(claims: Iterable[Mapping[str, Any]]) -> list[tuple[str, list[
 
 
 def _tally(verdicts: Iterable[str]) -> list[tuple[str, int]]:
-    known: dict[str, int] = {verdict: place for place, verdict in enumerate(papers.OUTCOMES)}
+    known = {outcome.value: place for place, outcome in enumerate(papers.Outcome)}
     return sorted(
         Counter(verdict.removesuffix(" on this data") for verdict in verdicts).items(),
         key=lambda item: (known.get(item[0], len(known)), item[0]),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.papers import OVERRIDDEN, Verdict
+from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
 from pipeline.storage import tables
@@ -16,7 +17,7 @@ from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.store import Store, packed
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
-from pipeline.studies.ledger import judge_figure, write_claims
+from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, write_claims
 
 PRIVATE_PATHS = ("mirror", "raw", "path")
 """Options of a data set that are folders of this machine."""
@@ -41,13 +42,18 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
     figure = experiment.figure
     started = time.perf_counter()
     with store.publish(folder) as publication:
-        made = figure.tables(inputs)
+        made = {**figure.tables(inputs), **populations.tables(experiment, store)}
         for name, table in made.items():
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(clips.value.report, clips.value.report_columns)
-        tables.write(publication.folder / "table_ingest.csv", report, sort_by=["source", "person", "clip"])
+        tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
         as_preset = folder.parent == Path(experiment.results) / experiment.data.name / experiment.scale.name
-        verdicts = judge_figure(experiment.name, made, experiment.data.name if as_preset else OVERRIDDEN)
+        verdicts = judge_figure(
+            experiment.name,
+            {**made, INGEST: report},
+            experiment.data.name if as_preset else OVERRIDDEN,
+            smoke=experiment.scale.name == SMOKE,
+        )
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         tabulated = time.perf_counter()

@@ -22,6 +22,7 @@ class Scale:
     tracked: int  # performances that are held out and tracked; 0: all
     particles: list[int]
     clips: int  # most clips of varied motion; 0: all
+    populations: int  # further synthetic populations for intervals; 0: none
     trials: int  # trials for every value of a sweep over limbs
 
 

@@ -10,19 +10,30 @@ import numpy as np
 import pandas as pd
 
 from pipeline import papers
+from pipeline.core import bootstrap
 from pipeline.storage import tables
 from pipeline.studies import measures
 from pipeline.studies.registry import MEASURES
+from pipeline.studies.replicated import Replicated, replicate
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
 ``zhang2007_fig5/table_walkers`` the ``table_walkers.csv`` beside it."""
 
+SMOKE = "smoke"
+"""Scale whose results decide nothing."""
+
 TIMING = "table_timing"
 """Table of times on the machine that made a figure; no claim uses it."""
 
 
-def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[papers.Verdict]:
+INGEST = "table_ingest"
+"""Table of the clips that a figure rests on, which counts its people."""
+
+
+def judge(
+    claims: Iterable[papers.Claim], made: Tables, data_name: str, *, smoke: bool = False
+) -> list[papers.Verdict]:
     """Return one verdict per claim, in the order of the claims.
 
     Parameters
@@ -32,6 +43,8 @@ def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[
         Tables of the figures that are made.
     data_name : str
         Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
+    smoke : bool
+        Whether the figures are made at small scale, which decides nothing.
 
     Raises
     ------
@@ -43,13 +56,68 @@ def judge(claims: Iterable[papers.Claim], made: Tables, data_name: str) -> list[
     for claim in claims:
         if missing := [name for name in claim.tables if name not in frames]:
             why = f"figure {missing[0]} is not made yet"
-            verdicts.append(papers.Verdict(claim, None, papers.UNTESTED, why))
+            verdicts.append(papers.Verdict(claim, papers.Outcome.UNTESTED, why))
         else:
-            ours = _number(claim, frames)
+            found = _evidence(claim, frames, interval=not smoke)
             verdicts.append(
-                papers.judge(claim, ours, data_name, lambda name: _number(papers.quantity(name), frames))
+                papers.judge(
+                    claim,
+                    found,
+                    data_name,
+                    lambda name: _number(papers.quantity(name), frames),
+                    smoke=smoke,
+                )
             )
     return verdicts
+
+
+def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
+    """Return the value and the null of a claim, with their intervals and that of the difference of the two."""
+    value = _number(claim, frames)
+    found = papers.Evidence(value=papers.Estimate(value), people=_people(claim, frames))
+    if not np.isfinite(value) or claim.measure is None or claim.kind is papers.Kind.CONDITION:
+        return found
+    drawn = replicate(claim.tables, frames) if interval else None
+    values = _replicates(claim.measure, drawn)
+    null: papers.Estimate | None = None
+    gap: papers.Estimate | None = None
+    if claim.null is not None:
+        nothing: float = np.nan
+        nulls: measures.Number = np.nan
+        if isinstance(claim.null, papers.Measure):
+            nothing = float(measures.evaluate(claim.null, MEASURES, frames))
+            nulls = _replicates(claim.null, drawn)
+        else:
+            nothing = nulls = claim.null
+        null = _estimate(nothing, nulls)
+        gap = _estimate(value - nothing, np.asarray(values) - np.asarray(nulls))
+    return papers.Evidence(value=_estimate(value, values), null=null, gap=gap, people=found.people)
+
+
+def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> measures.Number:
+    """Return a measure in all replicates (B,); NaN if there are none."""
+    if drawn is None:
+        return np.nan
+    size = next(len(table.weights) for table in drawn.values() if isinstance(table, Replicated))
+    return measures.evaluate(measure, MEASURES, drawn, size)
+
+
+def _estimate(value: float, replicates: measures.Number) -> papers.Estimate:
+    """Return a value with the interval of its replicates, widened to hold the value; without one if there is none."""
+    if np.ndim(replicates) == 0 or not np.isfinite(replicates).all():
+        return papers.Estimate(float(value))
+    low, high = bootstrap.percentile_interval(np.asarray(replicates))
+    return papers.Estimate(float(value), float(np.minimum(low, value)), float(np.maximum(high, value)))
+
+
+def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> int | None:
+    """Return how many people the figures of a claim rest on, the fewest; None if no table says it."""
+    counts: list[int] = []
+    for figure in {name.split("/")[0] for name in claim.tables}:
+        clips = frames.get(f"{figure}/{INGEST}")
+        if clips is not None and {"person", "verdict"} <= set(clips.columns):
+            counts.append(len(set(clips["person"][clips["verdict"] == "kept"].astype(str))))
+    return int(np.min(counts)) if counts else None
 
 
 def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
@@ -59,14 +127,16 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
 
 
 def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
-    return measures.evaluate(item.measure, MEASURES, frames) if item.measure else np.nan
+    return float(measures.evaluate(item.measure, MEASURES, frames)) if item.measure else np.nan
 
 
-def judge_figure(figure: str, made: Mapping[str, Any], data_name: str) -> list[papers.Verdict]:
+def judge_figure(
+    figure: str, made: Mapping[str, Any], data_name: str, *, smoke: bool = False
+) -> list[papers.Verdict]:
     """Return the verdicts on the claims that use one figure alone, from its tables by file name without suffix."""
     by_name = {_name(figure, name): table for name, table in made.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
-    return judge(alone, by_name, data_name)
+    return judge(alone, by_name, data_name, smoke=smoke)
 
 
 def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[papers.Verdict]:
@@ -77,7 +147,7 @@ def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[p
     InvalidInput
         If a table differs from what was published.
     """
-    return judge(_claims(figures), read_folder(folder, figures), data_name)
+    return judge(_claims(figures), read_folder(folder, figures), data_name, smoke=folder.name == SMOKE)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
@@ -112,21 +182,40 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 
 
 def write_claims(path: Path, verdicts: Sequence[papers.Verdict]) -> None:
-    """Write the verdicts as a table, one row per claim: the paper's number, ours, the verdict and why."""
-    tables.write(
-        path,
-        {
-            "claim": [v.claim.name for v in verdicts],
-            "paper": [v.claim.paper for v in verdicts],
-            "section": [v.claim.section for v in verdicts],
-            "kind": [str(v.claim.kind) for v in verdicts],
-            "figure": [v.claim.figure for v in verdicts],
-            "quote": [v.claim.quote for v in verdicts],
-            "published": [np.nan if v.claim.published is None else v.claim.published for v in verdicts],
-            "ours": [np.nan if v.ours is None else v.ours for v in verdicts],
-            "unit": [v.claim.unit for v in verdicts],
-            "verdict": [v.verdict for v in verdicts],
-            "why": [v.why for v in verdicts],
-        },
-        sort_by=["claim"],
-    )
+    """Write the verdicts as a table, one row per claim: the paper's number, ours, the null, the verdict and why."""
+    rows = [_row(verdict) for verdict in verdicts]
+    columns = list(_row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, "")))
+    tables.write(path, {name: _column([row[name] for row in rows]) for name in columns}, sort_by=["claim"])
+
+
+def _row(verdict: papers.Verdict) -> dict[str, Any]:
+    claim, found = verdict.claim, verdict.evidence
+    value = found.value if found else papers.Estimate(np.nan)
+    null = (found.null if found else None) or papers.Estimate(np.nan)
+    return {
+        "claim": claim.name,
+        "paper": claim.paper,
+        "section": claim.section,
+        "kind": str(claim.kind),
+        "figure": claim.figure,
+        "quote": claim.quote,
+        "published": np.nan if claim.published is None else claim.published,
+        "unit": claim.unit,
+        "measure": str(claim.measure or ""),
+        "value": value.value,
+        "value_low": value.low,
+        "value_high": value.high,
+        "null_measure": claim.no_null or ("" if claim.null is None else str(claim.null)),
+        "null": null.value,
+        "null_low": null.low,
+        "null_high": null.high,
+        "bounds": str(claim.reproduced or ""),
+        "verdict": str(verdict.outcome),
+        "why": verdict.why,
+        "n_people": np.nan if found is None or found.people is None else float(found.people),
+        "history": claim.history,
+    }
+
+
+def _column(entries: Sequence[Any]) -> np.ndarray:
+    return np.array(entries, dtype=str if entries and isinstance(entries[0], str) else float)

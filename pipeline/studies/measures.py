@@ -1,8 +1,17 @@
 """Measures: named functions of published tables, used by the papers' claims, explanations and the README.
 
-A measure takes tables (`pandas.DataFrame`), texts and numbers, and returns one float.  It returns NaN if there are no
-rows or a value is not finite: rows are never dropped to make a mean.  Rows are selected by an expression over the
-columns, ``where: camera == 'still' and reconstructibility > 1``.
+A measure takes tables, texts and numbers, and returns a number.  It returns NaN if there are no rows or a value is not
+finite: rows are never dropped to make a mean.  Rows are selected by an expression over the columns,
+``where: camera == 'still' and reconstructibility > 1``.
+
+In replicates (people drawn again, or several populations) the annotation of its result says how it is computed:
+
+`Number`
+    all replicates at once: tables may be `Replicated`, numbers may be arrays (B,);
+``float``
+    one replicate after the other, each from a plain table: right for any measure, some milliseconds to a replicate;
+`Count`
+    once, from the published table: a count of what was done, which no replicate changes.
 
 Measures that only one study uses are in its own `measures` module.
 """
@@ -10,7 +19,8 @@ Measures that only one study uses are in its own `measures` module.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from inspect import getmembers, isfunction, signature
 from types import ModuleType
 from typing import Any, NewType, TypeAlias, get_type_hints
@@ -18,16 +28,24 @@ from typing import Any, NewType, TypeAlias, get_type_hints
 import numpy as np
 import pandas as pd
 
+from pipeline.core import bootstrap
 from pipeline.papers import Measure
+from pipeline.studies.replicated import Replicated
 from pipeline.validation import InvalidInput
 
 Table: TypeAlias = pd.DataFrame
-"""A table, with its name in ``attrs["name"]`` for messages."""
+"""A table, with its name in ``attrs["name"]`` for messages; in replicates a `Replicated`."""
+
+Number: TypeAlias = float | np.ndarray
+"""A number, or an array (B,) of its replicates."""
+
+Count = NewType("Count", float)
+"""A number that replicates do not change."""
 
 Expression = NewType("Expression", str)
 """Condition on the columns that selects rows; empty for all rows."""
 
-Registry = Mapping[str, Callable[..., float]]
+Registry = Mapping[str, Callable[..., Number]]
 """Measures by name."""
 
 _ALLOWED = (
@@ -119,36 +137,102 @@ def _whole(found: np.ndarray) -> bool:
     return bool(found.size and np.isfinite(found).all())
 
 
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a table where an expression holds, in B replicates (one, if the table is a plain one).
+
+    Attributes
+    ----------
+    frame : DataFrame
+    cluster : (n,) int
+    weights : (B, C)
+    plain : bool
+        Whether the table is a plain one: results are then floats.
+    """
+
+    frame: pd.DataFrame
+    cluster: np.ndarray
+    weights: np.ndarray
+    plain: bool
+
+    def number(self, result: np.ndarray) -> Number:
+        """Return a result (B,), as a float if the table is a plain one."""
+        return float(result[0]) if self.plain else result
+
+    @property
+    def no_number(self) -> Number:
+        """NaN for every replicate."""
+        return self.number(np.full(len(self.weights), np.nan))
+
+    def mean(self, found: np.ndarray) -> np.ndarray:
+        """Mean (B, …) of values (n, …)."""
+        return bootstrap.weighted_means(found, self.cluster, self.weights)
+
+    def median(self, found: np.ndarray) -> np.ndarray:
+        """Median (B,) of values (n,)."""
+        return bootstrap.weighted_medians(found, self.cluster, self.weights)
+
+    def largest(self, found: np.ndarray) -> np.ndarray:
+        """Largest (B,) of values (n,)."""
+        top = np.full(self.weights.shape[1], -np.inf)
+        np.maximum.at(top, self.cluster, found)
+        result = np.where(self.weights > 0, top, -np.inf).max(axis=1)
+        return np.where(np.isfinite(result), result, np.nan)
+
+    def group_means(self, found: np.ndarray, group: np.ndarray, groups: int) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of values (n,) in each group (n,) int, and how many rows it has, (B, groups) each."""
+        size = self.weights.shape[1]
+        total, count = np.zeros((size, groups)), np.zeros((size, groups))
+        np.add.at(total, (self.cluster, group), found)
+        np.add.at(count, (self.cluster, group), 1.0)
+        rows = self.weights @ count
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.weights @ total / rows, rows
+
+
+def rows_of(table: Table | Replicated, where: str = "") -> Rows:
+    """Return the rows of a table, plain or in replicates, where an expression holds."""
+    if isinstance(table, Replicated):
+        kept = holds(table.frame, where)
+        return Rows(table.frame[kept], table.cluster[kept], table.weights, plain=False)
+    frame = table[holds(table, where)]
+    return Rows(frame, np.zeros(len(frame), dtype=int), np.ones((1, 1), dtype=int), plain=True)
+
+
 # --- one column -------------------------------------------------------------------------------------------
 
 
-def mean(table: Table, column: str, where: Expression = Expression("")) -> float:
+def mean(table: Table, column: str, where: Expression = Expression("")) -> Number:
     """Mean of a column."""
-    found = values(table, column, where)
-    return float(found.mean()) if _whole(found) else np.nan
+    rows = rows_of(table, where)
+    found = values(rows.frame, column)
+    return rows.number(rows.mean(found)) if _whole(found) else rows.no_number
 
 
-def mean_percent(table: Table, column: str, where: Expression = Expression("")) -> float:
+def mean_percent(table: Table, column: str, where: Expression = Expression("")) -> Number:
     """Mean of a fraction, in per cent."""
     return 100.0 * mean(table, column, where)
 
 
-def median(table: Table, column: str, where: Expression = Expression("")) -> float:
+def median(table: Table, column: str, where: Expression = Expression("")) -> Number:
     """Median of a column."""
-    found = values(table, column, where)
-    return float(np.median(found)) if _whole(found) else np.nan
+    rows = rows_of(table, where)
+    found = values(rows.frame, column)
+    return rows.number(rows.median(found)) if _whole(found) else rows.no_number
 
 
-def largest(table: Table, column: str, where: Expression = Expression("")) -> float:
+def largest(table: Table, column: str, where: Expression = Expression("")) -> Number:
     """Largest entry of a column."""
-    found = values(table, column, where)
-    return float(found.max()) if _whole(found) else np.nan
+    rows = rows_of(table, where)
+    found = values(rows.frame, column)
+    return rows.number(rows.largest(found)) if _whole(found) else rows.no_number
 
 
-def smallest(table: Table, column: str, where: Expression = Expression("")) -> float:
+def smallest(table: Table, column: str, where: Expression = Expression("")) -> Number:
     """Smallest entry of a column."""
-    found = values(table, column, where)
-    return float(found.min()) if _whole(found) else np.nan
+    rows = rows_of(table, where)
+    found = values(rows.frame, column)
+    return rows.number(-rows.largest(-found)) if _whole(found) else rows.no_number
 
 
 def only(table: Table, column: str, where: Expression = Expression("")) -> float:
@@ -157,112 +241,140 @@ def only(table: Table, column: str, where: Expression = Expression("")) -> float
     return float(found[0]) if found.size == 1 else np.nan
 
 
-def at_smallest(table: Table, column: str, of: str) -> float:
-    """The entry of a column on the row where another is smallest; the first on ties."""
-    found = values(table, of)
-    return float(values(table, column)[np.argmin(found)]) if _whole(found) else np.nan
+def at_smallest(table: Table, column: str, of: str) -> Number:
+    """The value of a column at which the mean of another is smallest; the first in the table on ties."""
+    rows = rows_of(table)
+    found, at = values(rows.frame, of), values(rows.frame, column)
+    if not (_whole(found) and _whole(at)):
+        return rows.no_number
+    places, first, group = np.unique(at, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    curve = rows.group_means(found, group, len(places))[0][:, order]
+    chosen = np.where(np.isnan(curve), np.inf, curve).argmin(axis=1)
+    return rows.number(places[order][chosen])
 
 
-def mean_step(table: Table, column: str) -> float:
+def mean_step(table: Table, column: str) -> Count:
     """Range of a column over the number of steps between its different values."""
     found = np.unique(values(table, column))
-    return float(np.ptp(found) / (found.size - 1.0)) if found.size > 1 else np.nan
+    return Count(float(np.ptp(found) / (found.size - 1.0)) if found.size > 1 else np.nan)
 
 
 def variation_percent(table: Table, column: str) -> float:
     """Standard deviation of a column (divisor n - 1) in per cent of its mean."""
     found = values(table, column)
-    return ratio_percent(float(found.std(ddof=1)), float(found.mean())) if found.size > 1 else np.nan
+    return float(ratio_percent(found.std(ddof=1), found.mean())) if found.size > 1 else np.nan
 
 
-def distinct(table: Table, columns: list[str]) -> float:
+def distinct(table: Table, columns: list[str]) -> Count:
     """Number of different combinations of entries of columns."""
     require_columns(table, *columns)
-    return float(len(table[list(columns)].drop_duplicates()))
+    return Count(float(len(table[list(columns)].drop_duplicates())))
 
 
 # --- rows -------------------------------------------------------------------------------------------------
 
 
-def percent(table: Table, of: Expression, where: Expression = Expression("")) -> float:
+def percent(table: Table, of: Expression, where: Expression = Expression("")) -> Number:
     """Rows for which an expression holds, in per cent of those chosen; NaN if one of them lacks a number."""
-    rows = holds(table, where)
-    held = holds(table, of)
-    lacking = table[columns_of(of)].isna().any(axis="columns").to_numpy()
-    return 100.0 * float(held[rows].mean()) if rows.any() and not lacking[rows].any() else np.nan
+    rows = rows_of(table, where)
+    held = holds(rows.frame, of)
+    if not len(rows.frame) or rows.frame[columns_of(of)].isna().any(axis=None):
+        return rows.no_number
+    return rows.number(100.0 * rows.mean(held.astype(float)))
 
 
-def percent_below(table: Table, column: str, by: str, of: str, than: str) -> float:
-    """Groups of rows for which one method's entry is below another's, in per cent of all.
+def percent_below(table: Table, column: str, by: str, of: str, than: str) -> Number:
+    """Groups of rows for which one method's mean entry is below another's, in per cent of all.
 
-    NaN if a group lacks either method, has one twice, or an entry is not finite.
+    NaN if a group lacks either method, has one twice for the same person, or an entry is not finite.
     """
-    require_columns(table, column, by, "method")
-    rows = table.assign(_value=values(table, column))[table["method"].isin([of, than])]
-    if rows.empty or rows.duplicated([by, "method"]).any():
-        return np.nan
-    wide = rows.pivot(index=by, columns="method", values="_value").reindex(columns=[of, than])
-    return 100.0 * float((wide[of] < wide[than]).mean()) if _whole(wide.to_numpy()) else np.nan
+    rows = rows_of(table)
+    require_columns(rows.frame, column, by, "method")
+    chosen = rows.frame["method"].isin([of, than]).to_numpy()
+    frame, cluster = rows.frame[chosen], rows.cluster[chosen]
+    found = values(frame, column)
+    own = [name for name in ("walker", "person", "population") if name in frame.columns]
+    labels, group = np.unique(frame[by].astype(str).to_numpy(), return_inverse=True)
+    one = (frame["method"] == of).to_numpy()
+    there = [np.bincount(group[mine], minlength=len(labels)) > 0 for mine in (one, ~one)]
+    if not _whole(found) or frame.duplicated([by, "method", *own]).any() or not np.all(there):
+        return rows.no_number
+    means = []
+    for mine in (one, ~one):
+        part = Rows(frame[mine], cluster[mine], rows.weights, rows.plain)
+        mean_of_part, times = part.group_means(found[mine], group[mine], len(labels))
+        means.append(mean_of_part)
+    with np.errstate(invalid="ignore"):
+        below = np.where(times > 0, means[0] < means[1], 0.0)
+        return rows.number(100.0 * (times * below).sum(axis=1) / times.sum(axis=1))
 
 
 # --- numbers ----------------------------------------------------------------------------------------------
 
 
-def ratio(of: float, to: float) -> float:
+def ratio(of: Number, to: Number) -> Number:
     """Quotient; NaN if the divisor is zero."""
-    return of / to if to else np.nan
+    to = np.asarray(to, dtype=float)
+    return _number(of / np.where(to == 0, np.nan, to))
 
 
-def ratio_percent(of: float, to: float) -> float:
+def ratio_percent(of: Number, to: Number) -> Number:
     """Quotient in per cent."""
     return 100.0 * ratio(of, to)
 
 
-def percent_less(of: float, than: float) -> float:
+def percent_less(of: Number, than: Number) -> Number:
     """By how many per cent of the second number the first is smaller; negative if it is not."""
     return 100.0 * (1.0 - ratio(of, than))
 
 
-def difference(of: float, less: float) -> float:
+def difference(of: Number, less: Number) -> Number:
     """The first number less the second."""
-    return of - less
+    return _number(np.subtract(of, less))
 
 
-def scaled(of: float, by: float) -> float:
+def scaled(of: Number, by: Number) -> Number:
     """Product of a number and a factor."""
-    return by * of
+    return _number(np.multiply(of, by))
 
 
-def total(of: list[float]) -> float:
+def total(of: list[Number]) -> Number:
     """Sum of numbers."""
-    return float(np.sum(of))
+    return _number(np.sum(np.broadcast_arrays(*of), axis=0))
 
 
-def larger(of: list[float]) -> float:
+def larger(of: list[Number]) -> Number:
     """The largest of numbers; NaN if one is."""
-    return float(np.max(of))
+    return _number(np.max(np.broadcast_arrays(*of), axis=0))
 
 
-def smaller(of: list[float]) -> float:
+def smaller(of: list[Number]) -> Number:
     """The smallest of numbers; NaN if one is."""
-    return float(np.min(of))
+    return _number(np.min(np.broadcast_arrays(*of), axis=0))
+
+
+def _number(result: np.ndarray) -> Number:
+    return float(result) if np.ndim(result) == 0 else np.asarray(result)
 
 
 # --- by name ----------------------------------------------------------------------------------------------
 
 
 def registry(*modules: ModuleType) -> Registry:
-    """Return the measures of modules, by name: their public functions that return a float.
+    """Return the measures of modules, by name: their public functions that return a number.
 
     Raises
     ------
     InvalidInput
         If two have the same name.
     """
-    found: dict[str, Callable[..., float]] = {}
+    found: dict[str, Callable[..., Number]] = {}
     for module in modules:
         for name, function in getmembers(module, isfunction):
-            if function.__module__ != module.__name__ or get_type_hints(function).get("return") is not float:
+            if function.__module__ != module.__name__ or name.startswith("_"):
+                continue
+            if get_type_hints(function).get("return") not in (float, Number, Count):
                 continue
             if name in found:
                 raise InvalidInput(f"two measures are called {name!r}", where=module.__name__)
@@ -302,17 +414,28 @@ def check(measure: Measure, registry: Registry, where: str) -> None:
 
 
 def _fits(value: object, wanted: Any) -> bool:
-    if wanted is float:
+    if wanted in (float, Number):
         return isinstance(value, int | float | Measure) and not isinstance(value, bool)
-    if wanted == list[float]:
+    if wanted in (list[float], list[Number]):
         return isinstance(value, tuple) and all(_fits(item, float) for item in value)
     if wanted == list[str]:
         return isinstance(value, tuple) and all(isinstance(item, str) for item in value)
     return isinstance(value, str if wanted in (str, Table, Expression) else wanted)
 
 
-def evaluate(measure: Measure, registry: Registry, tables: Mapping[str, Table]) -> float:
+def evaluate(
+    measure: Measure, registry: Registry, tables: Mapping[str, Table | Replicated], replicates: int = 0
+) -> Number:
     """Return the value of a measure, NaN if one of its tables is missing.
+
+    Parameters
+    ----------
+    measure : Measure
+    registry : Registry
+    tables : mapping
+        Plain tables, or some of them in replicates.
+    replicates : int
+        B; 0 if the tables are plain.
 
     Raises
     ------
@@ -326,10 +449,41 @@ def evaluate(measure: Measure, registry: Registry, tables: Mapping[str, Table]) 
 
     def given(value: object, wanted: Any) -> Any:
         if isinstance(value, Measure):
-            return evaluate(value, registry, tables)
+            return evaluate(value, registry, tables, replicates)
         if isinstance(value, tuple):
             return [given(item, None) for item in value]
         return tables[str(value)] if wanted is Table else value
 
+    arguments = {name: given(value, types[name]) for name, value in measure.arguments.items()}
     with np.errstate(all="ignore"):
-        return float(function(**{name: given(v, types[name]) for name, v in measure.arguments.items()}))
+        if types["return"] == Number or not replicates:
+            return _number(np.asarray(function(**arguments), dtype=float))
+        if types["return"] is Count:
+            return float(function(**{name: _published(value) for name, value in arguments.items()}))
+        if not any(isinstance(item, Replicated | np.ndarray) for item in _flat(arguments.values())):
+            return float(function(**arguments))
+        return np.array(
+            [
+                function(**{name: _drawn(value, b) for name, value in arguments.items()})
+                for b in range(replicates)
+            ],
+            dtype=float,
+        )
+
+
+def _flat(arguments: Iterable[Any]) -> Iterator[Any]:
+    for value in arguments:
+        yield from value if isinstance(value, list) else [value]
+
+
+def _published(value: Any) -> Any:
+    return value.published if isinstance(value, Replicated) else value
+
+
+def _drawn(value: Any, replicate: int) -> Any:
+    """Return one replicate of an argument."""
+    if isinstance(value, list):
+        return [_drawn(item, replicate) for item in value]
+    if isinstance(value, Replicated):
+        return value.drawn(replicate)
+    return float(value[replicate]) if isinstance(value, np.ndarray) else value

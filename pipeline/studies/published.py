@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from pipeline import papers
-from pipeline.papers import OUTCOMES, UNTESTED, placeholders
+from pipeline.papers import Kind, Outcome, placeholders
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies.ledger import judge, numbers_of, read_folder
@@ -70,15 +70,17 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
 def verdict_counts(
     by_name: Mapping[str, Any], data_name: str, layout: Mapping[str, Any]
 ) -> list[tuple[str, str, float, str]]:
-    """Return figure, name, value and unit of the rows that count verdicts, for papers with figures here."""
+    """Return figure, name, value and unit of the rows that count verdicts by kind, for papers with figures here."""
     counted = []
     for keys in _judged_together(layout):
         claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
-        found = [verdict.verdict for verdict in judge(claims, by_name, data_name)]
-        if set(found) != {UNTESTED}:
+        verdicts = judge(claims, by_name, data_name)
+        if {verdict.outcome for verdict in verdicts} != {Outcome.UNTESTED}:
+            counts = papers.count(verdicts)
             counted += [
-                ("", _count_name(keys, outcome), float(found.count(outcome)), "claims")
-                for outcome in OUTCOMES
+                ("", _count_name(keys, kind, outcome), float(counts.get(kind, {}).get(outcome, 0)), "claims")
+                for kind in Kind
+                for outcome in kind.outcomes
             ]
     return counted
 
@@ -109,7 +111,8 @@ def _rendered(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]
     lines.append(["---"] * len(lines[0]))
     for row in table["rows"]:
         if "verdicts" in row:
-            counts = [_count_name(row["verdicts"], outcome) for outcome in OUTCOMES]
+            kind = Kind(row["kind"])
+            counts = [_count_name(row["verdicts"], kind, outcome) for outcome in kind.outcomes]
             templates = [", ".join(f"{{{name}:.0f}}" for name in counts)]
         else:
             templates = _templates(row)
@@ -144,8 +147,8 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
     return dict.fromkeys(tuple(row["verdicts"]) for row in rows if "verdicts" in row)
 
 
-def _count_name(keys: Iterable[str], outcome: str) -> str:
-    return f"{' and '.join(keys)}, {outcome}"
+def _count_name(keys: Iterable[str], kind: Kind, outcome: Outcome) -> str:
+    return f"{' and '.join(keys)}, {kind}s, {outcome}"
 
 
 def insert(text: str, made: Mapping[str, str]) -> str:

@@ -94,6 +94,14 @@ class Dataset(ABC):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
+    def shared(self) -> Dataset:
+        """Return the options whose samples serve these, for populations that several figures share."""
+        return self
+
+    def of_shared(self, samples: Any) -> Any:
+        """Return the samples of these options, from those of the shared ones."""
+        return samples
+
     @abstractmethod
     def build(self, clips: Any, *, workers: int) -> Any:
         """Return the samples: a frozen dataclass with `clip`, `source` and `words` among its fields."""
@@ -159,6 +167,10 @@ class Sweep(ABC):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
+    def coarser(self) -> Sweep:
+        """Return the sweep that further populations go through: the same, or with fewer values."""
+        return self
+
     @abstractmethod
     def measure(self, inputs: SweepInputs) -> Any:
         """Return the measurements: a frozen dataclass."""
@@ -189,6 +201,8 @@ class Figure(ABC):
     """Class of the model that it shows."""
     sweep: ClassVar[Any] = Sweep
     """Class of the sweep that it shows."""
+    over_people: ClassVar[tuple[str, ...]] = ()
+    """Tables that are made again of every further population."""
     sequence: ClassVar[str] = ""
     """Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none."""
 

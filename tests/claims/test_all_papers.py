@@ -19,7 +19,7 @@ FEW_ENOUGH = {
 def test_no_claim_about_the_papers_figures_lacks_its_table(paper: str, synthetic_tables: Tables) -> None:
     claims = [c for c in papers.PAPERS[paper].claims if not c.untestable and c.name not in FEW_ENOUGH]
     verdicts = judge(claims, synthetic_tables, "synthetic")
-    assert [f"{v.claim.name}: {v.why}" for v in verdicts if v.ours is None] == []
+    assert [f"{v.claim.name}: {v.why}" for v in verdicts if v.value is None] == []
 
 
 @pytest.mark.parametrize("paper", papers.PAPERS)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from pipeline.clips.options import FolderData, Locomotion, Skeleton, Steady, SyntheticData
+from pipeline.clips.options import FolderData, Heading, Locomotion, Skeleton, Steady, SyntheticData
 from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, synthetic_walks
-from pipeline.core import fourier
+from pipeline.core import fourier, walking
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
@@ -22,8 +23,8 @@ def assert_consistent(walks: Walks) -> None:
     for number in range(len(walks)):
         motion, rate = walks.motion(number), float(walks.frame_rate_hz[number])
         series = fourier.represent(motion, rate)
-        assert series.frequency_hz == walks.frequency_hz[number]
-        assert series.residual_fraction == walks.residual_share[number]
+        assert series.frequency_hz == pytest.approx(walks.frequency_hz[number], rel=1e-4)
+        assert series.residual_fraction == pytest.approx(walks.residual_share[number], rel=1e-3)
     assert len(walks.positions) == walks.first[-1]
 
 
@@ -57,3 +58,32 @@ def test_a_recording_is_kept_or_refused_with_its_reason(tmp_path: Path) -> None:
     assert set(reasons) == {"p3_1.trc", "p4_1.trc"}
     assert all(reasons.values())
     assert str(tmp_path) not in str(walks.report)
+
+
+def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path) -> None:
+    people = walking_population(
+        np.random.default_rng(2), male=2, female=1, duration_s=5.0, frame_rate_hz=60.0
+    )
+    for name, motion in zip(("a_1", "b_1", "c_1"), people.positions_mm, strict=True):
+        trc.write(tmp_path / f"{name}.trc", WALKER15.joints, motion, 60.0)
+    text = (tmp_path / "a_1.trc").read_text(encoding="utf-8")
+    (tmp_path / "d_1.trc").write_text(text.replace("a_1", "d_1") + "\n", encoding="utf-8")  # other bytes
+    (tmp_path / "b_2.trc").write_bytes((tmp_path / "b_1.trc").read_bytes())  # the same person's
+    data = FolderData(name="folder", path=str(tmp_path), steady=Steady(locomotion=Locomotion.treadmill))
+    walks = data.request(WALKS, Skeleton(), 1, 1).make()
+    assert list(walks.person) == ["b", "b", "c"]
+    reasons = {row["clip"]: row["reason"] for row in walks.report if row["verdict"] == "refused"}
+    assert set(reasons) == {"a_1.trc", "d_1.trc"}
+    assert "a_1.trc of a: the same points as d_1.trc, which bears the name of d" in reasons["a_1.trc"]
+    assert "the same points as a_1.trc, which bears the name of a" in reasons["d_1.trc"]
+
+
+def test_walks_head_where_their_steps_go_or_where_their_path_does() -> None:
+    headings = {}
+    for heading in Heading:
+        walks = synthetic_walks(SyntheticData(name="s", walkers=3, duration_s=5.0, heading=heading), 11, 1)
+        headings[heading] = [
+            walking.step_heading(fourier.represent(walks.motion(n), 120.0).coefficients) for n in range(3)
+        ]
+    np.testing.assert_allclose(headings[Heading.steps], 0.0, atol=1e-6)
+    assert 0.0 < np.abs(headings[Heading.path]).max() < np.radians(5.0)

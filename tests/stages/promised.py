@@ -15,32 +15,57 @@ WALKERS = 12
 # --- zhang2004, zhang2007 -----------------------------------------------------------------------------------
 
 SPECTRUM = {
-    "table_harmonics": ["walker", "harmonic", "variance_fraction", "residual_fraction", "frequency_hz"],
-}
+    "table_harmonics": [
+        "person", "walker", "harmonic", "variance_fraction", "residual_fraction", "frequency_hz",
+    ],
+}  # fmt: skip
+SUMMARY = ["mean_mm2", "mean_mm2_low", "mean_mm2_high", "median_mm2", "worst_mm2"]
 VIEW_ERRORS = {
-    "table_walkers": ["walker", "method", "absolute_error_mm2", "relative_error"],
+    "table_walkers": [
+        "person", "walker", "method", "absolute_error_mm2", "relative_error",
+    ],
+    "table_coefficients": [
+        "person", "walker", "method", "coefficients_beyond", "own_coefficients_beyond", "views_far_beyond",
+        "own_far_beyond",
+    ],
+    "table_people": [
+        "person", "walker", "method", "view_angle_deg", "absolute_error_mm2", "rms_error_mm", "relative_error",
+        "missing_variance_mm2", "absolute_error_mm2_sides_at_random", "missing_variance_mm2_sides_at_random",
+    ],
+    "table_summary": ["method", *SUMMARY],
+    "table_joints": [
+        "method", "joint", "absolute_error_mm2", "absolute_error_mm2_low", "absolute_error_mm2_high",
+        "absolute_error_median_mm2", "absolute_error_worst_mm2",
+    ],
 }  # fmt: skip
 VIEW_ANGLES = {
+    "table_people": ["person", "walker", "method", "view_angle_deg", "error_deg", "failed"],
     "table_walkers": [
-        "walker", "method", "mean_error_deg", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
-        "failures", "runner_up_cost_ratio_min", "not_converged",
+        "person", "walker", "method", "mean_error_deg", "absolute_angle_error_median_deg",
+        "absolute_angle_error_max_deg", "failures", "runner_up_cost_ratio_min", "not_converged",
     ],
 }  # fmt: skip
 PROMISED: dict[str, dict[str, list[str]]] = {
     "zhang2004_fig2": SPECTRUM,
     "zhang2004_fig3": {
-        "table_demonstrations": ["walker", "view_angle_deg", "rms_error_least_squares_mm"],
+        "table_demonstrations": [
+            "person", "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_average_walker_mm",
+            "rms_least_squares_from_average_walker_mm",
+        ],
     },
     "zhang2004_fig4": VIEW_ERRORS,
     "zhang2004_fig5": VIEW_ANGLES,
     "zhang2007_fig2": SPECTRUM,
     "zhang2007_fig3": {
         "table_views": ["view_angle_deg", "sigma2_mm2", "absolute_error_mm2"],
-        "table_nested": ["walker", "sigma2_mm2", "absolute_error_mm2"],
+        "table_people": ["person", "walker", "sigma2_mm2", "absolute_error_mm2"],
+        "table_nested": ["person", "walker", "sigma2_mm2", "absolute_error_mm2"],
     },
     "zhang2007_fig4": {
         "table_demonstrations": [
-            "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_map_mm", "rms_between_methods_mm",
+            "person", "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_map_mm",
+            "rms_between_methods_mm", "rms_error_average_walker_mm", "rms_least_squares_from_average_walker_mm",
+            "rms_map_from_average_walker_mm",
         ],
     },
     "zhang2007_fig5": VIEW_ERRORS,

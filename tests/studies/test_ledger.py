@@ -5,12 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pipeline import papers
+from pipeline.papers import Measure
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
-from pipeline.studies.ledger import judge_figure, judge_folder, write_claims
+from pipeline.studies import measures
+from pipeline.studies.ledger import judge, judge_figure, judge_folder, write_claims
+from pipeline.studies.registry import MEASURES
+from pipeline.studies.replicated import Replicated, replicate
 from pipeline.validation import InvalidInput
 
 SPECTRUM = {
@@ -37,9 +42,9 @@ def by_name(verdicts: list[papers.Verdict]) -> dict[str, papers.Verdict]:
 def test_a_figure_is_judged_on_its_own_tables() -> None:
     found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
     thirty = found["zhang2007_thirty_components"]
-    assert thirty.ours == pytest.approx(95.5)
-    assert thirty.verdict == "reproduced"
-    assert found["zhang2007_fundamental_share"].ours == pytest.approx(91.9)
+    assert thirty.value == pytest.approx(95.5)
+    assert thirty.outcome == "undecided", "no interval is known of two walkers' spectrum"
+    assert found["zhang2007_fundamental_share"].value == pytest.approx(91.9)
 
 
 def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
@@ -51,14 +56,28 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
     found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig2", "zhang2007_fig5"]))
     for name, verdict in alone.items():
-        assert found[name].verdict == verdict.verdict
-    assert found["zhang2007_map_thirty_percent"].verdict == "cannot be tested on this data"
+        assert found[name].outcome == verdict.outcome
+    assert found["zhang2007_map_thirty_percent"].outcome == "cannot be tested on this data"
 
     write_claims(tmp_path / "claims.csv", list(found.values()))
     written = tables.read(tmp_path / "claims.csv")
     row = written["claim"].tolist().index("zhang2007_thirty_components")
     assert written["published"][row] == 95.5
-    assert written["verdict"][row] == "reproduced"
+    assert written["verdict"][row] == "undecided"
+    assert written["value"][row] == pytest.approx(95.5)
+    assert written["null"][row] == 38.0
+    expected = {
+        "kind",
+        "measure",
+        "value_low",
+        "value_high",
+        "null_low",
+        "null_high",
+        "bounds",
+        "n_people",
+        "history",
+    }
+    assert expected <= set(written)
 
 
 def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path) -> None:
@@ -96,7 +115,138 @@ def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
         write_manifest(folder, {})
         verdicts.append(judge_figure("mozerov2006_fig3", made, "synthetic"))
         verdicts.append(judge_folder(folder.parent, "synthetic", ["mozerov2006_fig3"]))
-    told = [{name: v.verdict for name, v in by_name(found).items()} for found in verdicts]
+    told = [{name: v.outcome for name, v in by_name(found).items()} for found in verdicts]
     assert told[0] == told[2]
     assert told[1] == told[3]
     assert "reproduced" not in {*told[0].values(), *told[1].values()}
+
+
+# --- intervals and nulls ----------------------------------------------------------------------------------
+
+LS, MAP, NOTHING, ONE = "least_squares", "map", "average_walker", "map_1"
+
+
+def errors_of(people: int, gains: np.ndarray, nothing: float) -> dict[str, dict[str, np.ndarray]]:
+    """Figure 5 of people whose MAP error is below that of least squares by these shares, and its nulls by another."""
+    level = np.linspace(80.0, 120.0, people)
+    of = {LS: level, MAP: level * (1 - gains), NOTHING: level * (1 - nothing), ONE: level}
+    names = np.array([f"p{n:02d}" for n in range(people)])
+    rows = {
+        "person": np.tile(names, 4),
+        "method": np.repeat(list(of), people),
+        "view_angle_deg": np.zeros(4 * people),
+        "absolute_error_mm2": np.concatenate(list(of.values())),
+    }
+    table = {
+        "method": np.array(list(of)),
+        "view_angle_deg": np.zeros(4),
+        "absolute_error_mm2": np.array([errors.mean() for errors in of.values()]),
+    }
+    ingest = {"person": names, "verdict": np.full(people, "kept")}
+    return {"table": table, "table_people": rows, "table_ingest": ingest}
+
+
+def thirty_percent(tables: dict[str, dict[str, np.ndarray]], *, smoke: bool = False) -> papers.Verdict:
+    name = "zhang2007_map_thirty_percent"
+    made = {
+        f"zhang2007_fig5/{table}" if table != "table" else "zhang2007_fig5": t for table, t in tables.items()
+    }
+    (verdict,) = judge([papers.claim(name)], made, "synthetic", smoke=smoke)
+    return verdict
+
+
+def test_a_gain_that_all_people_share_is_reproduced() -> None:
+    gains = 0.3 + 0.05 * np.sin(np.arange(20))
+    verdict = thirty_percent(errors_of(20, gains, -0.2))
+    assert verdict.outcome == "reproduced"
+    assert verdict.evidence is not None
+    value, null = verdict.evidence.value, verdict.evidence.null
+    assert null is not None
+    assert 20 < value.low < value.value < value.high < 40
+    assert null.value == pytest.approx(0.0), "one eigenwalker is the better of the two nulls"
+    assert verdict.evidence.people == 20
+    assert verdict.evidence.value.value == pytest.approx(value.value)
+
+
+def test_planted_cases_are_not_reproduced() -> None:
+    gains = 0.3 + 0.05 * np.sin(np.arange(20))
+    assert thirty_percent(errors_of(20, gains, 0.3)).outcome == "holds, also of the null"
+    assert thirty_percent(errors_of(20, gains + 0.1, -0.2)).outcome == "undecided", "40 is the edge"
+    assert thirty_percent(errors_of(9, gains[:9], -0.2)).outcome == "cannot be tested on this data"
+    assert thirty_percent(errors_of(20, gains, -0.2), smoke=True).outcome == "not judged at smoke scale"
+    assert thirty_percent(errors_of(20, gains + 0.4, -0.2)).outcome == "direction only"
+    assert thirty_percent(errors_of(20, -gains, -0.9)).outcome == "differs"
+    one = errors_of(20, gains, -0.2)
+    one["table_people"]["person"] = np.full(80, "p00")
+    assert thirty_percent(one).outcome == "undecided", "clips are not people"
+
+
+def test_populations_take_the_place_of_people() -> None:
+    gains = 0.3 + 0.05 * np.sin(np.arange(20))
+    tables = errors_of(20, gains, -0.2)
+    each = [errors_of(20, gains + shift, -0.2)["table"] for shift in (-0.25, 0.0, 0.1, 0.25)]
+    tables["table_populations"] = {
+        "population": np.repeat([1, 2, 3, 4], 4),
+        **{name: np.concatenate([table[name] for table in each]) for name in each[0]},
+    }
+    verdict = thirty_percent(tables)
+    assert verdict.outcome == "undecided"
+    assert verdict.evidence is not None
+    assert verdict.evidence.value.low < 10 < 50 < verdict.evidence.value.high
+
+
+def test_every_replicate_is_what_its_rows_give() -> None:
+    """The fast path of each measure against drawing rows of a table one replicate after the other."""
+    rng = np.random.default_rng(4)
+    people = np.repeat([f"p{n}" for n in range(7)], 6)
+    table = pd.DataFrame(
+        {
+            "person": people,
+            "walker": people,
+            "method": np.tile([LS, LS, LS, MAP, MAP, MAP], 7),
+            "view_angle_deg": np.tile([-45.0, 0.0, 45.0], 14),
+            "x": rng.lognormal(size=42),
+            "error_deg": rng.normal(0, 20, size=42),
+        }
+    )
+    drawn = replicate(["fig"], {"fig": table}, seed=3)
+    assert drawn is not None
+    rows = drawn["fig"]
+    assert isinstance(rows, Replicated)
+    wanted = [
+        Measure("mean", {"table": "fig", "column": "x", "where": f"method == '{LS}'"}),
+        Measure("median", {"table": "fig", "column": "x"}),
+        Measure("largest", {"table": "fig", "column": "x"}),
+        Measure("smallest", {"table": "fig", "column": "x"}),
+        Measure("percent", {"table": "fig", "of": "x > 1", "where": f"method == '{MAP}'"}),
+        Measure("at_smallest", {"table": "fig", "column": "view_angle_deg", "of": "x"}),
+        Measure("mean_in_band", {"table": "fig", "column": "x", "method": LS, "band": "frontal"}),
+        Measure("angle_bias_deg", {"table": "fig", "method": LS}),
+        Measure("angle_spread_deg", {"table": "fig", "method": LS}),
+        Measure("angle_error_median_deg", {"table": "fig", "method": LS}),
+    ]
+    one, two = wanted[0], wanted[4]
+    wanted += [Measure(name, {"of": one, "to": two}) for name in ("ratio", "ratio_percent")] + [
+        Measure("percent_less", {"of": one, "than": two}),
+        Measure("larger", {"of": (one, two)}),
+    ]
+    for measure in wanted:
+        fast = measures.evaluate(measure, MEASURES, drawn, len(rows.weights))
+        assert np.shape(fast) == (2000,)
+        for b in range(5):
+            slow = measures.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
+            assert np.asarray(fast)[b] == pytest.approx(slow, rel=1e-9, nan_ok=True), measure.name
+    counted = Measure("distinct", {"table": "fig", "columns": ("walker",)})
+    assert measures.evaluate(counted, MEASURES, drawn, 2000) == 7, "a count of what was done"
+
+
+def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() -> None:
+    table = pd.DataFrame({"person": ["a", "b", "c"], "x": [1.0, 2.0, 4.0]})
+    drawn = replicate(["fig"], {"fig": table})
+    assert drawn is not None
+    variation = Measure("variation_percent", {"table": "fig", "column": "x"})
+    found = np.asarray(measures.evaluate(variation, MEASURES, drawn, 2000))
+    assert found.shape == (2000,)
+    rows = drawn["fig"]
+    assert isinstance(rows, Replicated)
+    assert found[7] == pytest.approx(measures.evaluate(variation, MEASURES, {"fig": rows.drawn(7)}))

@@ -12,7 +12,9 @@ from pipeline.core.walking.steady import (
     facing,
     set_origin,
     steady_stretch,
+    step_heading,
     treadmill_equivalent,
+    turn_about_vertical,
 )
 from pipeline.core.walking.usable_clip import (
     LEG_LENGTH_MM,
@@ -36,5 +38,7 @@ __all__ = [
     "set_origin",
     "stature",
     "steady_stretch",
+    "step_heading",
     "treadmill_equivalent",
+    "turn_about_vertical",
 ]

@@ -235,6 +235,31 @@ def treadmill_equivalent(
     return np.stack([c * across - s * along, s * across + c * along, positions[..., 2]], axis=-1)
 
 
+def step_heading(coefficients: np.ndarray) -> float:
+    """Direction of the steps, rad from +y towards -x, of a walk along about +y: the main horizontal axis of the ankles.
+
+    Parameters
+    ----------
+    coefficients : (1 + 2H, 15, 3)
+        Fourier representation, mm; its mean posture takes no part.
+
+    Notes
+    -----
+    The axis of the largest variance over a cycle of left minus right ankle, over all harmonics.  It averages over every
+    step, while the tangent of a path of two or three strides also follows where somebody drifts.
+    """
+    apart = coefficients[1:, _LEFT[2], :2] - coefficients[1:, _RIGHT[2], :2]
+    xx, xy, yy = apart[:, 0] @ apart[:, 0], apart[:, 0] @ apart[:, 1], apart[:, 1] @ apart[:, 1]
+    return float(-0.5 * np.arctan2(2.0 * xy, yy - xx))
+
+
+def turn_about_vertical(positions: np.ndarray, angle_rad: float) -> np.ndarray:
+    """Positions (…, 3) turned about z, counter-clockwise seen from above."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    x, y = positions[..., 0], positions[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y, positions[..., 2]], axis=-1)
+
+
 def set_origin(positions: np.ndarray, *, origin: str) -> np.ndarray:
     """Positions about the mean pelvis (``pelvis_mean``), or horizontally so and above the floor (``floor``)."""
     require_choice("origin", origin, ("pelvis_mean", "floor"))

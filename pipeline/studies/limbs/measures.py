@@ -77,4 +77,4 @@ def mean_of_walking(table: Table, column: str, camera: str) -> float:
     """Mean of a column over the clips of walking from one kind of camera."""
     require_columns(table, "action")
     walking = table["action"].astype(str).str.contains("walk", case=False)
-    return mean(table[walking], column, Expression(f"camera == {camera!r}"))
+    return float(mean(table[walking], column, Expression(f"camera == {camera!r}")))

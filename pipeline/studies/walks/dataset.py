@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -100,6 +100,14 @@ class FourierDataset(Dataset):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_range("dataset.harmonics", self.harmonics, at_least=1)
+
+    def shared(self) -> FourierDataset:
+        """Return the options without the frequency: it is known of every sample, counted or not."""
+        return replace(self, frequency=False)
+
+    def of_shared(self, samples: FourierSamples) -> FourierSamples:
+        """Return the samples with or without the frequency as one of the numbers of a walker."""
+        return replace(samples, frequency=self.frequency)
 
     def build(self, clips: Walks, *, workers: int) -> FourierSamples:
         """Return the Fourier representations of the chosen walks."""

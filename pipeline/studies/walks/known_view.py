@@ -5,18 +5,21 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
 from pipeline.clips.walks import Walks
-from pipeline.core import errors
+from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
+from pipeline.studies.walks.methods import Method, Null, PhaseSource, coarser_views, validate_methods
 from pipeline.studies.walks.model import Eigenwalkers
+from pipeline.studies.walks.nested import nested_choice
+from pipeline.studies.walks.other_sources import other_source_errors
 from pipeline.studies.walks.phase_sources import Motion3d, Observed2d
 from pipeline.validation import InvalidInput
 
@@ -45,16 +48,30 @@ class KnownViewErrors:
     Attributes
     ----------
     methods : (M,) text
+    nulls : (K,) text
+        Reconstructions that do next to nothing.
     view_angle_deg : (A,)
     sigma2_mm2 : (S,)
     absolute_error_mm2, relative_error : (M, R, A, 15)
+    null_error_mm2, null_relative_error : (K, R, A, 15)
     missing_variance_mm2 : (R, A)
     demonstration_view_deg : (V,)
     demonstration_error_mm2 : (M, R, V, 15)
     missing : (M, R, V, 5, 15)
         Fourier coefficients of the missing dimension at the demonstration views, at phase zero.
+    null_demonstration_error_mm2 : (K, R, V, 15)
+    null_missing : (K, R, V, 5, 15)
     path_walker_mm2, path_view_mm2 : (R, S) and (A, S)
         Error of MAP for every sigma², mean over views and mean over walkers; no rows if MAP was not tried.
+    nested : (R,) int
+        Which sigma² others choose for each walker, on models without that walker; empty if MAP was not tried.
+    coefficients_beyond, views_far_beyond : (M, R)
+        Share of a walker's coefficients, over views and eigenwalkers, that exceed the largest of training; share of the
+        views at which one exceeds it twofold.
+    own_coefficients_beyond, own_far_beyond : (R,)
+        The same of the coefficients of the walker seen whole.
+    other_source_error_mm2 : (M + 1, R), optional
+        Of each method, and of the average walker, learnt from people of other sources.
     noise_variance_mm2 : float
     unmeasured : (R, 15) bool
         Joints that are estimated or dropped; their errors are NaN.
@@ -64,18 +81,29 @@ class KnownViewErrors:
     """
 
     methods: np.ndarray
+    nulls: np.ndarray
     view_angle_deg: np.ndarray
     sigma2_mm2: np.ndarray
     absolute_error_mm2: np.ndarray
     relative_error: np.ndarray
+    null_error_mm2: np.ndarray
+    null_relative_error: np.ndarray
     missing_variance_mm2: np.ndarray
     demonstration_view_deg: np.ndarray
     demonstration_error_mm2: np.ndarray
     missing: np.ndarray
+    null_demonstration_error_mm2: np.ndarray
+    null_missing: np.ndarray
     path_walker_mm2: np.ndarray
     path_view_mm2: np.ndarray
+    nested: np.ndarray
+    coefficients_beyond: np.ndarray
+    views_far_beyond: np.ndarray
+    own_coefficients_beyond: np.ndarray
+    own_far_beyond: np.ndarray
     noise_variance_mm2: float
     unmeasured: np.ndarray
+    other_source_error_mm2: np.ndarray | None = None
     frequency_hz: np.ndarray | None = None
     phase_rad: np.ndarray | None = None
     phase_error_rad: np.ndarray | None = None
@@ -111,6 +139,10 @@ class KnownView(Sweep):
                 received="none",
             )
 
+    def coarser(self) -> KnownView:
+        """Return the sweep with every tenth degree of view."""
+        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
+
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
@@ -125,63 +157,108 @@ class KnownView(Sweep):
                 return Observed2d(model.fold(r), inputs.clips, data, r, angles)
             return Motion3d(model.fold(r), model.samples[r], data.residual_covariance[r], angles)
 
+        nulls = Null.beside(self.methods)
+
         def one(r: int) -> dict[str, np.ndarray]:
             everywhere, demonstration = source(r, view), source(r, shown)
             power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
-            absolute, demonstrated, missing, extras = [], [], [], []
+            fold = model.fold(r)
+            training = model.samples[data.person != data.person[r]]
+            limit = linear_model.largest_coefficients(fold, training)
+            single = linear_model.truncated(fold, 1)
+            found: dict[str, list[np.ndarray]] = {}
+
+            def keep(**arrays: np.ndarray) -> None:
+                for name, array in arrays.items():
+                    found.setdefault(name, []).append(array)
+
             for method in self.methods:
                 noise = method.noise_variance(self.noise_variance_mm2)
-                delta, _, extra = everywhere.reconstruct(noise)
-                absolute.append(errors.absolute_error(delta, power))
-                extras.append(extra)
-                delta, seen, _ = demonstration.reconstruct(noise)
-                demonstrated.append(errors.absolute_error(delta, shown_power))
-                missing.append(seen)
-            found = {
-                "absolute_error_mm2": np.stack(absolute),
-                "demonstration_error_mm2": np.stack(demonstrated),
-                "missing": np.stack(missing),
+                here, there = everywhere.reconstruct(noise), demonstration.reconstruct(noise)
+                over = np.abs(here.coefficients) / limit
+                keep(
+                    absolute_error_mm2=errors.absolute_error(here.delta, power),
+                    demonstration_error_mm2=errors.absolute_error(there.delta, shown_power),
+                    missing=there.missing,
+                    coefficients_beyond=(over > 1).mean(),
+                    views_far_beyond=(over > 2).any(axis=1).mean(),
+                    **here.phases,
+                )
+            for null in nulls:
+                noise = null.noise_variance(self.noise_variance_mm2)
+                here, there = (s.given(single).reconstruct(noise) for s in (everywhere, demonstration))
+                keep(
+                    null_error_mm2=errors.absolute_error(here.delta, power),
+                    null_demonstration_error_mm2=errors.absolute_error(there.delta, shown_power),
+                    null_missing=there.missing,
+                )
+            own = np.abs(linear_model.coefficients(fold, model.samples[r : r + 1])[0]) / limit
+            stacked: dict[str, Any] = {name: np.stack(arrays) for name, arrays in found.items()}
+            stacked |= {
+                "own_coefficients_beyond": np.float64((own > 1).mean()),
+                "own_far_beyond": np.float64((own > 2).any()),
                 "missing_variance_mm2": everywhere.missing_variance(
                     data.temporal_covariance[r],
                     data.coefficients[r, 0],
                     self.missing_variance.value,
                     of_motion,
                 ),
-                **{name: np.stack([extra[name] for extra in extras]) for name in extras[0]},
             }
             if isinstance(everywhere, Observed2d):
-                found["frequency_hz"] = everywhere.clip.frequency_hz
+                stacked["frequency_hz"] = everywhere.clip.frequency_hz
             if Method.map in self.methods:
-                found["path"] = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
-            return found
+                stacked["path"] = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
+            return stacked
 
         folds = map_processes(one, range(len(model.samples)), inputs.workers)
 
-        def stack(name: str, axis: int = 0) -> np.ndarray | None:
-            return np.stack([found[name] for found in folds], axis=axis) if name in folds[0] else None
+        def stack(name: str, axis: int = 1) -> np.ndarray:
+            return np.stack([found[name] for found in folds], axis=axis)
 
-        absolute = np.stack([found["absolute_error_mm2"] for found in folds], axis=1)
-        demonstrated = np.stack([found["demonstration_error_mm2"] for found in folds], axis=1)
-        for errors_of_joints in (absolute, demonstrated):  # nothing was measured that they could be errors of
-            errors_of_joints.swapaxes(2, 3)[:, data.unmeasured] = np.nan
-        variance = np.stack([found["missing_variance_mm2"] for found in folds])
+        errors_of_joints = {
+            name: stack(name)
+            for name in (
+                "absolute_error_mm2",
+                "null_error_mm2",
+                "demonstration_error_mm2",
+                "null_demonstration_error_mm2",
+            )
+        }
+        for array in errors_of_joints.values():  # nothing was measured that they could be errors of
+            array.swapaxes(2, 3)[:, data.unmeasured] = np.nan
+        absolute, null_error = errors_of_joints["absolute_error_mm2"], errors_of_joints["null_error_mm2"]
+        variance = stack("missing_variance_mm2", axis=0)
         paths = [found["path"] for found in folds if "path" in found]
         untried = np.empty((0, len(sigma2)))
+        options = inputs.model_options
         return KnownViewErrors(
             methods=np.array([method.value for method in self.methods]),
+            nulls=np.array([null.value for null in nulls]),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,
             absolute_error_mm2=absolute,
             relative_error=errors.relative_error(absolute, variance[None, :, :, None]),
+            null_error_mm2=null_error,
+            null_relative_error=errors.relative_error(null_error, variance[None, :, :, None]),
             missing_variance_mm2=variance,
             demonstration_view_deg=np.array(self.demonstration_views_deg),
-            demonstration_error_mm2=demonstrated,
-            missing=np.stack([found["missing"] for found in folds], axis=1),
+            demonstration_error_mm2=errors_of_joints["demonstration_error_mm2"],
+            missing=stack("missing"),
+            null_demonstration_error_mm2=errors_of_joints["null_demonstration_error_mm2"],
+            null_missing=stack("null_missing"),
+            coefficients_beyond=stack("coefficients_beyond"),
+            views_far_beyond=stack("views_far_beyond"),
+            own_coefficients_beyond=stack("own_coefficients_beyond", axis=0),
+            own_far_beyond=stack("own_far_beyond", axis=0),
+            other_source_error_mm2=other_source_errors(
+                data, options, self.methods, self.noise_variance_mm2, view, inputs.workers
+            ),
             noise_variance_mm2=self.noise_variance_mm2,
             unmeasured=data.unmeasured,
             path_walker_mm2=np.stack([path.mean(axis=0) for path in paths]) if paths else untried,
             path_view_mm2=np.asarray(sum(paths) / len(paths)) if paths else untried,
-            frequency_hz=stack("frequency_hz"),
-            phase_rad=stack("phase_rad", axis=1),
-            phase_error_rad=stack("phase_error_rad", axis=1),
+            nested=nested_choice(data, options, view, sigma2, inputs.workers) if paths else np.empty(0, int),
+            frequency_hz=stack("frequency_hz", axis=0) if observed else None,
+            phase_rad=stack("phase_rad") if observed else None,
+            phase_error_rad=stack("phase_error_rad") if observed else None,
         )

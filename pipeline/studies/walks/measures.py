@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.studies.measures import Expression, Table, distinct, mean, ratio, values
+from pipeline.core import statistics
+from pipeline.studies.measures import (
+    Count,
+    Expression,
+    Number,
+    Rows,
+    Table,
+    distinct,
+    mean,
+    ratio_percent,
+    rows_of,
+    values,
+)
 
 BANDS_DEG = {"frontal": (0.0, 10.0), "oblique": (30.0, 60.0), "profile": (80.0, 90.0)}
 """Bands of the view angle, degrees either side of the frontal view, the same for every claim: the papers name these
@@ -13,40 +25,79 @@ views without limits."""
 
 def representation_length(
     joints_table: Table, harmonics_table: Table, coordinates: int, frequency: bool = False
-) -> float:
+) -> Count:
     """Length of a Fourier representation: joints × coordinates × (1 + 2 harmonics), as the tables name them.
 
     With `frequency` one more where the table of harmonics has a column ``frequency_hz``.
     """
     blocks = 1.0 + 2.0 * distinct(harmonics_table, ["harmonic"])
-    return distinct(joints_table, ["joint"]) * coordinates * blocks + float(
-        frequency and "frequency_hz" in harmonics_table.columns
+    return Count(
+        distinct(joints_table, ["joint"]) * coordinates * blocks
+        + float(frequency and "frequency_hz" in harmonics_table.columns)
     )
 
 
-def mean_in_band(table: Table, column: str, method: str, band: str) -> float:
+def mean_in_band(table: Table, column: str, method: str, band: str) -> Number:
     """Mean of a column over the views of a band, left and right alike."""
     low, high = BANDS_DEG[band]
     rows = f"method == {method!r} and abs(view_angle_deg) >= {low} and abs(view_angle_deg) <= {high}"
     return mean(table, column, Expression(rows))
 
 
-def asymmetry_percent(table: Table, column: str, method: str) -> float:
+def asymmetry_percent(table: Table, column: str, method: str) -> Number:
     """Mean |f(−α) − f(α)| over the oblique pairs (0 < α < 90), in per cent of the mean of f over them."""
-    chosen = f"method == {method!r}"
-    curve = dict(zip(values(table, "view_angle_deg", chosen), values(table, column, chosen), strict=True))
-    if len(curve) < len(values(table, column, chosen)):
-        return np.nan  # an angle stands twice
-    pairs = np.array([(curve[-a], curve[a]) for a in curve if 0.0 < a < 90.0 and -a in curve]).reshape(-1, 2)
-    return (
-        100.0 * ratio(float(np.abs(pairs[:, 0] - pairs[:, 1]).mean()), float(pairs.mean()))
-        if len(pairs)
-        else np.nan
-    )
+    rows = rows_of(table, f"method == {method!r}")
+    views, curve, times = _by_view(rows, column)
+    if rows.plain and (times > 1).any():
+        return rows.no_number  # an angle stands twice
+    place = {view: number for number, view in enumerate(views)}
+    pairs = [(place[-view], place[view]) for view in views if 0.0 < view < 90.0 and -view in place]
+    if not pairs:
+        return rows.no_number
+    left, right = (curve[:, list(side)] for side in zip(*pairs, strict=True))
+    apart, level = np.abs(left - right).mean(axis=1), 0.5 * (left + right).mean(axis=1)
+    return rows.number(np.asarray(ratio_percent(apart, level)))
 
 
-def angle_bias_deg(table: Table, method: str) -> float:
-    """Mean over the views of |mean estimated angle − true angle|, the short way round the circle."""
-    chosen = f"method == {method!r}"
-    off = values(table, "estimated_mean_deg", chosen) - values(table, "view_angle_deg", chosen)
-    return float(np.abs((off + 180.0) % 360.0 - 180.0).mean()) if off.size else np.nan
+def _by_view(rows: Rows, column: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the view angles (V,), the mean of a column at each in every replicate and its rows, (B, V)."""
+    found = values(rows.frame, column)
+    views, group = np.unique(values(rows.frame, "view_angle_deg"), return_inverse=True)
+    return views, *rows.group_means(found, group, len(views))
+
+
+def _mean_vectors(table: Table, method: str) -> tuple[Rows, np.ndarray]:
+    """Return the rows of a method, and the mean unit vector (B, V) of ``error_deg`` at each view, complex."""
+    rows = rows_of(table, f"method == {method!r}")
+    angle = np.radians(values(rows.frame, "error_deg"))
+    views, group = np.unique(values(rows.frame, "view_angle_deg"), return_inverse=True)
+    parts = [rows.group_means(part, group, len(views))[0] for part in (np.cos(angle), np.sin(angle))]
+    return rows, parts[0] + 1j * parts[1]
+
+
+def angle_bias_deg(table: Table, method: str) -> Number:
+    """Mean over the views of |circular mean of the error over walkers|, from ``error_deg`` of every walker."""
+    rows, vectors = _mean_vectors(table, method)
+    return rows.number(np.abs(np.degrees(np.angle(vectors))).mean(axis=1)) if vectors.size else rows.no_number
+
+
+def angle_spread_deg(table: Table, method: str) -> Number:
+    """Mean over the views of the circular standard deviation over walkers, from ``error_deg`` of every walker."""
+    rows, vectors = _mean_vectors(table, method)
+    if not vectors.size:
+        return rows.no_number
+    return rows.number(statistics.circular_sd_of_length_deg(np.abs(vectors)).mean(axis=1))
+
+
+def angle_error_median_deg(table: Table, method: str) -> Number:
+    """Mean over the views of the median |error| over walkers, from ``error_deg`` of every walker."""
+    rows = rows_of(table, f"method == {method!r}")
+    off, views = np.abs(values(rows.frame, "error_deg")), values(rows.frame, "view_angle_deg")
+    if not (off.size and np.isfinite(off).all() and np.isfinite(views).all()):
+        return rows.no_number
+    medians = []
+    for view in np.unique(views):
+        here = views == view
+        part = Rows(rows.frame[here], rows.cluster[here], rows.weights, rows.plain)
+        medians.append(part.median(off[here]))
+    return rows.number(np.mean(medians, axis=0))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 
+from pipeline.studies.study import Grid
 from pipeline.validation import InvalidInput, require_range
 
 
@@ -19,6 +21,31 @@ class Method(StrEnum):
         return sigma2_mm2 if self is Method.map else None
 
 
+IMAGE_IGNORED_MM2 = 1e15
+"""A noise variance at which the image says nothing: MAP gives the average walker, to rounding."""
+
+
+class Null(StrEnum):
+    """Reconstructions that do next to nothing, against which the approaches are held."""
+
+    average_walker = "average_walker"
+    """The depth of the average walker; the image is kept [zhang2007 3.16]."""
+    least_squares_1 = "least_squares_1"
+    """Approach I with one eigenwalker."""
+    map_1 = "map_1"
+    """Approach II with one eigenwalker."""
+
+    def noise_variance(self, sigma2_mm2: float) -> float | None:
+        """Return sigma² with which one eigenwalker is fitted."""
+        of_method = Method.map.noise_variance(sigma2_mm2) if self is Null.map_1 else None
+        return IMAGE_IGNORED_MM2 if self is Null.average_walker else of_method
+
+    @staticmethod
+    def beside(methods: Sequence[Method]) -> list[Null]:
+        """Return the average walker, and one eigenwalker for each method."""
+        return [Null.average_walker, *(Null(f"{method}_1") for method in methods)]
+
+
 class PhaseSource(StrEnum):
     """Where frequency and phase of a walk come from."""
 
@@ -26,6 +53,15 @@ class PhaseSource(StrEnum):
     """The 3D motion before projection, as in the papers."""
     observed2d = "observed2d"
     """Each view alone: what a 2D input allows."""
+
+
+POPULATION_STEP_DEG = 10.0
+"""Step of the view angle in further populations; the bands of frontal, oblique and profile views end on it."""
+
+
+def coarser_views(views: Grid) -> Grid:
+    """Return a grid of view angles with steps of ten degrees, or its own if they are wider."""
+    return replace(views, step=max(views.step, POPULATION_STEP_DEG))
 
 
 def validate_methods(methods: Sequence[Method], noise_variance_mm2: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -85,29 +86,28 @@ class EigenwalkersModel(Model):
         if self.omega_scale_mm is not None:
             require_range("model.omega_scale_mm", self.omega_scale_mm, above=0, unit="mm per hertz, or null")
 
-    def learn(self, dataset: FourierSamples, *, workers: int) -> Eigenwalkers:
-        """Return the models of the whole population and without each walker."""
+    def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:
+        """Return the samples (R, D), and the other arguments of `linear_model.leave_one_out` but the groups."""
         rate = dataset.frequency_hz if dataset.frequency else None
         samples = linear_model.flatten(dataset.coefficients, rate)
         mirrors = linear_model.flatten(fourier.mirrored(dataset.coefficients), rate) if self.mirror else None
+        scale_last = self.omega_scale_mm if dataset.frequency else 1.0
+        return samples, {"mirrors": mirrors, "divisor": self.divisor.value, "scale_last": scale_last}
+
+    def learn(self, dataset: FourierSamples, *, workers: int) -> Eigenwalkers:
+        """Return the models of the whole population and without each walker."""
+        samples, how = self.training(dataset)
+        mirrors = how["mirrors"]
         people = len(np.unique(dataset.person))
         if people < 3:
             raise InvalidInput(
                 "leave-one-out needs at least three walkers", expected="3 or more", received=str(people)
             )
-        scale_last = self.omega_scale_mm if dataset.frequency else 1.0
         population = samples if mirrors is None else np.concatenate([samples, mirrors])
         whole = linear_model.fit(
-            population, len(population), divisor=self.divisor.value, scale_last=scale_last
+            population, len(population), divisor=how["divisor"], scale_last=how["scale_last"]
         )
-        held_out = linear_model.leave_one_out(
-            samples,
-            self.components,
-            groups=dataset.person,
-            mirrors=mirrors,
-            divisor=self.divisor.value,
-            scale_last=scale_last,
-        )
+        held_out = linear_model.leave_one_out(samples, self.components, groups=dataset.person, **how)
         folds = map_processes(lambda fold: fold[0], held_out, workers)
         kept = min(len(fold.eigenvalues) for fold in folds)
         fewer = kept < self.components

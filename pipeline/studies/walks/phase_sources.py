@@ -1,10 +1,14 @@
 """One walker seen from known views, under either source of phase and frequency (`sweep.phase_source`).
 
 Both sources answer the same questions, so that the sweep asks them alike: the missing dimension reconstructed,
-how far it is off, and the error for every sigma².
+how far it is off, and the error for every sigma²; `given` asks them of another model.
 """
 
 from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -17,11 +21,45 @@ PHASES = ("phase_rad", "phase_error_rad")
 """What only the observed source finds, beside the reconstruction."""
 
 
-class Motion3d:
+@dataclass(frozen=True)
+class Reconstruction:
+    """One walker reconstructed from A views.
+
+    Attributes
+    ----------
+    delta : (A, 5, 15)
+        True less reconstructed missing dimension, mm.
+    missing : (A, 5, 15)
+        Reconstructed, at phase zero, mm.
+    coefficients : (A, N)
+        Of the eigenwalkers, mm.
+    phases : dict
+        Phases (A,) that were found, by name.
+    """
+
+    delta: np.ndarray
+    missing: np.ndarray
+    coefficients: np.ndarray
+    phases: dict[str, np.ndarray]
+
+
+class Views:
+    """One walker from A known views, to be reconstructed with a model."""
+
+    fold: LinearModel
+
+    def given(self, fold: LinearModel) -> Self:
+        """Return the same views with another model."""
+        other = copy.copy(self)
+        other.fold = fold
+        return other
+
+
+class Motion3d(Views):
     """One walker from A known views, phase and frequency known from the 3D motion: the papers' way."""
 
     def __init__(self, fold: LinearModel, sample: np.ndarray, residual: np.ndarray, view: np.ndarray) -> None:
-        self._fold, self._sample, self._residual, self._view = fold, sample, residual, view
+        self.fold, self._sample, self._residual, self._view = fold, sample, residual, view
         self.residual_power = errors.along_missing(residual, view)
 
     def missing_variance(
@@ -31,21 +69,19 @@ class Motion3d:
         covariance = temporal if of_motion else temporal - self._residual
         return errors.missing_variance(covariance, average, self._view, kind=kind)
 
-    def reconstruct(
-        self, noise_variance: float | None
-    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """True less reconstructed, the missing dimension at phase zero, and what else was found."""
+    def reconstruct(self, noise_variance: float | None) -> Reconstruction:
+        """Return the missing dimension, and how far it is off."""
         views = reconstruction.from_known_views(
-            self._fold, self._sample, self._view, noise_variance=noise_variance
+            self.fold, self._sample, self._view, noise_variance=noise_variance
         )
-        return views.delta, views.missing, {}
+        return Reconstruction(views.delta, views.missing, views.coefficients, {})
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², residual left out."""
-        return reconstruction.error_path(self._fold, self._sample, self._view, noise_variances)
+        return reconstruction.error_path(self.fold, self._sample, self._view, noise_variances)
 
 
-class Observed2d:
+class Observed2d(Views):
     """One walker from A views, phase and frequency from each view alone: what a 2D input allows."""
 
     def __init__(
@@ -79,10 +115,8 @@ class Observed2d:
         off = np.mod(phase_rad - self._phase + np.pi, 2 * np.pi) - np.pi
         return {"phase_rad": phase_rad, "phase_error_rad": off}
 
-    def reconstruct(
-        self, noise_variance: float | None
-    ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """True less reconstructed, the missing dimension at phase zero, and what else was found."""
+    def reconstruct(self, noise_variance: float | None) -> Reconstruction:
+        """Return the missing dimension, and how far it is off."""
         views = reconstruction.from_known_views_unknown_phase(
             self.fold,
             self.clip.image,
@@ -91,7 +125,8 @@ class Observed2d:
             frequency_hz=self.clip.frequency_hz,
         )
         missing = fourier.shift(views.missing[..., None], self._phase)[..., 0]
-        return self.clip.missing - views.missing, missing, self.found(views.phase_rad)
+        delta = self.clip.missing - views.missing
+        return Reconstruction(delta, missing, views.coefficients, self.found(views.phase_rad))
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², each with the phase that it finds, residual left out."""

@@ -5,18 +5,19 @@ zhang2007 4.5, 4.6, zhang2004 14.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
 from pipeline.clips.walks import Walks
-from pipeline.core import camera, viewpoint
+from pipeline.core import camera, linear_model, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
+from pipeline.studies.walks.methods import Method, Null, PhaseSource, coarser_views, validate_methods
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import PHASES, Observed2d
 from pipeline.validation import InvalidInput, require_range
@@ -32,10 +33,13 @@ class ViewAngles:
     Attributes
     ----------
     methods : (M,) text
+    nulls : (K,) text
+        Estimates that know next to nothing of the walker.
     view_angle_deg : (A,)
         True ones.
     angle_deg, cost, runner_up_cost : (M, R, A)
         Estimated angle; cost of its fit, and of the best fit at another local minimum.
+    null_angle_deg : (K, R, A)
     converged : (M, R, A) bool
     n_iterations : (M, R, A) int
     failure_deg : float
@@ -46,8 +50,10 @@ class ViewAngles:
     """
 
     methods: np.ndarray
+    nulls: np.ndarray
     view_angle_deg: np.ndarray
     angle_deg: np.ndarray
+    null_angle_deg: np.ndarray
     cost: np.ndarray
     runner_up_cost: np.ndarray
     converged: np.ndarray
@@ -94,6 +100,10 @@ class UnknownView(Sweep):
                 received=self.solver.value,
             )
 
+    def coarser(self) -> UnknownView:
+        """Return the sweep with every tenth degree of view."""
+        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
+
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
@@ -102,47 +112,49 @@ class UnknownView(Sweep):
         model = inputs.model
         names = ("angle_rad", "cost", "runner_up_cost", "converged", "n_iterations")
 
-        def from_2d(r: int) -> dict[str, np.ndarray]:
-            seen = Observed2d(model.fold(r), inputs.clips, inputs.dataset, r, view)
-            estimates = [
-                viewpoint.estimate_unknown_phase(
-                    seen.fold,
-                    seen.clip.image,
-                    noise_variance=method.noise_variance(self.noise_variance_mm2),
-                    frequency_hz=seen.clip.frequency_hz,
-                    angle_range_rad=(float(low), float(high)),
-                )
-                for method in self.methods
-            ]
-            phases = [seen.found(e.phase_rad) for e in estimates]
-            return {
-                **{name: np.stack([getattr(e, name) for e in estimates]) for name in names},
-                **{name: np.stack([phase[name] for phase in phases]) for name in PHASES},
-                "frequency_hz": seen.clip.frequency_hz,
-            }
+        nulls = Null.beside(self.methods)
+        angle_range = (float(low), float(high))
 
         def one(r: int) -> dict[str, np.ndarray]:
+            fold = model.fold(r)
+            single = linear_model.truncated(fold, 1)
+            tries = [(fold, m.value, m.noise_variance(self.noise_variance_mm2)) for m in self.methods]
+            for null in nulls:
+                noise = null.noise_variance(self.noise_variance_mm2)
+                tries.append((single, "least_squares" if noise is None else "map", noise))
             if self.reads_clips:
-                return from_2d(r)
-            walker = unflatten(model.samples[r])
-            across = camera.horizontal(walker, view[:, None, None])
-            up = np.broadcast_to(camera.vertical(walker), across.shape)
-            observed = np.stack([across, up], axis=-1).reshape(len(view), -1)
-            if model.samples.shape[1] > walker.size:  # zhang2004: the frequency is observed, too
-                observed = np.column_stack([observed, np.full(len(view), model.samples[r, -1])])
-            estimates = [
-                viewpoint.estimate(
-                    model.fold(r),
-                    observed,
-                    method=method.value,
-                    noise_variance=method.noise_variance(self.noise_variance_mm2),
-                    solver=self.solver.value,
-                    angle_range_rad=(float(low), float(high)),
-                    start_rad=float(np.radians(self.start_deg)),
-                )
-                for method in self.methods
-            ]
-            return {name: np.stack([getattr(e, name) for e in estimates]) for name in names}
+                seen = Observed2d(fold, inputs.clips, inputs.dataset, r, view)
+                estimates: list[Any] = [
+                    viewpoint.estimate_unknown_phase(
+                        given,
+                        seen.clip.image,
+                        noise_variance=noise,
+                        frequency_hz=seen.clip.frequency_hz,
+                        angle_range_rad=angle_range,
+                    )
+                    for given, _, noise in tries
+                ]
+            else:
+                estimates = [
+                    viewpoint.estimate(
+                        given,
+                        _observed(model.samples[r], view),
+                        method=method,
+                        noise_variance=noise,
+                        solver=self.solver.value,
+                        angle_range_rad=angle_range,
+                        start_rad=float(np.radians(self.start_deg)),
+                    )
+                    for given, method, noise in tries
+                ]
+            approaches, others = estimates[: len(self.methods)], estimates[len(self.methods) :]
+            found = {name: np.stack([getattr(e, name) for e in approaches]) for name in names}
+            found["null_angle_rad"] = np.stack([e.angle_rad for e in others])
+            if self.reads_clips:
+                phases = [seen.found(e.phase_rad) for e in approaches]
+                found |= {name: np.stack([phase[name] for phase in phases]) for name in PHASES}
+                found["frequency_hz"] = seen.clip.frequency_hz
+            return found
 
         folds = map_processes(one, range(len(model.samples)), inputs.workers)
 
@@ -153,8 +165,10 @@ class UnknownView(Sweep):
         unconverged = int((~stack("converged")).sum())
         return ViewAngles(
             methods=np.array([method.value for method in self.methods]),
+            nulls=np.array([null.value for null in nulls]),
             view_angle_deg=view_deg,
             angle_deg=np.degrees(stack("angle_rad")),
+            null_angle_deg=np.degrees(stack("null_angle_rad")),
             cost=stack("cost"),
             runner_up_cost=stack("runner_up_cost"),
             converged=stack("converged"),
@@ -165,3 +179,14 @@ class UnknownView(Sweep):
             phase_error_rad=stack("phase_error_rad") if observed2d else None,
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )
+
+
+def _observed(sample: np.ndarray, view: np.ndarray) -> np.ndarray:
+    """Return what A views (A,) show of a walker (D,), (A, 150), or (A, 151) with the frequency of zhang2004."""
+    walker = unflatten(sample)
+    across = camera.horizontal(walker, view[:, None, None])
+    up = np.broadcast_to(camera.vertical(walker), across.shape)
+    observed = np.stack([across, up], axis=-1).reshape(len(view), -1)
+    if len(sample) > walker.size:
+        observed = np.column_stack([observed, np.full(len(view), sample[-1])])
+    return observed

@@ -211,3 +211,18 @@ def test_unknown_choices_are_refused() -> None:
         walking.treadmill_equivalent(clip.positions, RATE_HZ, locomotion="overground", path="straight")
     with pytest.raises(InvalidInput, match="origin must be pelvis_mean or floor"):
         walking.set_origin(clip.positions, origin="head")
+
+
+@given(st.floats(-1.2, 1.2), st.integers(0, 2**16))
+def test_the_heading_of_the_steps_turns_with_the_walker(angle: float, seed: int) -> None:
+    """A walker whose ankles swing along +y, with a little sway across, turned by any angle short of a quarter turn."""
+    rng = np.random.default_rng(seed)
+    coefficients = rng.normal(0.0, 100.0, size=(5, 15, 3))
+    left, right = WALKER15.index("left_ankle"), WALKER15.index("right_ankle")
+    swing = np.array([0.0, 300.0, 20.0, 30.0, -10.0])
+    coefficients[:, left, :2] = np.stack([0.0 * swing, swing], axis=-1)
+    coefficients[:, right, :2] = -coefficients[:, left, :2]
+    assert walking.step_heading(coefficients) == pytest.approx(0.0, abs=1e-12)
+    turned = walking.turn_about_vertical(coefficients, angle)
+    assert walking.step_heading(turned) == pytest.approx(angle, abs=1e-9)
+    np.testing.assert_allclose(walking.turn_about_vertical(turned, -angle), coefficients, atol=1e-9)

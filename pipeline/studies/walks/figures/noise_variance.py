@@ -11,6 +11,7 @@ import pandas as pd
 from pipeline import pictures, recordings
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
@@ -19,15 +20,6 @@ from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import InvalidInput
 
 PUBLISHED_OPTIMUM_MM2 = 70.0
-
-
-def chosen_without(path_walker: np.ndarray) -> np.ndarray:
-    """Index of the sigma² that is best for all other walkers, (R,), from errors (R, S).
-
-    The published optimum is chosen on the walkers that it is reported on; this one has not seen the walker.
-    """
-    others = path_walker.sum(axis=0) - path_walker
-    return others.argmin(axis=1)
 
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
@@ -39,6 +31,7 @@ class NoiseVariance(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
+    over_people = ("table", "table_nested")
     sequence = "sigma2_mm2"
 
     def validate(self, experiment: Experiment) -> None:
@@ -50,18 +43,33 @@ class NoiseVariance(Figure):
             )
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: mean over walkers and views; ``table_views``: per view; ``table_nested``: σ² of the others."""
+        """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
+
+        ``table_nested``: σ² that others choose for each walker, on models without that walker.
+        """
         sweep = inputs.sweep
         sigma2, path, views = sweep.sigma2_mm2, sweep.path_walker_mm2, sweep.view_angle_deg
-        nested = chosen_without(path)
+        person, nested = inputs.dataset.person, sweep.nested
+        low, high = interval_over_people(person, path)
         return {
             "table": tidy(
                 {
                     "sigma2_mm2": sigma2,
                     "absolute_error_mm2": path.mean(axis=0),
+                    "absolute_error_mm2_low": low,
+                    "absolute_error_mm2_high": high,
                     "absolute_error_se_mm2": sd(path, 0) / np.sqrt(len(path)),
                 },
                 by=["sigma2_mm2"],
+            ),
+            "table_people": tidy(
+                {
+                    "person": np.repeat(person, len(sigma2)),
+                    "walker": np.repeat(inputs.samples, len(sigma2)),
+                    "sigma2_mm2": np.tile(sigma2, len(path)),
+                    "absolute_error_mm2": path.ravel(),
+                },
+                by=["walker", "sigma2_mm2"],
             ),
             "table_views": tidy(
                 {
@@ -73,6 +81,7 @@ class NoiseVariance(Figure):
             ),
             "table_nested": tidy(
                 {
+                    "person": person,
                     "walker": inputs.samples,
                     "sigma2_mm2": sigma2[nested],
                     "absolute_error_mm2": path[np.arange(len(path)), nested],
@@ -100,7 +109,7 @@ class NoiseVariance(Figure):
         )
         panel = pictures.Panel(
             y="absolute_error_mm2",
-            band="absolute_error_se_mm2",
+            band=("absolute_error_mm2_low", "absolute_error_mm2_high"),
             xlabel="Variance $\\sigma^2$ (mm$^2$)",
             ylabel="Average absolute error (mm$^2$)",
             xlim=(0, float(sigma2[-1])),
@@ -111,7 +120,7 @@ class NoiseVariance(Figure):
             [panel],
             table,
             x="sigma2_mm2",
-            caption=f"{inputs.caption} Band: ±1 standard error over walkers.{remark}",
+            caption=f"{inputs.caption} Band: 95 % interval of the mean over people.{remark}",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

@@ -19,6 +19,7 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import METHODS
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
+from pipeline.studies.walks.methods import Null
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import require_range
 
@@ -41,6 +42,7 @@ class Postures(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
+    over_people = ("table_demonstrations",)
 
     walker: int = 0
     instants: int = 5
@@ -77,6 +79,7 @@ class Postures(Figure):
                     rows.setdefault(name, []).append(values)
         squared = errors.walker_error(sweep.demonstration_error_mm2)
         demonstrations = {
+            "person": np.repeat(data.person, len(views)),
             "walker": np.repeat(inputs.samples, len(views)),
             "view_angle_deg": np.tile(views, len(inputs.samples)),
         }
@@ -93,6 +96,16 @@ class Postures(Figure):
         if both or len(published) > 1:
             apart = errors.walker_error(errors.absolute_error(sweep.missing[0] - sweep.missing[-1]))
             demonstrations["rms_between_methods_mm"] = np.sqrt(apart).ravel() if both else untried
+        nothing = sweep.nulls.tolist().index(Null.average_walker)
+        average = np.sqrt(errors.walker_error(sweep.null_demonstration_error_mm2[nothing]))
+        demonstrations["rms_error_average_walker_mm"] = average.ravel()
+        for method in METHODS:
+            if method in methods:
+                away = sweep.missing[methods.index(method)] - sweep.null_missing[nothing]
+                squares = errors.walker_error(errors.absolute_error(away))
+                demonstrations[f"rms_{method}_from_average_walker_mm"] = np.sqrt(squares).ravel()
+            elif method in published:
+                demonstrations[f"rms_{method}_from_average_walker_mm"] = untried
         return {
             "table": tidy(
                 {name: np.concatenate(values) for name, values in rows.items()},

@@ -28,6 +28,7 @@ class Spectrum(Figure):
     """Cumulative variance and share of each harmonic."""
 
     model = EigenwalkersModel
+    over_people = ("table", "table_harmonics")
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""
@@ -46,6 +47,7 @@ class Spectrum(Figure):
             ),
             "table_harmonics": tidy(
                 {
+                    "person": np.repeat(data.person, harmonics),
                     "walker": np.repeat(inputs.samples, harmonics),
                     "harmonic": np.tile(np.arange(1, harmonics + 1), walks),
                     "variance_fraction": data.variance_fractions.ravel(),

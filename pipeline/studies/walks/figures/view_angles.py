@@ -12,9 +12,10 @@ import pandas as pd
 from pipeline import pictures, recordings
 from pipeline.core import statistics
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHODS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, METHODS, NULLS, VIEW_AXIS
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
@@ -27,22 +28,31 @@ class ViewAngleEstimates(Figure):
 
     model = EigenwalkersModel
     sweep = UnknownView
+    over_people = ("table", "table_people")
     sequence = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: per method and view; ``table_walkers``: per walker and method, mean over views."""
-        sweep = inputs.sweep
-        views, estimated = sweep.view_angle_deg, sweep.angle_deg
+        """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.
+
+        ``table_walkers``: per walker and method, mean over views.
+        """
+        sweep, person = inputs.sweep, inputs.dataset.person
+        names = [*sweep.methods.tolist(), *sweep.nulls.tolist()]
+        views, estimated = sweep.view_angle_deg, np.concatenate([sweep.angle_deg, sweep.null_angle_deg])
         error = statistics.angle_difference_deg(estimated, views)
         failed = np.abs(error) > sweep.failure_deg
         methods, walkers, angles = estimated.shape
         mean_error = statistics.circular_mean_deg(error, axis=1)
+        low, high = interval_over_people(person, np.swapaxes(error, 0, 1))
+        approaches = len(sweep.methods)
         return {
             "table": tidy(
                 {
-                    "method": np.repeat(sweep.methods.tolist(), angles),
+                    "method": np.repeat(names, angles),
                     "view_angle_deg": np.tile(views, methods),
                     "estimated_mean_deg": (views + mean_error).ravel(),
+                    "estimated_mean_deg_low": (views + low).ravel(),
+                    "estimated_mean_deg_high": (views + high).ravel(),
                     "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1).ravel(),
                     "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1).ravel(),
                     "failures": failed.sum(axis=1).ravel(),
@@ -50,14 +60,26 @@ class ViewAngleEstimates(Figure):
                 },
                 by=["method", "view_angle_deg"],
             ),
+            "table_people": tidy(
+                {
+                    "person": np.tile(np.repeat(person, angles), methods),
+                    "walker": np.tile(np.repeat(inputs.samples, angles), methods),
+                    "method": np.repeat(names, walkers * angles),
+                    "view_angle_deg": np.tile(views, methods * walkers),
+                    "error_deg": error.ravel(),
+                    "failed": failed.ravel().astype(int),
+                },
+                by=["walker", "method", "view_angle_deg"],
+            ),
             "table_walkers": tidy(
                 {
-                    "walker": np.tile(inputs.samples, methods),
+                    "person": np.tile(person, approaches),
+                    "walker": np.tile(inputs.samples, approaches),
                     "method": np.repeat(sweep.methods.tolist(), walkers),
-                    "mean_error_deg": statistics.circular_mean_deg(error, axis=2).ravel(),
-                    "absolute_angle_error_median_deg": np.median(np.abs(error), axis=2).ravel(),
-                    "absolute_angle_error_max_deg": np.abs(error).max(axis=2).ravel(),
-                    "failures": failed.sum(axis=2).ravel(),
+                    "mean_error_deg": statistics.circular_mean_deg(error[:approaches], axis=2).ravel(),
+                    "absolute_angle_error_median_deg": np.median(np.abs(error[:approaches]), axis=2).ravel(),
+                    "absolute_angle_error_max_deg": np.abs(error[:approaches]).max(axis=2).ravel(),
+                    "failures": failed[:approaches].sum(axis=2).ravel(),
                     "runner_up_cost_ratio_min": (sweep.runner_up_cost / sweep.cost).min(axis=2).ravel(),
                     "not_converged": (~sweep.converged).sum(axis=2).ravel(),
                 },
@@ -71,16 +93,24 @@ class ViewAngleEstimates(Figure):
         mean, spread = table["estimated_mean_deg"], table["estimated_sd_deg"]
         edges = table.assign(low=mean - spread, high=mean + spread)
         solid = pictures.Style("mean", "black")
-        dashed = pictures.Style("±1 standard deviation", "black", line="dashed")
+        dashed = pictures.Style("±1 sd", "black", line="dashed")
+        nothing = NULLS["average_walker"]
+        around = partial(pictures.series, edges, x="view_angle_deg", where={"method": "average_walker"})
         panels = []
         for method in methods:
             line = partial(pictures.series, edges, x="view_angle_deg", where={"method": method})
             panels.append(
                 pictures.Panel(
                     series=[
-                        *line(y="estimated_mean_deg", styles=solid),
+                        *line(
+                            y="estimated_mean_deg",
+                            styles=solid,
+                            band=("estimated_mean_deg_low", "estimated_mean_deg_high"),
+                        ),
                         *line(y="low", styles=dashed),
                         *line(y="high", styles=replace(dashed, label="")),
+                        *around(y="low", styles=replace(nothing, label="average walker ±1 sd")),
+                        *around(y="high", styles=replace(nothing, label="")),
                     ],
                     xlabel=VIEW_AXIS,
                     ylabel="Reconstructed viewpoint (degree)",
@@ -88,7 +118,13 @@ class ViewAngleEstimates(Figure):
                     annotation=_note(table[table["method"] == method], method, inputs.sweep.failure_deg),
                 )
             )
-        pictures.draw_lines(stem, panels, columns=len(panels), caption=inputs.caption)
+        pictures.draw_lines(
+            stem,
+            panels,
+            columns=len(panels),
+            legend="figure",
+            caption=f"{inputs.caption} Band: 95 % interval of the mean over people.",
+        )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Estimate less truth over the true angle, with its spread; median error below."""
@@ -106,7 +142,7 @@ class ViewAngleEstimates(Figure):
                     y=column,
                     by="method",
                     sd=spread,
-                    styles=METHODS,
+                    styles=CURVES,
                     entity=f"curves/{name}/{{series}}",
                 )
             rec.blueprint(

@@ -12,12 +12,14 @@ import pandas as pd
 from pipeline import pictures, recordings
 from pipeline.core import camera, errors, fourier
 from pipeline.core.reconstruction import from_known_views
+from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHODS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, METHODS, UNNAMED, VIEW_AXIS
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
@@ -34,40 +36,44 @@ class ViewErrors(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
+    over_people = ("table", "table_walkers", "table_coefficients")
     sequence = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: per method and view; ``table_walkers``: per walker and method, mean over views."""
+        """Return ``table``, per method and view, and the tables beside it.
+
+        ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
+        ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
+        they leave the range of training; ``table_sources``, of data from several sources: learnt from people of the
+        others.  The nulls are methods like the approaches.
+        """
         sweep = inputs.sweep
-        views, variance = sweep.view_angle_deg, sweep.missing_variance_mm2
-        absolute = errors.walker_error(sweep.absolute_error_mm2)
-        relative = errors.walker_error(sweep.relative_error)
-        methods, walkers, angles = absolute.shape
-        return {
-            "table": tidy(
-                {
-                    "method": np.repeat(sweep.methods.tolist(), angles),
-                    "view_angle_deg": np.tile(views, methods),
-                    "absolute_error_mm2": absolute.mean(axis=1).ravel(),
-                    "absolute_error_sd_mm2": sd(absolute, 1).ravel(),
-                    "rms_error_mm": np.sqrt(absolute).mean(axis=1).ravel(),
-                    "relative_error": relative.mean(axis=1).ravel(),
-                    "relative_error_sd": sd(relative, 1).ravel(),
-                    "missing_variance_mm2": np.tile(variance.mean(axis=0), methods),
-                    "missing_variance_sd_mm2": np.tile(sd(variance, 0), methods),
-                },
-                by=["method", "view_angle_deg"],
-            ),
-            "table_walkers": tidy(
-                {
-                    "walker": np.tile(inputs.samples, methods),
-                    "method": np.repeat(sweep.methods.tolist(), walkers),
-                    "absolute_error_mm2": absolute.mean(axis=2).ravel(),
-                    "relative_error": relative.mean(axis=2).ravel(),
-                },
-                by=["walker", "method"],
-            ),
+        names = [*sweep.methods.tolist(), *sweep.nulls.tolist()]
+        per_joint = np.concatenate([sweep.absolute_error_mm2, sweep.null_error_mm2])
+        absolute = errors.walker_error(per_joint)
+        relative = errors.walker_error(np.concatenate([sweep.relative_error, sweep.null_relative_error]))
+        variance = np.broadcast_to(sweep.missing_variance_mm2, absolute.shape)
+        averaged = {
+            "absolute_error_mm2": absolute,
+            "rms_error_mm": np.sqrt(absolute),
+            "relative_error": relative,
+            "missing_variance_mm2": variance,
+            **_sides_at_random(inputs, absolute_error_mm2=absolute, missing_variance_mm2=variance),
         }
+        walks = absolute.mean(axis=2)
+        made = {
+            "table": _over_walkers(inputs, names, averaged),
+            "table_people": _every_walker(inputs, names, averaged),
+            "table_walkers": _walkers(inputs, names, walks, relative.mean(axis=2)),
+            "table_summary": tidy(
+                {"method": names, **summary_over_walkers(inputs.dataset.person, walks)}, by=["method"]
+            ),
+            "table_coefficients": _coefficients(inputs),
+            "table_joints": _joints(inputs, names, per_joint),
+        }
+        if sweep.other_source_error_mm2 is not None:
+            made["table_sources"] = _sources(inputs, sweep.other_source_error_mm2, walks)
+        return made
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
         """Return the walkers themselves: the report makes each fold of them, and reconstructs from any view."""
@@ -84,10 +90,33 @@ class ViewErrors(Figure):
         """Three panels: absolute error, relative error, variance of the missing dimension."""
         methods = inputs.sweep.methods.tolist()
         panel = partial(pictures.Panel, from_zero=True, xticks=30)
+        shown = {"method": [*methods, "average_walker"]}
+
+        def interval(column: str) -> list[pictures.Series]:
+            return pictures.series(
+                tables["table"],
+                x="view_angle_deg",
+                y=column,
+                by="method",
+                band=(f"{column}_low", f"{column}_high"),
+                where={"method": methods},
+                styles={method: UNNAMED[method] for method in methods},
+            )
+
         absolute = panel(
-            y="absolute_error_mm2", band="absolute_error_sd_mm2", ylabel="Absolute error (mm$^2$)"
+            y="absolute_error_mm2",
+            band="absolute_error_sd_mm2",
+            ylabel="Absolute error (mm$^2$)",
+            where=shown,
+            series=interval("absolute_error_mm2"),
         )
-        relative = panel(y="relative_error", band="relative_error_sd", ylabel="Relative error")
+        relative = panel(
+            y="relative_error",
+            band="relative_error_sd",
+            ylabel="Relative error",
+            where=shown,
+            series=interval("relative_error"),
+        )
         variance = panel(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
@@ -103,9 +132,11 @@ class ViewErrors(Figure):
             tables["table"],
             x="view_angle_deg",
             by="method",
-            styles=METHODS if len(methods) > 1 else pictures.Style(colour="black"),
+            styles=CURVES,
             xlabel=VIEW_AXIS,
-            caption=f"{inputs.caption} Bands: ±1 standard deviation over walkers, as far as the axes go.",
+            legend="figure",
+            caption=f"{inputs.caption} Bands: ±1 standard deviation over walkers, as far as the axes go, and within it"
+            " the 95 % interval of the mean over people. Average walker: its depth, the image kept.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -132,7 +163,7 @@ class ViewErrors(Figure):
                 ("absolute_error_mm2", "absolute_error_sd_mm2"),
                 ("relative_error", "relative_error_sd"),
             ):
-                rec.curves(table, x="view_angle_deg", y=measure, by="method", sd=spread, styles=METHODS)
+                rec.curves(table, x="view_angle_deg", y=measure, by="method", sd=spread, styles=CURVES)
             rec.curves(
                 table,
                 x="view_angle_deg",
@@ -182,3 +213,143 @@ class ViewErrors(Figure):
                     shares=(1, 1),
                 )
             )
+
+
+def summary_over_walkers(person: np.ndarray, values: np.ndarray) -> dict[str, np.ndarray]:
+    """Return mean with interval, median and worst (M,) over walkers of errors (M, R), mm²."""
+    low, high = interval_over_people(person, values.T)
+    return {
+        "mean_mm2": values.mean(axis=1),
+        "mean_mm2_low": low,
+        "mean_mm2_high": high,
+        "median_mm2": np.median(values, axis=1),
+        "worst_mm2": values.max(axis=1),
+    }
+
+
+def _over_walkers(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
+    """Mean over walkers of each quantity (M, R, A), with its interval, and standard deviations."""
+    views = inputs.sweep.view_angle_deg
+    columns: dict[str, np.ndarray] = {
+        "method": np.repeat(names, len(views)),
+        "view_angle_deg": np.tile(views, len(names)),
+    }
+    deviations = {
+        "absolute_error_mm2": "absolute_error_sd_mm2",
+        "relative_error": "relative_error_sd",
+        "missing_variance_mm2": "missing_variance_sd_mm2",
+    }
+    for name, values in averaged.items():
+        columns[name] = values.mean(axis=1).ravel()
+        if name in deviations:
+            columns[deviations[name]] = sd(values, 1).ravel()
+        if not name.endswith(SIDES_AT_RANDOM):
+            low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
+            columns |= {f"{name}_low": low.ravel(), f"{name}_high": high.ravel()}
+    return tidy(columns, by=["method", "view_angle_deg"])
+
+
+def _every_walker(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
+    """Each quantity (M, R, A) of every walker."""
+    methods, walkers, angles = averaged["absolute_error_mm2"].shape
+    return tidy(
+        {
+            "person": np.tile(np.repeat(inputs.dataset.person, angles), methods),
+            "walker": np.tile(np.repeat(inputs.samples, angles), methods),
+            "method": np.repeat(names, walkers * angles),
+            "view_angle_deg": np.tile(inputs.sweep.view_angle_deg, methods * walkers),
+            **{name: values.ravel() for name, values in averaged.items()},
+        },
+        by=["walker", "method", "view_angle_deg"],
+    )
+
+
+SIDES_AT_RANDOM = "_sides_at_random"
+
+
+def _sides_at_random(inputs: Inputs, **curves: np.ndarray) -> dict[str, np.ndarray]:
+    """Curves (M, R, A) over view angle, left and right exchanged for half of the people: symmetric but for chance.
+
+    None if the view angles are not symmetric.
+    """
+    views = inputs.sweep.view_angle_deg
+    if not np.allclose(views, -views[::-1]):
+        return {}
+    people, person = np.unique(inputs.dataset.person, return_inverse=True)
+    generator = derive_generator(inputs.experiment.seed, f"sides of {people[0]} to {people[-1]}")
+    exchanged = (generator.random(len(people)) < 0.5)[person]
+    return {
+        name + SIDES_AT_RANDOM: np.where(exchanged[:, None], values[..., ::-1], values)
+        for name, values in curves.items()
+    }
+
+
+def _walkers(inputs: Inputs, names: list[str], absolute: np.ndarray, relative: np.ndarray) -> pd.DataFrame:
+    """Mean over views of the errors (M, R) of every walker."""
+    return tidy(
+        {
+            "person": np.tile(inputs.dataset.person, len(names)),
+            "walker": np.tile(inputs.samples, len(names)),
+            "method": np.repeat(names, len(inputs.samples)),
+            "absolute_error_mm2": absolute.ravel(),
+            "relative_error": relative.ravel(),
+        },
+        by=["walker", "method"],
+    )
+
+
+def _coefficients(inputs: Inputs) -> pd.DataFrame:
+    """How often coefficients leave the range of training: those found, and those of the walker seen whole."""
+    sweep, methods = inputs.sweep, len(inputs.sweep.methods)
+    return tidy(
+        {
+            "person": np.tile(inputs.dataset.person, methods),
+            "walker": np.tile(inputs.samples, methods),
+            "method": np.repeat(sweep.methods.tolist(), len(inputs.samples)),
+            "coefficients_beyond": sweep.coefficients_beyond.ravel(),
+            "own_coefficients_beyond": np.tile(sweep.own_coefficients_beyond, methods),
+            "views_far_beyond": sweep.views_far_beyond.ravel(),
+            "own_far_beyond": np.tile(sweep.own_far_beyond, methods),
+        },
+        by=["walker", "method"],
+    )
+
+
+def _joints(inputs: Inputs, names: list[str], per_joint: np.ndarray) -> pd.DataFrame:
+    """Mean over walkers and views of the errors (M, R, A, 15) of every joint, with its interval over people."""
+    values = per_joint.mean(axis=2)
+    low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
+    joints = len(WALKER15.joints)
+    return tidy(
+        {
+            "method": np.repeat(names, joints),
+            "joint": np.tile(WALKER15.joints, len(names)),
+            "absolute_error_mm2": values.mean(axis=1).ravel(),
+            "absolute_error_mm2_low": low.ravel(),
+            "absolute_error_mm2_high": high.ravel(),
+            "absolute_error_median_mm2": np.median(values, axis=1).ravel(),
+            "absolute_error_worst_mm2": values.max(axis=1).ravel(),
+        },
+        by=["method", "joint"],
+    )
+
+
+def _sources(inputs: Inputs, others: np.ndarray, own: np.ndarray) -> pd.DataFrame:
+    """Errors of the people of each source, learnt from other sources (M + 1, R) and from all (M + K, R)."""
+    methods = [*inputs.sweep.methods.tolist(), "average_walker"]
+    rows = []
+    for source in np.unique(inputs.dataset.source):
+        here = inputs.dataset.source == source
+        for learnt_from, values in (("other sources", others), ("all", own)):
+            summary = summary_over_walkers(inputs.dataset.person[here], values[: len(methods), here])
+            for number, method in enumerate(methods):
+                rows.append(
+                    {
+                        "source": source,
+                        "learnt_from": learnt_from,
+                        "method": method,
+                        "walkers": int(here.sum()),
+                        **{name: column[number] for name, column in summary.items()},
+                    }
+                )
+    return pd.DataFrame(rows)

@@ -1,0 +1,105 @@
+"""Cluster bootstrap: intervals of statistics over people, all clips of a person together.
+
+A replicate is a row of weights, how often it counts each cluster.  Means, paired differences and ratios of means
+are then products of one matrix of weights with sums by cluster, and share the replicates because they share the
+matrix.
+
+Symbols
+-------
+``B`` replicates, ``C`` clusters (people), ``w`` weights (B, C)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.validation import InvalidInput, require_range, require_shape
+
+RESAMPLES = 2000
+"""Replicates of a published interval."""
+
+LEVEL = 0.95
+"""Coverage of a published interval."""
+
+
+def resampling_weights(
+    clusters: int, generator: np.random.Generator, *, resamples: int = RESAMPLES
+) -> np.ndarray:
+    """How often each of `resamples` draws with replacement holds each cluster, (B, C) int; rows sum to C.
+
+    Examples
+    --------
+    >>> resampling_weights(3, np.random.default_rng(1), resamples=2).sum(axis=1).tolist()
+    [3, 3]
+    """
+    require_range("the number of clusters", clusters, at_least=1, whole=True)
+    require_range("the number of resamples", resamples, at_least=1, whole=True)
+    return generator.multinomial(clusters, np.full(clusters, 1.0 / clusters), size=resamples)
+
+
+def sums_by_cluster(values: np.ndarray, cluster: np.ndarray, clusters: int) -> np.ndarray:
+    """Sum (C, …) of the rows (n, …) of each cluster (n,) int."""
+    values = np.asarray(values, dtype=float)
+    total = np.zeros((clusters, *values.shape[1:]))
+    np.add.at(total, np.asarray(cluster), values)
+    return total
+
+
+def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Mean (B, …) over rows (n, …) in every replicate; NaN where a replicate holds none of them.
+
+    Parameters
+    ----------
+    values : (n, …)
+        In any unit.
+    cluster : (n,) int
+        Cluster of each row, 0 to C - 1.
+    weights : (B, C)
+
+    Examples
+    --------
+    >>> weighted_means(np.array([1.0, 3.0, 8.0]), np.array([0, 0, 1]), np.array([[1, 1], [0, 2]])).tolist()
+    [4.0, 8.0]
+    """
+    clusters = np.shape(weights)[1]
+    require_shape("cluster", np.asarray(cluster), (len(values),))
+    total = sums_by_cluster(values, cluster, clusters)
+    count = np.bincount(cluster, minlength=clusters)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        held = (weights @ count).reshape(-1, *[1] * (total.ndim - 1))
+        return np.asarray(np.tensordot(weights, total, axes=1) / np.where(held > 0, held, np.nan))
+
+
+def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Median (B,) over rows (n,) in every replicate, halves averaged; NaN where a replicate holds none of them."""
+    order = np.argsort(values, kind="stable")
+    ranked = np.asarray(values, dtype=float)[order]
+    reached = np.cumsum(np.asarray(weights)[:, np.asarray(cluster)[order]], axis=1)
+    count = reached[:, -1:] if ranked.size else np.zeros((len(weights), 1), dtype=int)
+    if not ranked.size:
+        return np.full(len(weights), np.nan)
+    lower, upper = ((reached <= rank).sum(axis=1) for rank in ((count - 1) // 2, count // 2))
+    last = ranked.size - 1
+    middle = 0.5 * (ranked[np.minimum(lower, last)] + ranked[np.minimum(upper, last)])
+    return np.where(count[:, 0] > 0, middle, np.nan)
+
+
+def percentile_interval(replicates: np.ndarray, *, level: float = LEVEL) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper end (…) of the central interval of replicates (B, …).
+
+    Raises
+    ------
+    InvalidInput
+        If the level is not between 0 and 1, or there are no replicates.
+
+    Examples
+    --------
+    >>> low, high = percentile_interval(np.arange(101.0), level=0.9)
+    >>> float(low), float(high)
+    (5.0, 95.0)
+    """
+    require_range("the level", level, above=0, below=1)
+    if not len(replicates):
+        raise InvalidInput("there are no replicates", expected="one or more", received="0")
+    low, high = np.percentile(replicates, [50.0 * (1.0 - level), 50.0 * (1.0 + level)], axis=0)
+    return low, high

@@ -1,0 +1,82 @@
+"""Further synthetic populations, of which a figure's tables are made again: how far results depend on who was drawn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from pipeline.clips.options import SyntheticData
+from pipeline.processes import map_processes
+from pipeline.seeding import derive_generator
+from pipeline.stages.artefacts import stored
+from pipeline.storage.store import Store
+from pipeline.storage.typed import result_type
+from pipeline.studies.experiment import Experiment
+from pipeline.studies.figure_inputs import FigureInputs
+from pipeline.studies.replicated import POPULATION
+from pipeline.studies.study import NoSweep, Nothing, SweepInputs
+
+
+def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
+    """Return the tables of all further populations, ``table_populations`` for ``table``; none if there are none.
+
+    Training and test people vary together, and the sweep takes coarser steps.  Clips are not kept: a sweep that
+    reads them has no populations.
+    """
+    data, figure = experiment.data, experiment.figure
+    count = data.populations if isinstance(data, SyntheticData) else 0
+    if not (count and figure.over_people) or experiment.sweep.reads_clips:
+        return {}
+
+    def one(number: int) -> dict[str, pd.DataFrame]:
+        made = figure.tables(_inputs(experiment, number, store))
+        return {name: _without_intervals(made[name], number) for name in figure.over_people}
+
+    every = map_processes(one, range(count), experiment.workers)
+    return {
+        name.removesuffix("_people") + "_populations": pd.concat([m[name] for m in every], ignore_index=True)
+        for name in figure.over_people
+    }
+
+
+def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
+    kept = [name for name in table if not str(name).endswith(("_low", "_high"))]
+    table = table[kept].copy()
+    table.insert(0, POPULATION, number + 1)
+    return table
+
+
+def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
+    """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
+    dataset, model, sweep = experiment.dataset.shared(), experiment.model, experiment.sweep.coarser()
+    seed = int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
+    request = experiment.data.request(dataset.corpus, experiment.skeleton, seed, 1)
+    kept = stored(
+        store,
+        "population",
+        {"clips": request.options, "dataset": dataset},
+        [],
+        lambda: dataset.build(request.make(), workers=1),
+        result=result_type(dataset.build),
+        source=type(dataset).__module__,
+    )
+    samples = experiment.dataset.of_shared(kept.value)
+    if isinstance(sweep, NoSweep):
+        learnt = model.learn(samples, workers=1)
+        return FigureInputs(experiment, None, samples, learnt, Nothing())  # type: ignore[arg-type]
+
+    def measure() -> Any:
+        learnt = model.learn(samples, workers=1)
+        return sweep.measure(SweepInputs(None, samples, learnt, experiment.dataset, model, 1, seed))
+
+    measured = stored(
+        store,
+        "population_sweep",
+        {"dataset": experiment.dataset, "model": model, "sweep": sweep},
+        [kept],
+        measure,
+        result=result_type(sweep.measure),
+        source=type(sweep).__module__,
+    )
+    return FigureInputs(experiment, None, samples, None, measured.value)  # type: ignore[arg-type]

@@ -1,0 +1,112 @@
+"""Tables whose rows are drawn again: how often every replicate counts each person, or each population.
+
+A table with a column ``population`` holds several synthetic populations, and a replicate is one of them.  Otherwise one
+with a column ``person`` is resampled by person, all rows of a person together.  The table ``X_populations`` or
+``X_people`` holds the rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and
+takes its place in replicates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pipeline.core import bootstrap
+from pipeline.seeding import derive_generator
+
+POPULATION, PERSON = "population", "person"
+
+
+@dataclass(frozen=True)
+class Replicated:
+    """A table in B replicates.
+
+    Attributes
+    ----------
+    frame : DataFrame
+        Rows that are drawn.
+    cluster : (n,) int
+        Cluster of each row.
+    weights : (B, C) int
+        How often each replicate counts each cluster.
+    published : DataFrame
+        The table that it stands for, as it is published.
+    """
+
+    frame: pd.DataFrame
+    cluster: np.ndarray
+    weights: np.ndarray
+    published: pd.DataFrame
+
+    def drawn(self, replicate: int) -> pd.DataFrame:
+        """Return the rows of one replicate, as often as it counts them."""
+        times = self.weights[replicate, self.cluster]
+        return self.frame.iloc[np.repeat(np.arange(len(self.frame)), times)]
+
+
+def replicate(
+    names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0
+) -> dict[str, Replicated | pd.DataFrame] | None:
+    """Return tables in replicates that they share; one that has none of its own stays as it is.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Tables of one claim.
+    tables : mapping of str to DataFrame
+        All tables.
+    seed : int
+        Of the draws.
+
+    Returns
+    -------
+    dict or None
+        None if no table has replicates, or some are of people and others of populations.
+    """
+    found = {name: _rows_behind(name, tables) for name in names}
+    kinds = {kind for kind, _ in found.values() if kind}
+    if len(kinds) != 1:
+        return None
+    (kind,) = kinds
+    labels = np.unique(np.concatenate([rows[kind].astype(str) for k, rows in found.values() if k]))
+    if len(labels) < 2:
+        return None
+    if kind == POPULATION:
+        weights = np.eye(len(labels), dtype=int)
+    else:
+        weights = bootstrap.resampling_weights(len(labels), derive_generator(seed, "people"))
+    return {
+        name: Replicated(
+            rows, np.searchsorted(labels, rows[kind].astype(str)), weights, tables[name]
+        )
+        if kind
+        else rows
+        for name, (kind, rows) in found.items()
+    }  # fmt: skip
+
+
+def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the 95 % interval (…) of the mean over people, from values (R, …) of walks of persons (R,).
+
+    All walks of a person are drawn together; NaN for a single person.
+    """
+    labels, cluster = np.unique(person, return_inverse=True)
+    if len(labels) < 2:
+        return np.full(values.shape[1:], np.nan), np.full(values.shape[1:], np.nan)
+    weights = bootstrap.resampling_weights(len(labels), derive_generator(0, "people"))
+    return bootstrap.percentile_interval(bootstrap.weighted_means(values, cluster, weights))
+
+
+def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:
+    """Return the kind of the clusters of a table, empty if it has none, and the rows that are drawn."""
+    stem = name if "/" in name else f"{name}/table"
+    stem = stem.removesuffix("_people")
+    for candidate in (f"{stem}_populations", f"{stem}_people", name):
+        rows = tables.get(candidate)
+        for kind in (POPULATION, PERSON):
+            if rows is not None and kind in rows.columns and len(rows):
+                return kind, rows
+    return "", tables[name]

@@ -1,0 +1,79 @@
+"""Choice of sigma² for each walker by other people, on models that have not seen the walker.
+
+zhang2007 chooses sigma² on the walkers that it reports.  Here people are dealt to groups.  For the walkers of group g
+sigma² has the lowest error over the walkers of every other group h, reconstructed by the model without g and h: the
+walker neither votes nor takes part in a model that does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core import linear_model, reconstruction
+from pipeline.processes import map_processes
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.model import EigenwalkersModel
+
+GROUPS = 10
+"""Groups of people; fewer if there are fewer people."""
+
+VIEWS = 5
+"""View angles at which sigma² is chosen, of those of the sweep."""
+
+
+def groups_of_people(person: np.ndarray, most: int = GROUPS) -> np.ndarray:
+    """Return the group (R,) int of each walk: people are dealt in turn, walks of a person stay together.
+
+    Examples
+    --------
+    >>> groups_of_people(np.array(["b", "a", "c", "b"]), most=2).tolist()
+    [1, 0, 0, 1]
+    """
+    _, number = np.unique(person, return_inverse=True)
+    return np.asarray(number % most)
+
+
+def nested_choice(
+    data: FourierSamples,
+    options: EigenwalkersModel,
+    view_angles_rad: np.ndarray,
+    noise_variances: np.ndarray,
+    workers: int,
+) -> np.ndarray:
+    """Return for each walker (R,) the index of the sigma² that others choose, on models without that walker.
+
+    Phase and frequency are those of the 3D motion, whatever the sweep's source.
+
+    Parameters
+    ----------
+    data : FourierSamples
+    options : EigenwalkersModel
+    view_angles_rad : (A,)
+        Of which `VIEWS` are used.
+    noise_variances : (S,)
+        mm².
+    workers : int
+    """
+    samples, how = options.training(data)
+    groups = groups_of_people(data.person)
+    count = int(groups.max()) + 1
+    chosen = np.unique(np.linspace(0, len(view_angles_rad) - 1, VIEWS).round().astype(int))
+    views = view_angles_rad[chosen]
+
+    def tried(fold: tuple[linear_model.LinearModel, int, int]) -> tuple[int, int, np.ndarray, np.ndarray]:
+        model, g, h = fold
+        of_g, of_h = (
+            sum(
+                reconstruction.error_path(model, samples[r], views, noise_variances).mean(axis=0)
+                for r in np.flatnonzero(groups == group)
+            )
+            for group in (g, h)
+        )
+        return g, h, np.asarray(of_g), np.asarray(of_h)
+
+    folds = linear_model.leave_two_out(samples, options.components, groups=groups, **how)
+    votes = np.zeros((count, len(noise_variances)))
+    for g, h, of_g, of_h in map_processes(tried, folds, workers):
+        votes[g] += of_h
+        votes[h] += of_g
+    return np.asarray(votes.argmin(axis=1)[groups])

@@ -1,0 +1,55 @@
+"""Walkers reconstructed by a model that has seen people of other sources only: children from adults, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.core import errors, linear_model
+from pipeline.processes import map_processes
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.methods import IMAGE_IGNORED_MM2, Method
+from pipeline.studies.walks.model import EigenwalkersModel
+from pipeline.studies.walks.phase_sources import Motion3d
+
+LEAST_WALKERS = 3
+"""Walkers of other sources that a model needs at least."""
+
+
+def other_source_errors(
+    data: FourierSamples,
+    options: EigenwalkersModel,
+    methods: Sequence[Method],
+    noise_variance_mm2: float,
+    view_angles_rad: np.ndarray,
+    workers: int,
+) -> np.ndarray | None:
+    """Return errors (M + 1, R) in mm², mean over views, of each method and of the average walker; None for one source.
+
+    Phase and frequency are those of the 3D motion, and the truth is the motion, whatever the sweep's options.
+    """
+    samples, how = options.training(data)
+    sources = np.unique(data.source)
+    others = {source: data.source != source for source in sources}
+    if len(sources) < 2 or any(kept.sum() < LEAST_WALKERS for kept in others.values()):
+        return None
+    mirrors = how.pop("mirrors")
+    models = {
+        source: linear_model.fit(
+            samples[kept] if mirrors is None else np.concatenate([samples[kept], mirrors[kept]]),
+            options.components,
+            **how,
+        )
+        for source, kept in others.items()
+    }
+    noises = [*(method.noise_variance(noise_variance_mm2) for method in methods), IMAGE_IGNORED_MM2]
+
+    def one(r: int) -> list[float]:
+        views = Motion3d(models[data.source[r]], samples[r], data.residual_covariance[r], view_angles_rad)
+        return [
+            float(errors.walker_error(errors.absolute_error(found.delta, views.residual_power)).mean())
+            for found in map(views.reconstruct, noises)
+        ]
+
+    return np.array(map_processes(one, range(len(samples)), workers)).T

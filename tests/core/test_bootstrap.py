@@ -1,0 +1,68 @@
+"""Cluster bootstrap: the same as drawing people one by one, and intervals that cover what they promise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.core import bootstrap
+from pipeline.validation import InvalidInput
+
+
+def drawn(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values of rows, their clusters and weights; some clusters have several rows."""
+    rng = np.random.default_rng(seed)
+    cluster = np.concatenate([np.arange(6), rng.integers(0, 6, size=9)])
+    return rng.normal(size=(15, 2)), cluster, bootstrap.resampling_weights(6, rng, resamples=40)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_weights_are_as_drawing_the_rows_of_each_person_again(seed: int) -> None:
+    values, cluster, weights = drawn(seed)
+    means = bootstrap.weighted_means(values, cluster, weights)
+    medians = bootstrap.weighted_medians(values[:, 0], cluster, weights)
+    for replicate, times in enumerate(weights):
+        rows = [r for c, n in enumerate(times) for _ in range(n) for r in np.flatnonzero(cluster == c)]
+        np.testing.assert_allclose(means[replicate], values[rows].mean(axis=0), rtol=1e-9, atol=1e-12)
+        assert medians[replicate] == pytest.approx(np.median(values[rows, 0]), rel=1e-12)
+
+
+def test_paired_quantities_share_the_replicates() -> None:
+    values, cluster, weights = drawn(3)
+    both = bootstrap.weighted_means(values, cluster, weights)
+    difference = bootstrap.weighted_means(values[:, 0] - values[:, 1], cluster, weights)
+    np.testing.assert_allclose(both[:, 0] - both[:, 1], difference, atol=1e-12)
+    low, high = bootstrap.percentile_interval(both[:, 0] / both[:, 0])
+    assert low == high == 1.0
+
+
+def test_an_interval_over_people_covers_the_truth_as_often_as_it_promises() -> None:
+    """People with several clips each: drawing clips instead of people would cover a third of the time."""
+    rng = np.random.default_rng(20)
+    people, clips, trials = 30, 8, 400
+    person = np.repeat(np.arange(people), clips)
+    weights = bootstrap.resampling_weights(people, rng, resamples=500)
+    of_clips = bootstrap.resampling_weights(people * clips, rng, resamples=500)
+    level = rng.normal(5.0, 1.0, size=(people, trials))
+    values = level[person] + rng.normal(0.0, 0.3, size=(people * clips, trials))
+    covered = []
+    for cluster, w in ((person, weights), (np.arange(people * clips), of_clips)):
+        low, high = bootstrap.percentile_interval(bootstrap.weighted_means(values, cluster, w))
+        covered.append(float(((low <= 5.0) & (high >= 5.0)).mean()))
+    assert 0.90 <= covered[0] <= 0.98
+    assert covered[1] < 0.70
+
+
+def test_replicates_without_any_row_have_no_mean_and_wrong_inputs_are_refused() -> None:
+    weights = np.array([[2, 0], [0, 2]])
+    assert np.isnan(bootstrap.weighted_means(np.ones(1), np.zeros(1, dtype=int), weights)[1])
+    assert np.isnan(bootstrap.weighted_medians(np.ones(1), np.zeros(1, dtype=int), weights)[1])
+    assert np.isnan(bootstrap.weighted_medians(np.ones(0), np.zeros(0, dtype=int), weights)).all()
+    with pytest.raises(InvalidInput, match="number of clusters"):
+        bootstrap.resampling_weights(0, np.random.default_rng(1))
+    with pytest.raises(InvalidInput, match="no replicates"):
+        bootstrap.percentile_interval(np.empty(0))
+    with pytest.raises(InvalidInput, match="level"):
+        bootstrap.percentile_interval(np.ones(3), level=1.0)
