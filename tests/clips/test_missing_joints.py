@@ -53,7 +53,8 @@ def test_a_joint_is_estimated_from_the_others(people: np.ndarray, joints: tuple[
         off = np.linalg.norm((made.positions - whole.positions)[:, list(joints)], axis=-1)
         assert np.sqrt((off**2).mean()) < mm
         seen = [j for j in range(15) if j not in joints]
-        np.testing.assert_allclose(made.positions[:, seen], whole.positions[:, seen])
+        # The frequency, and with it the heading, is that of the joints that were seen.
+        np.testing.assert_allclose(made.positions[:, seen], whole.positions[:, seen], atol=0.01)
 
 
 def test_what_a_missing_joint_holds_is_not_read(people: np.ndarray) -> None:
