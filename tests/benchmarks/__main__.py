@@ -1,7 +1,9 @@
 """Ours against peers and naive loops, as ratios; how time grows; the whole of two papers.
 
-  python -m tests.benchmarks [NAME ...]      all by default
+  python -m tests.benchmarks [NAME ...] [OPTION=VALUE ...]      all by default
 
+figures         wall and processor time and memory of each figure; reference=CHECKOUT: against that commit, in turns
+cost            with clips, frames, particles and walkers (to 10 000): exponents and peak memory; sizes=reduced
 leave_one_out   80 linear models of 225 numbers, against scikit-learn
 known_view      reconstruction from 181 known views, against scikit-learn and the plain loop
 noise_path      the same for 625 values of sigma², against the plain loop
@@ -13,8 +15,10 @@ articulated     a skeleton of 14 limbs from images to refined positions: stages,
 growth          with the number of walkers and of view angles
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
-Each is printed and written to results/bench/NAME.csv.  Times are CPU times of one thread unless a column says
-otherwise; the two sides of a ratio take turns in one process, and the median of a few rounds is given.
+Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
+`cost` also as a picture.  Options go to the benchmarks that know them; nothing judges these numbers.  Times are CPU
+times of one thread unless a column says otherwise; the two sides of a ratio take turns, and the median of a few rounds
+is given.
 """
 
 from __future__ import annotations
@@ -27,13 +31,18 @@ os.environ["OMP_NUM_THREADS"] = "1"
 os.environ["MKL_NUM_THREADS"] = "1"
 
 import importlib
+import inspect
+import json
 import subprocess
 import sys
 from pathlib import Path
 
+from pipeline.storage.provenance import provenance
 from tests.benchmarks.tables import show, write
 
 BENCHMARKS = (
+    "figures",
+    "cost",
     "leave_one_out",
     "known_view",
     "noise_path",
@@ -53,19 +62,46 @@ def main(names: list[str]) -> int:
     if {"-h", "--help"} & set(names):
         print(__doc__)
         return 0
+    options = dict(name.split("=", 1) for name in names if "=" in name)
+    names = [name for name in names if "=" not in name]
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown:
         print(f"no benchmark {unknown[0]!r} (expected {', '.join(BENCHMARKS)})", file=sys.stderr)
         return 1
     if len(names) == 1:
-        module = importlib.import_module(f"tests.benchmarks.{names[0]}")
-        rows = module.run()
-        show(names[0], module.__doc__ or "", rows)
-        write(RESULTS / f"{names[0]}.csv", rows)
-        return 0
+        return run(names[0], options)
     # A process for each: what one leaves in memory and in caches is not the next one's.
-    commands = [[sys.executable, "-m", "tests.benchmarks", name] for name in names or BENCHMARKS]
+    commands = [
+        [sys.executable, "-m", "tests.benchmarks", name, *_known(name, options)]
+        for name in names or BENCHMARKS
+    ]
     return max(subprocess.run(command, check=False).returncode for command in commands)
+
+
+def _known(name: str, options: dict[str, str]) -> list[str]:
+    """Return those of the options that a benchmark has."""
+    has = inspect.signature(importlib.import_module(f"tests.benchmarks.{name}").run).parameters
+    return [f"{option}={value}" for option, value in options.items() if option in has]
+
+
+def run(name: str, options: dict[str, str]) -> int:
+    """Exit status after one benchmark, in this process."""
+    module = importlib.import_module(f"tests.benchmarks.{name}")
+    has = inspect.signature(module.run).parameters
+    wrong = [option for option in options if option not in has]
+    if wrong:
+        print(f"{name} has no option {wrong[0]!r} (expected {', '.join(has) or 'none'})", file=sys.stderr)
+        return 1
+    rows = module.run(**options)
+    show(name, module.__doc__ or "", rows)
+    write(RESULTS / f"{name}.csv", rows)
+    # A checkout's place is nobody else's business.
+    said = {option: value for option, value in options.items() if option != "reference"}
+    about = {"benchmark": name, "options": said, "cores": os.cpu_count(), **provenance()}
+    (RESULTS / f"{name}.json").write_text(json.dumps(about, indent=2) + "\n", encoding="utf-8")
+    if hasattr(module, "draw"):
+        module.draw(rows, RESULTS / name)
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,0 +1,82 @@
+"""Wall and processor time of each figure, from an empty cache, against another commit's in turns; peak memory.
+
+Options: `reference` (a checkout of the other commit; without it only our own times are taken), `figures` (names with
+commas between; all by default), `scale`, `data`, `rounds`, `workers`.  A ratio is reference over ours, the median of
+the rounds.  Each figure begins with an empty store, so it also pays for the stages that it shares with others.
+"""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+from pathlib import Path
+
+from tests.benchmarks import children, pictures
+from tests.benchmarks.tables import Row
+
+HERE = Path(__file__).resolve().parents[2]
+
+
+def run(
+    reference: str = "", figures: str = "", scale: str = "full", data: str = "synthetic", rounds: str = "1",
+    workers: str = "1",
+) -> list[Row]:  # fmt: skip
+    """One row for each figure that both commits have."""
+    checkouts = {"ours": HERE} | ({"reference": Path(reference).resolve()} if reference else {})
+    for checkout in checkouts.values():
+        if not (checkout / "pipeline" / "__main__.py").is_file():
+            raise SystemExit("reference must be a checkout of this project")
+    wanted = (
+        figures.split(",") if figures else [p.stem for p in sorted((HERE / "conf/experiment").glob("*.yaml"))]
+    )
+    rows = []
+    for figure in wanted:
+        if not all((c / "conf/experiment" / f"{figure}.yaml").is_file() for c in checkouts.values()):
+            continue
+        used: dict[str, list[children.Used]] = {name: [] for name in checkouts}
+        for _ in range(int(rounds)):
+            for name, checkout in checkouts.items():
+                used[name].append(
+                    _made(checkout, figure, [f"scale={scale}", f"data={data}", f"workers={workers}"])
+                )
+        rows.append(_row(figure, used))
+        print(f"  {figure}", flush=True)
+    return rows
+
+
+def _made(checkout: Path, figure: str, options: list[str]) -> children.Used:
+    """What one figure takes of a checkout, without its recording."""
+    # Before the code was cut by study, the options of figures were those of the report.
+    group = "report" if (checkout / "conf" / "report").is_dir() else "figure"
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = [
+            "figures",
+            f"experiment={figure}",
+            *options,
+            f"{group}.recording=false",
+            f"results={folder}",
+        ]
+        return children.run(["-m", "pipeline", *arguments], checkout)
+
+
+def _row(figure: str, used: dict[str, list[children.Used]]) -> Row:
+    row: Row = {"figure": figure}
+    for name, runs in used.items():
+        row[f"{name}_cpu_s"] = round(statistics.median(u.cpu_s for u in runs), 2)
+        row[f"{name}_wall_s"] = round(statistics.median(u.wall_s for u in runs), 2)
+        row[f"{name}_peak_mb"] = round(max(u.peak_mb for u in runs))
+    if "reference" in used:
+        for what in ("cpu_s", "wall_s"):
+            ratios = [
+                getattr(theirs, what) / getattr(ours, what)
+                for ours, theirs in zip(used["ours"], used["reference"], strict=True)
+            ]
+            row[f"times_ours_{what.removesuffix('_s')}"] = statistics.median(ratios)
+    return row
+
+
+def draw(rows: list[Row], stem: Path) -> None:
+    """Times of the reference over ours, or our own seconds, by figure in the order of the table."""
+    columns = [c for c in rows[0] if c.startswith("times_ours")] or ["ours_cpu_s", "ours_wall_s"]
+    names = ", ".join(f"{n} {row['figure']}" for n, row in enumerate(rows, 1))
+    pictures.draw_columns(stem, rows, columns, xlabel="Figure", caption=f"{names}.")
