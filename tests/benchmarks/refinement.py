@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.core.refinement import Refinement, refine, reprojection
-from pipeline.core.refinement.inputs import starting_paths
+from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import cosine_basis
 from tests.benchmarks.tables import Row
@@ -109,9 +109,10 @@ def peer(one: Clip, *, analytic: bool) -> np.ndarray:
         basis=one.basis,
         penalty=np.zeros((limbs, size)),
     )
-    paths = starting_paths(
-        one.start, one.basis, weights=None, charts=one.charts, cutoff=None, called=[""] * len(PARENTS)
-    )
+    paths = [
+        starting_path(one.start[:, limb], one.basis, chart=one.charts[limb], cutoff=None, called=str(limb))
+        for limb in range(limbs)
+    ]
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
 
     def positions(flat: np.ndarray) -> np.ndarray:

@@ -7,7 +7,13 @@ from pipeline.core.articulated_trajectory.limb_choice import (
     select_signs,
 )
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
-from pipeline.core.articulated_trajectory.reconstruct import Articulated, Options, Reconstruction, reconstruct
+from pipeline.core.articulated_trajectory.reconstruct import (
+    Articulated,
+    Options,
+    Reconstruction,
+    prepared,
+    reconstruct,
+)
 from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule
 
 __all__ = [
@@ -20,6 +26,7 @@ __all__ = [
     "TrajectoryBasis",
     "TrajectoryBasisByRule",
     "choose_limb",
+    "prepared",
     "reconstruct",
     "select_signs",
 ]

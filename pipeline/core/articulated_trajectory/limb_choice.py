@@ -14,6 +14,7 @@ Symbols
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -62,6 +63,10 @@ class LimbChoice:
 
     def mirror(self) -> LimbChoice:
         """The same limb with the mirror of these signs."""
+        return self._mirror
+
+    @cached_property
+    def _mirror(self) -> LimbChoice:
         return select_signs(self.hits, self.solution, self.used, self.basis, mirrored=not self.mirrored)
 
     @property

@@ -13,20 +13,16 @@ from collections.abc import Callable
 
 from pipeline.core.articulated_trajectory.limb_choice import LimbChoice
 from pipeline.core.articulated_trajectory.limb_tree import LimbTree
-from pipeline.core.refinement import Refinement
 from pipeline.validation import InvalidInput
 
 MARGIN = 1e-6
 """Fraction of the cost by which a mirror has to be better: less may be rounding."""
 
-Place = tuple[str, tuple[bool, ...]]
-"""A limb, and which limbs on the way to it are mirrored."""
-
 
 def better_mirrors(
     start: LimbTree,
     choose: Callable[[LimbTree, str], LimbChoice],
-    refine: Callable[[LimbTree], Refinement],
+    cost: Callable[[LimbTree], float],
 ) -> LimbTree:
     """The tree with each limb as it was chosen or mirrored, whichever lowers the cost of the refined tree.
 
@@ -36,49 +32,42 @@ def better_mirrors(
         All limbs.
     choose : callable
         From a tree and a limb whose parent it has to the limb's choice.
-    refine : callable
-        From a tree of all limbs to the refined one; a few steps of it are enough to compare.
+    cost : callable
+        Of a tree of all limbs once it is refined; a few steps of that are enough to compare.
 
     Raises
     ------
     InvalidInput
-        As `choose` and `refine` do for the start.
+        As `choose` and `cost` do for the start.
 
     Notes
     -----
-    Only limbs in doubt are tried (`LimbChoice.undecided`), once each.  The cost as `refine` gives it never rises;
+    Only limbs in doubt are tried (`LimbChoice.undecided`), once each.  The cost never rises;
     the best of all 2^L combinations is not promised.  A limb that was mirrored already, by a hinge, stays the mirror
     of what is chosen anew where its parent is mirrored.  A second round from the root to the leaves, or more than
     ten steps to a refinement, took half as long again and changed mean errors by a few percent either way.
     """
-    known: dict[Place, tuple[LimbChoice, LimbChoice]] = {}
     mirrored = frozenset(limb for limb, choice in start.choices.items() if choice.mirrored)
-    best, cost = start, refine(start).cost
+    best, least = start, cost(start)
     for limb in start.chain.limbs:
         if not best.choices[limb].undecided:
             continue
         try:
-            other = _chosen_anew(start, mirrored ^ {limb}, choose, known)
-            other_cost = refine(other).cost
+            other = _chosen_anew(start, mirrored ^ {limb}, choose)
+            other_cost = cost(other)
         except InvalidInput:  # what a mirror carries would be behind the camera, say: no candidate
             continue
-        if other_cost < cost * (1.0 - MARGIN):
-            mirrored, best, cost = mirrored ^ {limb}, other, other_cost
+        if other_cost < least * (1.0 - MARGIN):
+            mirrored, best, least = mirrored ^ {limb}, other, other_cost
     return best
 
 
 def _chosen_anew(
-    start: LimbTree,
-    mirrored: frozenset[str],
-    choose: Callable[[LimbTree, str], LimbChoice],
-    known: dict[Place, tuple[LimbChoice, LimbChoice]],
+    start: LimbTree, mirrored: frozenset[str], choose: Callable[[LimbTree, str], LimbChoice]
 ) -> LimbTree:
-    """A tree of all limbs, those in doubt mirrored that are to be; choices and mirrors made before are in `known`."""
+    """A tree of all limbs, those in doubt mirrored that are to be."""
     tree = LimbTree(start.chain, start.root)
     for limb in start.chain.limbs:
-        place = (limb, tuple(joint in mirrored for joint in tree.way_to(limb)))
-        if place not in known:
-            choice = choose(tree, limb)
-            known[place] = choice, choice.mirror() if choice.undecided else choice
-        tree = tree.placed(limb, known[place][limb in mirrored])
+        choice = choose(tree, limb)
+        tree = tree.placed(limb, choice.mirror() if limb in mirrored and choice.undecided else choice)
     return tree

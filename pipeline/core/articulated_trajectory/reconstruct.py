@@ -28,8 +28,13 @@ from pipeline.core.limb_chain import WALKER14, Chain
 from pipeline.core.limb_chain.lengths import length_from_rays
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
+from pipeline.core.refinement.inputs import starting_path
+from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis
 from pipeline.validation import InvalidInput, require_range, require_shape
+
+Place = tuple[str, tuple[bool, ...]]
+"""A limb, and which limbs on the way to it are mirrored."""
 
 COMPARING = 10
 """Steps of the refinement by which mirrors are compared: more seldom change which is better."""
@@ -68,6 +73,10 @@ class Options:
     try_mirrors: bool = False
     refine: bool = True
     time_limit_s: float = 0.5
+
+    def of_each_limb(self) -> Options:
+        """The same without what is decided once the limbs have been chosen, each on its own."""
+        return replace(self, use_hinges=False, try_mirrors=False, refine=False)
 
 
 @dataclass(frozen=True)
@@ -109,6 +118,22 @@ def reconstruct(
 ) -> Articulated:
     """3D motion of a whole skeleton from its images, the root's trajectory and the cameras [park2011 5, 6].
 
+    Parameters and exceptions are those of `prepared`; a limb that cannot be reconstructed is named too.
+    """
+    return prepared(images, camera, root, lengths, options, chain=chain).whole()
+
+
+def prepared(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    lengths: np.ndarray,
+    options: Options | None = None,
+    *,
+    chain: Chain = WALKER14,
+) -> Reconstruction:
+    """What is known of a skeleton, checked, for reconstructions that share what they choose (`Reconstruction.under`).
+
     Parameters
     ----------
     images : (F, J, 2)
@@ -125,7 +150,7 @@ def reconstruct(
     Raises
     ------
     InvalidInput
-        If shapes disagree, or a limb cannot be reconstructed, naming it.
+        If shapes disagree.
     """
     images, root, lengths = (np.asarray(value, dtype=float) for value in (images, root, lengths))
     require_shape("images", images, ("F", len(chain.joints), 2))
@@ -134,7 +159,7 @@ def reconstruct(
         raise InvalidInput("must be one, or one for each frame", where="camera", received=str(camera.frames))
     require_shape("root", root, (len(images), 3))
     require_shape("lengths", lengths, (len(chain.limbs),))
-    return Reconstruction(images, camera, root, lengths, chain, options or Options()).whole()
+    return Reconstruction(images, camera, root, lengths, chain, options or Options())
 
 
 @dataclass(frozen=True)
@@ -151,6 +176,11 @@ class Reconstruction:
     options : Options
     bases : dict
         Of limbs whose basis is known already.
+    known : dict
+        Choices that have been made, by the limb and by whether each limb on the way to it is mirrored, where all
+        lengths were given and nothing else enters.
+    starts : dict
+        Of the refinement, by the choice (its id, with itself, so that it stays) and the number of cosines.
     """
 
     images: np.ndarray
@@ -160,6 +190,20 @@ class Reconstruction:
     chain: Chain
     options: Options
     bases: Mapping[str, TrajectoryBasis] = field(default_factory=dict)
+    known: dict[Place, LimbChoice] = field(default_factory=dict)
+    starts: dict[tuple[int, int], tuple[LimbChoice, SphericalTrajectory]] = field(default_factory=dict)
+
+    def under(self, options: Options) -> Reconstruction:
+        """The same skeleton under other options; what they do not change is not chosen again."""
+        if options.of_each_limb() == self.options.of_each_limb():
+            return replace(self, options=options)
+        return replace(self, options=options, known={}, starts={})
+
+    def with_lengths(self, lengths: np.ndarray) -> Reconstruction:
+        """The same skeleton with other lengths (L,), mm."""
+        if np.array_equal(lengths, self.lengths):
+            return self
+        return replace(self, lengths=lengths, known={}, starts={})
 
     @cached_property
     def _cameras(self) -> np.ndarray:
@@ -171,7 +215,7 @@ class Reconstruction:
         if self.options.try_mirrors:
             # What was read off the rays stays as it is, or trees would be compared that have not the same unknowns.
             fixed = self.fixed_to(tree)
-            tree = better_mirrors(tree, fixed.choose, lambda other: fixed.refined(other, COMPARING))
+            tree = better_mirrors(tree, fixed.choose, lambda other: fixed.refined(other, COMPARING).cost)
         limbs = {limb: tree.choices[limb] for limb in self.chain.limbs}
         chosen, imputed = tree.positions, tree.imputed
         if not self.options.refine:
@@ -194,6 +238,15 @@ class Reconstruction:
 
     def choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         """The choice for a limb whose parent the tree has."""
+        way = tree.way_to(limb)[1:]
+        place = (limb, tuple(tree.choices[joint].mirrored for joint in way))
+        if np.isnan(self.lengths).any():
+            return self._choose(tree, limb)
+        if place not in self.known:
+            self.known[place] = self._choose(tree, limb)
+        return self.known[place]
+
+    def _choose(self, tree: LimbTree, limb: str) -> LimbChoice:
         options = self.options
         try:
             return choose_limb(
@@ -216,14 +269,27 @@ class Reconstruction:
 
     def fixed_to(self, tree: LimbTree) -> Reconstruction:
         """The same with the lengths and bases of a tree, where they were to be found."""
+        if isinstance(self.options.basis, TrajectoryBasis) and not np.isnan(self.lengths).any():
+            return self
         lengths = np.where(np.isnan(self.lengths), tree.lengths, self.lengths)
-        return replace(self, lengths=lengths, bases={name: c.basis for name, c in tree.choices.items()})
+        bases = {name: choice.basis for name, choice in tree.choices.items()}
+        return replace(self, lengths=lengths, bases=bases, known={}, starts={})
 
     def refined(self, tree: LimbTree, max_iterations: int) -> Refinement:
         """All limbs of a tree refined together, each in its own basis."""
         limbs = self.chain.limbs
         bases = [tree.choices[limb].basis for limb in limbs]
         names = (self.chain.root, *limbs)
+        components = max(basis.components for basis in bases)
+        rows = cosine_basis(len(self.images), components)
+        paths = []
+        for limb in limbs:
+            choice = tree.choices[limb]
+            key = (id(choice), components)
+            if key not in self.starts:
+                path = starting_path(choice.directions, rows, cutoff=bases[0].cutoff, called=limb)
+                self.starts[key] = choice, path
+            paths.append(self.starts[key][1])
         return refinement.refine(
             self.images[:, self._order],
             self.camera,
@@ -231,7 +297,8 @@ class Reconstruction:
             [-1, *(names.index(self.chain.held_by(limb)) for limb in limbs)],
             np.stack([tree.choices[limb].directions for limb in limbs], axis=1),
             tree.lengths,
-            basis=cosine_basis(len(self.images), max(basis.components for basis in bases)),
+            basis=rows,
+            paths=paths,
             cutoff=bases[0].cutoff,
             components=[basis.components for basis in bases],
             max_iterations=max_iterations,

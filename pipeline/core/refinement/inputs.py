@@ -98,52 +98,44 @@ def check_options(positive: dict[str, float | None], max_iterations: int) -> Non
     require_range("max_iterations", max_iterations, at_least=1, whole=True)
 
 
-def starting_paths(
+def starting_path(
     directions: np.ndarray,
     rows: np.ndarray,
     *,
-    charts: np.ndarray | None,
     cutoff: float | None,
-    called: Sequence[str],
-) -> list[SphericalTrajectory]:
-    """Trajectories in the basis, one to a limb, nearest to given directions.
+    called: str,
+    chart: np.ndarray | None = None,
+) -> SphericalTrajectory:
+    """The trajectory in the basis that is nearest to given directions of a limb.
 
     Parameters
     ----------
-    directions : (F, L, 3)
+    directions : (F, 3)
         Of any length; NaN where not known.
     rows : (F, K)
         Trajectory basis.
-    charts : (L, 3, 3), optional
-        Rotations from the world to the axes of the angles.
     cutoff : float, optional
         k0 of a soft basis.
-    called : sequence of str
-        Names of the J joints.
+    called : str
+        Name of the limb's joint.
+    chart : (3, 3), optional
+        Rotation from the world to the axes of the angles.
 
     Raises
     ------
     InvalidInput
-        If a shape is wrong, or for a limb no direction is known, or one has no length.
+        If a shape is wrong, or no direction is known, or one has no length.
     """
-    directions = np.asarray(directions, dtype=float)
-    limbs = directions.shape[1]
-    turns = np.empty((limbs, 3, 3)) if charts is None else np.asarray(charts, dtype=float)
-    require_shape("charts", turns, (limbs, 3, 3))
     components = rows.shape[1]
     penalty = _START_PENALTY * soft_ridge(components, max(components - 1, 1))
     if cutoff is not None:
         penalty = penalty + soft_ridge(components, cutoff)
-    paths = []
-    for limb in range(limbs):
-        try:
-            angles = continuous_angles(directions[:, limb], chart=None if charts is None else turns[limb])
-            paths.append(fit(angles, rows, penalty=penalty))
-        except InvalidInput as refusal:
-            raise InvalidInput(
-                refusal.what,
-                where=f"the start of joint {called[limb + 1]}",
-                expected=refusal.expected,
-                received=refusal.received,
-            ) from None
-    return paths
+    try:
+        return fit(continuous_angles(directions, chart=chart), rows, penalty=penalty)
+    except InvalidInput as refusal:
+        raise InvalidInput(
+            refusal.what,
+            where=f"the start of joint {called}",
+            expected=refusal.expected,
+            received=refusal.received,
+        ) from None

@@ -28,13 +28,13 @@ from pipeline.core.refinement.inputs import (
     check_lengths,
     check_options,
     frames_and_limbs,
-    starting_paths,
+    starting_path,
     tree_in_order,
 )
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_shape
 
 LENGTH_FACTOR = 2.0
 """How far a free length may go from the given one, up or down."""
@@ -101,6 +101,7 @@ def refine(
     *,
     basis: np.ndarray | int,
     charts: np.ndarray | None = None,
+    paths: Sequence[SphericalTrajectory] | None = None,
     free_lengths: bool = False,
     cutoff: float | None = None,
     components: Sequence[int] | None = None,
@@ -129,6 +130,8 @@ def refine(
     charts : (L, 3, 3), optional
         Rotations from the world to the axes of each limb's angles, as an earlier refinement returns them; by default
         the pole of each is farthest from the limb's path.
+    paths : sequence of SphericalTrajectory, optional
+        The limbs' starts in the basis, as `inputs.starting_path` makes them of the directions, where they are known.
     free_lengths : bool
         Whether the logarithms of lengths are unknowns too, within a factor of `LENGTH_FACTOR`.
     cutoff : float, optional
@@ -162,7 +165,13 @@ def refine(
     check_lengths(lengths, called)
     check_options({"cutoff": cutoff, "tolerance": tolerance}, max_iterations)
     rows = basis_rows(basis, frames)
-    paths = starting_paths(directions, rows, charts=charts, cutoff=cutoff, called=called)
+    turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
+    if paths is None:
+        whole = np.asarray(directions, dtype=float)
+        paths = [
+            starting_path(whole[:, limb], rows, chart=turns[limb], cutoff=cutoff, called=called[limb + 1])
+            for limb in range(limbs)
+        ]
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
     unknowns = np.column_stack([start, np.zeros(limbs)]) if free_lengths else start
     images, root = np.asarray(images, dtype=float), np.asarray(root, dtype=float)

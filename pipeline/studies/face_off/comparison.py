@@ -258,19 +258,18 @@ class _Walk:
             variances = [None, options.noise_variance_mm2]
             made[:2] = by_eigenwalkers(self.model, walk, variances, harmonics=self.harmonics)
         made[2] = mean_walker(self.model, walk.times_s, self.frequency_hz, self.phase)
-        for method, (use_hinges, try_mirrors) in ARTICULATED.items():
-            made[METHODS.index(method)] = by_articulation(
-                walk,
-                self.truth,
-                Options(
-                    self.basis,
-                    noise_px=condition.noise_px,
-                    use_hinges=use_hinges,
-                    try_mirrors=try_mirrors,
-                    refine=options.refine,
-                    time_limit_s=options.time_limit_s,
-                ),
+        ways = [
+            Options(
+                self.basis,
+                noise_px=condition.noise_px,
+                use_hinges=use_hinges,
+                try_mirrors=try_mirrors,
+                refine=options.refine,
+                time_limit_s=options.time_limit_s,
             )
+            for use_hinges, try_mirrors in ARTICULATED.values()
+        ]
+        made[3:] = by_articulation(walk, self.truth, ways)
         return made
 
     def scores(self, wanted: list[Condition], shown: Condition) -> _Scores:

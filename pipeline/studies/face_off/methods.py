@@ -11,13 +11,14 @@ Frequency and phase come from that view alone (`phase_source: observed2d`).  A m
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core import camera as parallel
 from pipeline.core import fourier, observation, reconstruction
-from pipeline.core.articulated_trajectory import Options, reconstruct
+from pipeline.core.articulated_trajectory import Options, prepared
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.pinhole import Pinhole
@@ -151,15 +152,15 @@ def by_eigenwalkers(
     return motions
 
 
-def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Options) -> np.ndarray:
-    """Return the motion (F, 15, 3), mm, of articulated trajectories [park2011 5, 6].
+def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Sequence[Options]) -> list[np.ndarray]:
+    """Return the motions (F, 15, 3), mm, of articulated trajectories, under each of some options [park2011 5, 6].
 
     Parameters
     ----------
     walk : SeenWalk
     truth : (F, 15, 3)
         For the lengths of the limbs alone, mm.
-    options : Options
+    options : sequence of Options
         With the noise of the image: known, as to a detector that has been tried.
 
     Raises
@@ -168,7 +169,8 @@ def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Options) -> np.n
         If a limb cannot be reconstructed.
     """
     lengths = true_lengths(WALKER14, truth)
-    return reconstruct(walk.images, walk.camera, walk.root, lengths, options).positions
+    skeleton = prepared(walk.images, walk.camera, walk.root, lengths, options[0])
+    return [skeleton.under(each).whole().positions for each in options]
 
 
 def mean_walker(

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, reconstruct
+from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, prepared
 from pipeline.core.articulation import Adjustment
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
@@ -194,8 +194,10 @@ class MissingDataSweep(ErrorSweep):
             hidden = scenes[number].hidden(pattern, fraction, seed)
             scene = scenes[number]
             left = scene.without(hidden)
-            found = reconstruct(left, scene.view, scene.root, scene.lengths, self.options(basis))
-            return self._errors(scene, found, hidden, basis), found.positions
+            skeleton = prepared(left, scene.view, scene.root, scene.lengths, self.options(basis))
+            found = skeleton.whole()
+            best = better_of_mirrors(scene.positions, skeleton)
+            return self._errors(scene, found, best, hidden, basis), found.positions
 
         # Nothing is missing in the same way whatever the pattern.
         first = self.patterns[0]
@@ -260,10 +262,13 @@ class MissingDataSweep(ErrorSweep):
         )
 
     def _errors(
-        self, scene: Scene, found: Articulated, hidden: np.ndarray, basis: TrajectoryBasis
+        self,
+        scene: Scene,
+        found: Articulated,
+        best: np.ndarray,
+        hidden: np.ndarray,
+        basis: TrajectoryBasis,
     ) -> dict[str, Any]:
-        left, options = scene.without(hidden), self.options(basis)
-        best = better_of_mirrors(scene.positions, scene.view, left, scene.root, scene.lengths, options)
         true, positions, refined = scene.positions, found.positions, found.refined
         assert refined is not None, "it was asked for"
         limbs, size = np.arange(true.shape[1]) != ROOT, float(scene.true_lengths.mean())

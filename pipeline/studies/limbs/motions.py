@@ -21,7 +21,7 @@ from pipeline.core.articulated_trajectory import (
     TrajectoryBasis,
     TrajectoryBasisByRule,
     choose_limb,
-    reconstruct,
+    prepared,
 )
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
@@ -214,14 +214,15 @@ class _Reconstruction:
             try_mirrors=self.options.try_mirrors,
             time_limit_s=self.options.time_limit_s if self.options.exact else 0.0,
         )
-        made = reconstruct(self.images, self.camera, self.root, self.lengths, options)
+        skeleton = prepared(self.images, self.camera, self.root, self.lengths, options)
+        made = skeleton.whole()
         self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
         estimated = relative_trajectories(WALKER14, made.positions)
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
         sizes = np.linalg.norm(estimated, axis=-1)
-        first_signs = replace(options, time_limit_s=0.0)
-        better = better_of_mirrors(self.truth, self.camera, self.images, self.root, self.lengths, first_signs)
+        first_signs = skeleton.under(replace(options, time_limit_s=0.0)).with_lengths(self.lengths)
+        better = better_of_mirrors(self.truth, first_signs)
         eta = self.reconstructibilities()
         middle = self.camera.at(len(self.truth) // 2).centre - self.truth[:, ROOT].mean(axis=0)
         return {

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.articulated_trajectory import LimbChoice, Options, choose_limb
+from pipeline.core.articulated_trajectory import LimbChoice, LimbTree, Reconstruction
 from pipeline.core.limb_chain import WALKER14
-from pipeline.core.pinhole import Pinhole
-from pipeline.studies.limbs.trials import ROOT, LimbTrial
+from pipeline.studies.limbs.trials import LimbTrial
 
 SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
@@ -78,14 +77,7 @@ def true_signs(choice: LimbChoice, relative: np.ndarray) -> np.ndarray:
     return np.where(along < 0, -1, 1)
 
 
-def better_of_mirrors(
-    truth: np.ndarray,
-    camera: Pinhole,
-    images: np.ndarray,
-    root: np.ndarray,
-    lengths: np.ndarray,
-    options: Options,
-) -> np.ndarray:
+def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray:
     """Return positions (F, 15, 3), mm, with of every limb and its mirror the one nearer to the truth, not refined.
 
     The error that is left does not come from the choice between the two.
@@ -94,31 +86,12 @@ def better_of_mirrors(
     ----------
     truth : (F, 15, 3)
         mm.
-    camera : Pinhole
-    images : (F, 15, 2)
-        px, NaN where a joint was not seen.
-    root : (F, 3)
-        Trajectory that is taken for the root's, mm.
-    lengths : (14,)
-        As assumed, mm.
-    options : Options
-        Basis, adjustment, noise and time limit of each limb.
+    skeleton : Reconstruction
+        What is known of it; limbs as they are chosen there.
     """
-    chosen, anchored = np.empty_like(truth), np.empty_like(truth)
-    chosen[:, ROOT] = anchored[:, ROOT] = root
-    for limb, (parent, child) in enumerate(WALKER14.ends):
-        choice = choose_limb(
-            camera.matrix,
-            images[:, child],
-            anchored[:, parent],
-            float(lengths[limb]),
-            basis=options.basis,
-            adjust=options.adjust,
-            noise_px=options.noise_px,
-            time_limit_s=options.time_limit_s,
-        )
+    tree = LimbTree(WALKER14, skeleton.root)
+    for limb, (parent, child) in zip(WALKER14.limbs, WALKER14.ends, strict=True):
+        choice = skeleton.choose(tree, limb)
         true = truth[:, child] - truth[:, parent]
-        nearer = min((choice, choice.mirror()), key=lambda c: distance(c.relative, true))
-        chosen[:, child] = anchored[:, parent] + nearer.relative
-        anchored[:, child] = anchored[:, parent] + nearer.hits.radius * nearer.directions
-    return chosen
+        tree = tree.placed(limb, min((choice, choice.mirror()), key=lambda c: distance(c.relative, true)))
+    return tree.positions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import chain as joined
 from itertools import combinations
 
@@ -66,8 +67,11 @@ class Seen:
             max_iterations=10,
         )
 
+    def cost(self, tree: LimbTree) -> float:
+        return self.refine(tree).cost
+
     def searched(self, start: LimbTree) -> LimbTree:
-        return mirror_search.better_mirrors(start, self.choose, self.refine)
+        return mirror_search.better_mirrors(start, self.choose, self.cost)
 
 
 def mirrored_in(tree: LimbTree) -> set[str]:
@@ -125,15 +129,15 @@ def test_a_mirror_behind_the_camera_is_no_candidate() -> None:
     start = seen.combination(set())
     allowed = seen.refine(start)
 
-    def refine(tree: LimbTree) -> Refinement:
+    def cost(tree: LimbTree) -> float:
         if mirrored_in(tree):
             raise InvalidInput("a joint that was seen starts behind its camera")
-        return allowed
+        return allowed.cost
 
-    found = mirror_search.better_mirrors(start, seen.choose, refine)
+    found = mirror_search.better_mirrors(start, seen.choose, cost)
     assert not mirrored_in(found)
     with pytest.raises(InvalidInput, match="behind"):
-        mirror_search.better_mirrors(seen.combination({"wrist"}), seen.choose, refine)
+        mirror_search.better_mirrors(seen.combination({"wrist"}), seen.choose, cost)
 
 
 def test_what_the_data_decide_is_not_tried() -> None:
@@ -145,11 +149,11 @@ def test_what_the_data_decide_is_not_tried() -> None:
     assert decided
     asked: list[set[str]] = []
 
-    def refine(tree: LimbTree) -> Refinement:
+    def cost(tree: LimbTree) -> float:
         asked.append(mirrored_in(tree))
-        return seen.refine(tree)
+        return seen.cost(tree)
 
-    mirror_search.better_mirrors(start, seen.choose, refine)
+    mirror_search.better_mirrors(start, seen.choose, cost)
     assert len(asked) == 1 + len(ARM.limbs) - len(decided)
     assert not decided & set().union(*asked)
 
@@ -164,5 +168,24 @@ def test_a_limb_that_a_mirror_cannot_carry_is_no_candidate() -> None:
             raise InvalidInput("no candidate is in front of the camera")
         return made
 
-    found = mirror_search.better_mirrors(start, choose, seen.refine)
+    found = mirror_search.better_mirrors(start, choose, seen.cost)
     assert mirrored_in(found) <= {ARM.limbs[-1]}, "only the last limb carries nothing"
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_reconstructions_that_share_their_choices_are_those_made_alone(given: bool) -> None:
+    """To the last bit, with lengths that are given and with lengths from the rays."""
+    seen = Seen(3)
+    lengths = LENGTHS if given else np.full(len(LENGTHS), np.nan)
+    plain = Options(SMOOTH, noise_px=1.0, time_limit_s=0.0, refine=False)
+    arguments = (seen.images, seen.camera, seen.root, lengths)
+    shared = articulated.prepared(*arguments, plain, chain=ARM)
+    for options in (
+        plain,
+        replace(plain, try_mirrors=True),
+        replace(plain, refine=True),
+        replace(plain, noise_px=0.0),
+    ):
+        alone = articulated.reconstruct(*arguments, options, chain=ARM)
+        np.testing.assert_array_equal(shared.under(options).whole().positions, alone.positions)
+    assert bool(shared.known) == given
