@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run view equations claims readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run view equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -53,6 +53,9 @@ equations: $(READY) ## every numbered equation of the papers: as printed, as use
 
 claims: $(READY) ## the papers' claims beside our numbers
 	@$(RUN) claims data=$(DATA) scale=$(SCALE)
+
+sensitivity: $(READY) ## each ambiguity of the papers as a switch: which moves which verdict; ARGS=walks for a group
+	@$(RUN) sensitivity data=$(DATA) scale=$(SCALE) $(ARGS)
 
 readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical renews its rows
 	@$(RUN) readme $(ARGS)
