@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run view report equations claims readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run view report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -64,6 +64,9 @@ report: $(READY) ## one page over all figures, results/DATA/SCALE/index.html; DA
 
 claims: $(READY) ## the papers' claims beside our numbers
 	@$(RUN) claims data=$(DATA) scale=$(SCALE)
+
+sensitivity: $(READY) ## each ambiguity of the papers as a switch: which moves which verdict; ARGS=walks for a group
+	@$(RUN) sensitivity data=$(DATA) scale=$(SCALE) $(ARGS)
 
 readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical renews its rows
 	@$(RUN) readme $(ARGS)

@@ -1,4 +1,4 @@
-"""The other commands: fetch, report, claims, equations, readme, view, archive, verify."""
+"""The other commands: fetch, report, claims, sensitivity, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
+from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
@@ -252,6 +253,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "report": report,
     "claims": claims,
+    "sensitivity": sensitivity,
     "equations": equations,
     "readme": readme,
     "view": view,

@@ -7,6 +7,7 @@
   python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
   python -m pipeline report [data=...] [scale=...]        one page over all figures, results/DATA/SCALE/index.html
   python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
+  python -m pipeline sensitivity [data=...] [GROUP]       each switch of conf/sensitivity.yaml: which verdict it moves
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
   python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer

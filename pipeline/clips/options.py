@@ -184,6 +184,9 @@ class SyntheticData(Data):
     frame_rate_hz: float = 120.0
     marker_noise_mm: float = 0.5
     heading: Heading = Heading.steps  # of walks
+    offsets: float = (
+        1.0  # factor on how far people are assumed to differ by constant offsets of their joint angles
+    )
     performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
     clips: SyntheticClips = field(default_factory=SyntheticClips)
 
@@ -191,6 +194,7 @@ class SyntheticData(Data):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
         require_range("data.population", self.population, at_least=1)
+        require_range("data.offsets", self.offsets, at_least=0)
         require_range("data.populations", self.populations, at_least=0)
         require_range("data.clips.clips", self.clips.clips, at_least=1)
 

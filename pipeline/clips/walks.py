@@ -79,6 +79,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
         duration_s=options.duration_s,
         frame_rate_hz=options.frame_rate_hz,
         marker_noise_mm=options.marker_noise_mm,
+        offsets=options.offsets,
     )
     steady = Steady(locomotion=Locomotion.treadmill, heading=options.heading)
 

@@ -394,6 +394,7 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             variance_fraction=[0.90, 0.06, 0.92, 0.04],
             residual_fraction=[0.03, 0.03, 0.05, 0.05],
             frequency_hz=[0.9, 0.9, 1.0, 1.0],
+            legs_apart_periods=[0.5, 0.5, 0.48, 0.48],
         ),
         "zhang2007_fig3": columns(sigma2_mm2=[1.0, 70.0, 625.0], absolute_error_mm2=[300.0, 100.0, 200.0]),
         "zhang2007_fig3/table_nested": columns(
@@ -697,6 +698,9 @@ WORKED = {
     "zhang2007_reasonable_reconstruction": 15,
     "zhang2007_map_better_for_most_walkers": 50,
     "zhang2007_view_angle_high_accuracy": 1,
+    "zhang2004_four_limbs_asymmetric": 20,
+    "zhang2004_legs_half_a_period_apart": 0.49,
+    "zhang2004_variance_covered_in_profile": -0.25,
     "zhang2004_walkers": 2,
     "zhang2004_joints": 15,
     "zhang2004_dimensions_3d": 226,

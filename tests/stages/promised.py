@@ -17,6 +17,7 @@ WALKERS = 12
 SPECTRUM = {
     "table_harmonics": [
         "person", "walker", "harmonic", "variance_fraction", "residual_fraction", "frequency_hz",
+        "legs_apart_periods",
     ],
 }  # fmt: skip
 SUMMARY = ["mean_mm2", "mean_mm2_low", "mean_mm2_high", "median_mm2", "worst_mm2"]

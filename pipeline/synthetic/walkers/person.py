@@ -102,8 +102,16 @@ class Person:
         return self.sway * np.degrees(self.opposed("pelvic_sway", phase))
 
 
-def draw_person(rng: np.random.Generator, male: bool) -> Person:
-    """Return a person; the number of draws is the same for everyone."""
+def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> Person:
+    """Return a person; the number of draws is the same for everyone.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    male : bool
+    offsets : float
+        Factor on the assumed standard deviations of constant offsets of joint angles.
+    """
 
     def positive(mean: float, cv: float, size: int | None = None) -> Any:
         return mean * np.exp(cv * rng.standard_normal(size))
@@ -151,7 +159,7 @@ def draw_person(rng: np.random.Generator, male: bool) -> Person:
         middle = mean_deg.mean()
         gain = gains.get(name, 1.0) * positive(1.0, spread.gain)
         own = middle + gain * (mean_deg - middle)
-        posture = spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
+        posture = offsets * spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
         own = own + spread.shape_deg * rng.standard_normal(own.size)
         apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
         manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())

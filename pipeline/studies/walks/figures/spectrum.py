@@ -53,6 +53,7 @@ class Spectrum(Figure):
                     "variance_fraction": data.variance_fractions.ravel(),
                     "residual_fraction": np.repeat(data.residual_fraction, harmonics),
                     "frequency_hz": np.repeat(data.frequency_hz, harmonics),
+                    "legs_apart_periods": np.repeat(_legs_apart(data.coefficients), harmonics),
                 },
                 by=["walker", "harmonic"],
             ),
@@ -121,3 +122,10 @@ class Spectrum(Figure):
                 ),
                 playing=True,
             )
+
+
+def _legs_apart(coefficients: np.ndarray) -> np.ndarray:
+    """Phase (R,) between the fundamentals of left and right ankle along the walk, in periods, 0 to 0.5."""
+    ankles = [WALKER15.index(f"{side}_ankle") for side in ("left", "right")]
+    left, right = (coefficients[:, 2, ankle, 1] + 1j * coefficients[:, 1, ankle, 1] for ankle in ankles)
+    return np.asarray(np.abs(np.angle(left * right.conj())) / (2.0 * np.pi))

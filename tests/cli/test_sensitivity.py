@@ -1,0 +1,51 @@
+"""Switches of the papers' ambiguities: each composes, and what it moves is tabulated."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipeline import papers
+from pipeline.cli.compose import compose
+from pipeline.cli.presets import CONF
+from pipeline.cli.sensitivity import PLAIN, compare, moved_table, switches
+from pipeline.papers import Estimate, Evidence, Outcome, Verdict
+
+GROUPS = papers.read_mapping(CONF / "sensitivity.yaml")
+
+
+@pytest.mark.parametrize("name", GROUPS)
+@pytest.mark.parametrize("data_name", ["synthetic", "optical"])
+def test_every_switch_changes_an_option_of_its_figures(name: str, data_name: str) -> None:
+    found = list(switches(GROUPS[name], data_name))
+    assert found[0].name == PLAIN
+    assert len({switch.name for switch in found}) == len(found) > 5
+    plain = compose([f"experiment={found[0].figures[-1]}", f"data={data_name}", *found[0].overrides])
+    for switch in found[1:]:
+        figure = switch.figures[-1]
+        plain = compose([f"experiment={figure}", f"data={data_name}", *found[0].overrides])
+        experiment = compose([f"experiment={figure}", f"data={data_name}", *switch.overrides])
+        experiment.sweep.validate()
+        assert experiment != plain, switch.name
+
+
+def verdict(name: str, value: float, outcome: Outcome) -> Verdict:
+    return Verdict(papers.claim(name), outcome, "", Evidence(value=Estimate(value, value - 1, value + 1)))
+
+
+def test_a_switch_is_compared_with_the_figures_as_they_are() -> None:
+    plain = [
+        verdict("zhang2007_map_thirty_percent", 30.0, Outcome.REPRODUCED),
+        verdict("zhang2007_fundamental_share", 91.0, Outcome.REPRODUCED),
+    ]
+    with_it = [
+        verdict("zhang2007_map_thirty_percent", 20.5, Outcome.UNDECIDED),
+        verdict("zhang2007_fundamental_share", 91.5, Outcome.REPRODUCED),
+        verdict("zhang2007_second_harmonic_share", 6.0, Outcome.REPRODUCED),
+        Verdict(papers.claim("zhang2007_view_angle_mean"), Outcome.UNTESTED, ""),
+    ]
+    gain, share = compare(plain, with_it, "divisor R")
+    assert (gain["value_as_it_is"], gain["value"], gain["verdict_moves"]) == (30.0, 20.5, True)
+    assert gain["outside_the_interval"]
+    assert not share["outside_the_interval"]
+    assert not share["verdict_moves"]
+    assert moved_table([gain, share]).row_count == 1
