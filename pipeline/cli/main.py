@@ -11,6 +11,9 @@
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
   python -m pipeline archive [data=...]                   archive full-scale results in results/archive
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
+  python -m pipeline inspect PATH [write=my_lab.yaml]     what recordings hold, which mapping fits, what to type next
+  python -m pipeline export SOURCE [walker=…] to=FILE     a walker of a figure, or a recording, as C3D, TRC, BVH, CSV
+  python -m pipeline COMMAND --help, python -m pipeline --version
 
 {figures}
 
@@ -22,8 +25,8 @@ Overrides name any option by its full path; `--cfg job` prints them all with the
   dataset.walks=all                       dataset.size=stature      dataset.origin=floor
   model.penalty=as_printed                model.smoothness=0.1      sweep.particles=[100,1000]
   model.basis=soft                        sweep.cameras=[still]     sweep.trials=300
-Your own recordings:
-  python -m pipeline experiment=FIGURE data=folder data.path=DIR "data.pattern='**/*.c3d'" skeleton=plugin_gait
+Your own recordings (skeleton=auto recognises the marker set; skeleton=my_lab.yaml is a mapping of your own):
+  python -m pipeline experiment=FIGURE data=folder data.path=DIR data.pattern='**/*.c3d' skeleton=auto
 On a cluster (extra `cluster`):
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
@@ -35,12 +38,15 @@ from __future__ import annotations
 
 import sys
 import textwrap
+import tomllib
 from collections.abc import Sequence
 from datetime import datetime
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.cli.presets import first_comment, presets
+from pipeline.resources import PACKAGE
 
 if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
@@ -51,6 +57,22 @@ OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
     f"data.{x}" for x in ("path", "pattern", "person", "units", "frame_rate_hz", "name")
 }
 """Further ones with data=folder: they define the data set."""
+
+
+def version() -> str:
+    """Return the version of the package, installed or in a clone."""
+    try:
+        return metadata.version("gait-pipeline")
+    except metadata.PackageNotFoundError:
+        text = (PACKAGE.parent / "pyproject.toml").read_text(encoding="utf-8")
+        return str(tomllib.loads(text)["project"]["version"])
+
+
+def script() -> None:
+    """Run the console command ``gait-pipeline``."""
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    sys.exit(main(sys.argv[1:]))
 
 
 def help_text() -> str:
@@ -137,6 +159,12 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.commands import COMMANDS
     from pipeline.validation import InvalidInput
 
+    if arguments[0] == "--version":
+        print(f"gait-pipeline {version()}")
+        return 0
+    if arguments[0] in COMMANDS and {"--help", "-h"} & set(arguments[1:]):
+        print(COMMANDS[arguments[0]].__doc__)
+        return 0
     if arguments[0] == "figures":
         return make_all(arguments[1:])
     if command := COMMANDS.get(arguments[0]):

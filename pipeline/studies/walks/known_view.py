@@ -58,6 +58,10 @@ class KnownViewErrors:
     noise_variance_mm2 : float
     unmeasured : (R, 15) bool
         Joints that are estimated or dropped; their errors are NaN.
+    original : (R, 5, 15, 3)
+        Fourier representations of the walks that the demonstrations reconstruct.
+    stride_hz : (R,)
+        Their fundamental frequencies.
     frequency_hz, phase_rad, phase_error_rad : (R, A), (M, R, A), (M, R, A), optional
         As each view gives them, with ``sweep.phase_source=observed2d``: the frequency, the phase of the first frame,
         and how far that is from the 3D motion's.
@@ -76,6 +80,8 @@ class KnownViewErrors:
     path_view_mm2: np.ndarray
     noise_variance_mm2: float
     unmeasured: np.ndarray
+    original: np.ndarray
+    stride_hz: np.ndarray
     frequency_hz: np.ndarray | None = None
     phase_rad: np.ndarray | None = None
     phase_error_rad: np.ndarray | None = None
@@ -179,6 +185,8 @@ class KnownView(Sweep):
             missing=np.stack([found["missing"] for found in folds], axis=1),
             noise_variance_mm2=self.noise_variance_mm2,
             unmeasured=data.unmeasured,
+            original=data.coefficients,
+            stride_hz=data.frequency_hz,
             path_walker_mm2=np.stack([path.mean(axis=0) for path in paths]) if paths else untried,
             path_view_mm2=np.asarray(sum(paths) / len(paths)) if paths else untried,
             frequency_hz=stack("frequency_hz"),
