@@ -70,7 +70,7 @@ def fetch(arguments: Sequence[str]) -> int:
             )
 
         report = fetch_files(
-            Path(data.table),
+            data.listing,
             Path(data.raw),
             mirror=Path(data.mirror) if data.mirror else None,
             only=only or None,

@@ -36,6 +36,7 @@ Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted.
 
 from __future__ import annotations
 
+import os
 import sys
 import textwrap
 import tomllib
@@ -69,7 +70,9 @@ def version() -> str:
 
 
 def script() -> None:
-    """Run the console command ``gait-pipeline``."""
+    """Run the console command ``gait-pipeline``, as ``python -m pipeline`` does."""
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")  # before numpy is loaded, which nothing has done yet
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="replace")  # type: ignore[union-attr]
     sys.exit(main(sys.argv[1:]))
