@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run view report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run inspect view report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -52,6 +52,9 @@ data: $(READY) ## download the recordings of data/sources.csv; MOCAP_MIRROR=dir 
 
 run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"
 	@$(RUN) $(ARGS)
+
+inspect: $(READY) ## what is in your recordings: make inspect INPUT=folder|file
+	@$(RUN) inspect "$(INPUT)" $(ARGS)
 
 view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]
 	@$(RUN) view $(FIGURE) data=$(DATA) scale=$(SCALE)

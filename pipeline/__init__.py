@@ -64,4 +64,18 @@ Conventions: millimetres, seconds, hertz, radians; degrees only in options, tabl
 the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World: right-handed, z up, the walk along
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
+
+The module `api` is the library in five functions: read, joints, represent, fit, reconstruct.
 """
+
+import importlib
+from typing import Any
+
+__all__ = ["fit", "joints", "read", "reconstruct", "represent"]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a function of `pipeline.api`, which is not loaded before somebody asks."""
+    if name in __all__:
+        return getattr(importlib.import_module("pipeline.api"), name)
+    raise AttributeError(f"module 'pipeline' has no attribute {name!r}")

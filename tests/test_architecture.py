@@ -67,7 +67,7 @@ LAYERS = (
     {"formats", "mappings", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
     {"clips"},
-    {"studies"},
+    {"studies", "api"},
     {"stages"},
     {"report"},
     {"cli"},

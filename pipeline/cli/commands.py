@@ -1,4 +1,4 @@
-"""The other commands: fetch, report, claims, sensitivity, equations, readme, view, archive, verify."""
+"""The other commands: fetch, report, claims, sensitivity, equations, readme, view, archive, verify, inspect, export."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, Trans
 from rich.text import Text
 
 from pipeline import papers
+from pipeline.cli import export, inspect
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
@@ -70,7 +71,7 @@ def fetch(arguments: Sequence[str]) -> int:
             )
 
         report = fetch_files(
-            Path(data.table),
+            data.listing,
             Path(data.raw),
             mirror=Path(data.mirror) if data.mirror else None,
             only=only or None,
@@ -249,6 +250,24 @@ def verify(arguments: Sequence[str]) -> int:
     return status
 
 
+def look(arguments: Sequence[str]) -> int:
+    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [write=my_lab.yaml]."""
+    out = open_console()
+    usable = 0
+    for found in inspect.inspect(arguments):
+        out.print(Text(found.name, style="bold"), soft_wrap=True)
+        for line in found.lines:
+            out.print(Text(f"  {line}"), soft_wrap=True)
+        usable += bool(found.mapping)
+    return 0 if usable or any(item.startswith("write=") for item in arguments) else 1
+
+
+def export_motion(arguments: Sequence[str]) -> int:
+    """Write a walker of a figure or a recording: export SOURCE [walker= view_angle_deg= method= motion=] to=FILE."""
+    open_console().print(f"written: {export.export(arguments)}", soft_wrap=True)
+    return 0
+
+
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "report": report,
@@ -259,5 +278,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "view": view,
     "archive": keep,
     "verify": verify,
+    "inspect": look,
+    "export": export_motion,
 }
 """Commands by name."""

@@ -14,6 +14,9 @@
   python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
                      [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
+  python -m pipeline inspect PATH [write=my_lab.yaml]     what recordings hold, which mapping fits, what to type next
+  python -m pipeline export SOURCE [walker=…] to=FILE     a walker of a figure, or a recording, as C3D, TRC, BVH, CSV
+  python -m pipeline COMMAND --help, python -m pipeline --version
 
 {figures}
 
@@ -25,8 +28,8 @@ Overrides name any option by its full path; `--cfg job` prints them all with the
   dataset.walks=all                       dataset.size=stature      dataset.origin=floor
   model.penalty=as_printed                model.smoothness=0.1      sweep.particles=[100,1000]
   model.basis=soft                        sweep.cameras=[still]     sweep.trials=300
-Your own recordings:
-  python -m pipeline experiment=FIGURE data=folder data.path=DIR "data.pattern='**/*.c3d'" skeleton=plugin_gait
+Your own recordings (skeleton=auto recognises the marker set; skeleton=my_lab.yaml is a mapping of your own):
+  python -m pipeline experiment=FIGURE data=folder data.path=DIR data.pattern='**/*.c3d' skeleton=auto
 On a cluster (extra `cluster`):
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
@@ -37,17 +40,21 @@ Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted 
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import textwrap
 import threading
+import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.cli.presets import first_comment, place, presets
+from pipeline.resources import PACKAGE
 
 if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
@@ -58,6 +65,24 @@ OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
     f"data.{x}" for x in ("path", "pattern", "person", "units", "frame_rate_hz", "name")
 }
 """Further ones with data=folder: they define the data set."""
+
+
+def version() -> str:
+    """Return the version of the package, installed or in a clone."""
+    try:
+        return metadata.version("gait-pipeline")
+    except metadata.PackageNotFoundError:
+        text = (PACKAGE.parent / "pyproject.toml").read_text(encoding="utf-8")
+        return str(tomllib.loads(text)["project"]["version"])
+
+
+def script() -> None:
+    """Run the console command ``gait-pipeline``, as ``python -m pipeline`` does."""
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")  # before numpy is loaded, which nothing has done yet
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    sys.exit(main(sys.argv[1:]))
 
 
 def help_text() -> str:
@@ -177,6 +202,12 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.commands import COMMANDS
     from pipeline.validation import InvalidInput
 
+    if arguments[0] == "--version":
+        print(f"gait-pipeline {version()}")
+        return 0
+    if arguments[0] in COMMANDS and {"--help", "-h"} & set(arguments[1:]):
+        print(COMMANDS[arguments[0]].__doc__)
+        return 0
     if arguments[0] == "figures":
         return make_all(arguments[1:])
     if command := COMMANDS.get(arguments[0]):

@@ -14,6 +14,7 @@ from typing import ClassVar
 from pipeline import mappings
 from pipeline.clips.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
 from pipeline.clips.kinds import Corpus, Request
+from pipeline.resources import DATA
 from pipeline.validation import InvalidInput, require_range
 
 
@@ -238,6 +239,12 @@ class RecordedData(Recordings):
         """Which recordings hold walks."""
         return NamedWalks(sources=self.sources, action=self.action, limit=self.walkers)
 
+    @property
+    def listing(self) -> Path:
+        """Return the table of recordings: the one named, or where there is none, the one of the package."""
+        named = Path(self.table)
+        return named if named.is_file() or named.parent != Path("data") else DATA / named.name
+
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput if no source is named for this kind of clips."""
         if not self.named(corpus).sources:
@@ -248,7 +255,7 @@ class RecordedData(Recordings):
         self.require(corpus)
         mirror = Path(self.mirror) if self.mirror else None
         known = {name: mappings.shipped()[name] for name in self.skeletons}
-        listing = Listing(Path(self.table), Path(self.raw), mirror, known, self.same_person)
+        listing = Listing(self.listing, Path(self.raw), mirror, known, self.same_person)
         named = self.named(corpus)
         present, absent = listed_clips(listing, named.sources, named.action)
         return corpus.recorded(self, named.choose(present) + absent, workers, skeleton.missing.value)

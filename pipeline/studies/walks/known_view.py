@@ -75,6 +75,10 @@ class KnownViewErrors:
     noise_variance_mm2 : float
     unmeasured : (R, 15) bool
         Joints that are estimated or dropped; their errors are NaN.
+    original : (R, 5, 15, 3)
+        Fourier representations of the walks that the demonstrations reconstruct.
+    stride_hz : (R,)
+        Their fundamental frequencies.
     frequency_hz, phase_rad, phase_error_rad : (R, A), (M, R, A), (M, R, A), optional
         As each view gives them, with ``sweep.phase_source=observed2d``: the frequency, the phase of the first frame,
         and how far that is from the 3D motion's.
@@ -103,6 +107,8 @@ class KnownViewErrors:
     own_far_beyond: np.ndarray
     noise_variance_mm2: float
     unmeasured: np.ndarray
+    original: np.ndarray
+    stride_hz: np.ndarray
     other_source_error_mm2: np.ndarray | None = None
     frequency_hz: np.ndarray | None = None
     phase_rad: np.ndarray | None = None
@@ -255,6 +261,8 @@ class KnownView(Sweep):
             ),
             noise_variance_mm2=self.noise_variance_mm2,
             unmeasured=data.unmeasured,
+            original=data.coefficients,
+            stride_hz=data.frequency_hz,
             path_walker_mm2=np.stack([path.mean(axis=0) for path in paths]) if paths else untried,
             path_view_mm2=np.asarray(sum(paths) / len(paths)) if paths else untried,
             nested=nested_choice(data, options, view, sigma2, inputs.workers) if paths else np.empty(0, int),

@@ -1,0 +1,92 @@
+"""The library in five functions: read recordings, represent walks, learn eigenwalkers, reconstruct a view."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import formats, mappings
+from pipeline.clips.corpus import joints_of
+from pipeline.clips.kinds import RawClip, report_row
+from pipeline.clips.options import Steady
+from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.core import camera, fourier, linear_model, walking
+from pipeline.core.fourier import FourierRepresentation
+from pipeline.core.linear_model import LinearModel
+from pipeline.core.reconstruction import from_known_views
+from pipeline.skeleton import MotionCapture
+from pipeline.validation import InvalidInput
+
+
+def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
+    """Read a motion file of any format: see `pipeline.formats.read`."""
+    return formats.read(path, frame_rate_hz=frame_rate_hz, units=units)
+
+
+def joints(motion: MotionCapture, skeleton: str = mappings.AUTO) -> tuple[np.ndarray, np.ndarray]:
+    """Return joint positions (T, 15, 3), mm, z up, and where they are valid (T, 15).
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    skeleton : str
+        A mapping that ships, ``auto``, or a YAML file.
+    """
+    _, positions, valid = joints_of(motion, mappings.chosen(skeleton))
+    return positions, valid
+
+
+def represent(path: str | Path, skeleton: str = mappings.AUTO) -> FourierRepresentation:
+    """Return the Fourier representation of the steady walk in a recording, about its mean pelvis.
+
+    Joints above the legs that the markers do not give are estimated.
+
+    Parameters
+    ----------
+    path : str or Path
+    skeleton : str
+
+    Raises
+    ------
+    InvalidInput
+        If the recording cannot be read or holds no steady walk.
+    """
+    motion = read(path)
+    positions, valid = joints(motion, skeleton)
+    raw = RawClip(report_row(REPORT_COLUMNS, clip=Path(path).name), positions, motion.frame_rate_hz, valid)
+    walk = steady_walk(raw, Steady())
+    if walk.positions is None:
+        raise InvalidInput(str(walk.row["reason"]), where=Path(path).name)
+    return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
+
+
+def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> LinearModel:
+    """Return average walker and eigenwalkers of several walks [zhang2007 3.3]."""
+    return linear_model.fit(linear_model.flatten(np.stack([walk.coefficients for walk in walks])), components)
+
+
+def reconstruct(
+    model: LinearModel,
+    walk: FourierRepresentation,
+    view_angle_deg: float,
+    *,
+    noise_variance_mm2: float = 70.0,
+) -> np.ndarray:
+    """Return the Fourier coefficients (5, 15, 3) that one view of a walk tells, by the walkers' prior.
+
+    Parameters
+    ----------
+    model : LinearModel
+        Of other walkers.
+    walk : FourierRepresentation
+        Only its image at the view angle is used.
+    view_angle_deg : float
+    noise_variance_mm2 : float
+        sigma² of [zhang2007 3.12].
+    """
+    angle = np.radians(view_angle_deg)
+    sample = linear_model.flatten(walk.coefficients[None])[0]
+    found = from_known_views(model, sample, np.array([angle]), noise_variance=noise_variance_mm2)
+    return camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)

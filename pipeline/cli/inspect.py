@@ -1,0 +1,163 @@
+"""What is in the user's recordings, which mapping fits each, and what to type next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pipeline import formats, mappings
+from pipeline.clips.corpus import joints_of
+from pipeline.clips.kinds import RawClip, report_row
+from pipeline.clips.options import Steady
+from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.skeleton import MotionCapture
+from pipeline.validation import InvalidInput, require_choice
+
+OPTIONS = ("write", "skeleton", "units", "frame_rate_hz")
+
+
+@dataclass
+class Findings:
+    """What was found in one recording, in lines to be printed.
+
+    Attributes
+    ----------
+    name : str
+    lines : list of str
+    mapping : str
+        Mapping that fits; empty if none does.
+    strides : float
+        Strides of steady walking; 0 if it holds none.
+    """
+
+    name: str
+    lines: list[str] = field(default_factory=list)
+    mapping: str = ""
+    strides: float = 0.0
+
+
+def recordings(source: Path) -> list[Path]:
+    """Return the recordings of a folder, in order, or the one file.
+
+    Raises
+    ------
+    InvalidInput
+        If there is nothing of the kind.
+    """
+    if source.is_file():
+        return [source]
+    if not source.is_dir():
+        raise InvalidInput("there is no such file or folder", where=str(source))
+    found = sorted(p for p in source.rglob("*") if p.suffix.lower() in formats.READERS and p.is_file())
+    if not found:
+        expected = "files ending in " + " ".join(formats.READERS)
+        raise InvalidInput("no motion capture in the folder", where=str(source), expected=expected)
+    return found
+
+
+def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
+    """Yield the findings on each recording that the arguments name, and write a proposal where one is asked for.
+
+    Raises
+    ------
+    InvalidInput
+        If an option is unknown, or there is no recording.
+    """
+    sources = [item for item in arguments if "=" not in item]
+    options = dict(item.split("=", 1) for item in arguments if "=" in item)
+    for name in options:
+        require_choice("an option of inspect", name, OPTIONS)
+    if len(sources) != 1:
+        received = " ".join(arguments)[:80] or "nothing"
+        raise InvalidInput(
+            "one file or folder is needed", expected="inspect PATH [write=my_lab.yaml]", received=received
+        )
+    files = recordings(Path(sources[0]))
+    chosen = mappings.chosen(options.get("skeleton") or mappings.AUTO)
+    for path in files:
+        found = Findings(path.name)
+        try:
+            motion = formats.read(
+                path,
+                units=options.get("units") or None,
+                frame_rate_hz=float(options["frame_rate_hz"]) if options.get("frame_rate_hz") else None,
+            )
+        except InvalidInput as refusal:
+            found.lines.append(f"cannot be read: {refusal}")
+            yield found
+            continue
+        found.lines += _of_file(motion, path.suffix)
+        fit = mappings.suggest(motion, [chosen] if chosen else mappings.shipped())
+        if fit.usable:
+            _of_walk(motion, fit, path, found)
+        else:
+            lacking = ", ".join(fit.lacking[:6]) or "points of legs and pelvis"
+            found.lines.append(
+                f"no mapping fits; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
+            )
+        if target := options.get("write"):
+            _write(motion, Path(target), found)
+        elif not fit.usable:
+            found.lines.append(f"next: python -m pipeline inspect '{path}' write=my_lab.yaml")
+        yield found
+
+
+def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
+    frames, points = motion.valid.shape
+    gaps = 100 * (1 - float(motion.valid.mean()))
+    unit = f"{motion.units} (assumed)" if motion.units_assumed else motion.units
+    line = (
+        f"{suffix.lstrip('.').lower()}: {points} points, {frames} frames at {motion.frame_rate_hz:.6g} Hz"
+        f" ({frames / motion.frame_rate_hz:.1f} s), unit {unit}, {gaps:.1f} % of the samples missing"
+    )
+    names = ", ".join(motion.names[:8]) + (", …" if points > 8 else "")
+    return [line, f"points: {names}", *motion.notes]
+
+
+def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, found: Findings) -> None:
+    """What the mapping gives, and whether somebody walks steadily."""
+    found.mapping = fit.mapping.name
+    given = f"mapping: {fit.mapping.name}, {15 - len(fit.missing)} of 15 joints"
+    if fit.missing:
+        given += f"; estimated in walks: {', '.join(fit.missing)}"
+    found.lines.append(given)
+    try:
+        read, positions, valid = joints_of(motion, fit.mapping)
+        found.lines += read.notes[len(motion.notes) :]
+    except InvalidInput as refusal:
+        found.lines.append(str(refusal))
+        return
+    walk = steady_walk(
+        RawClip(report_row(REPORT_COLUMNS, clip=path.name), positions, read.frame_rate_hz, valid), Steady()
+    )
+    if walk.positions is None:
+        found.lines.append(f"not usable as a walk: {walk.row['reason']}")
+        found.lines.append(
+            "next: for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
+        )
+        return
+    found.strides = float(walk.row["strides"])
+    found.lines.append(
+        f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
+    )
+    found.lines.append(
+        f"next (with recordings of three people or more in the folder): python -m pipeline experiment=zhang2007_fig5"
+        f" data=folder data.path='{path.parent}' skeleton={found.mapping}"
+    )
+
+
+def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
+    if target.suffix.lower() not in (".yaml", ".yml"):
+        raise InvalidInput("must end in .yaml", where="write", received=target.name)
+    if target.exists():
+        raise InvalidInput("the file exists and is not replaced", where=str(target), expected="another name")
+    proposal = mappings.propose(motion, target.stem)
+    try:
+        target.write_text(mappings.written(proposal, motion), encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput("cannot be written", where=str(target), received=error.strerror or "") from None
+    found.lines.append(
+        f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and heights"
+    )
+    found.lines.append(f"next: check it, then skeleton={target}")

@@ -1,0 +1,186 @@
+"""Motion out and in again: every format gives back what was written, by our readers and by ezc3d."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import formats
+from pipeline.cli.export import export
+from pipeline.cli.inspect import inspect
+from pipeline.core import fourier
+from pipeline.formats import bvh, c3d
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15
+from pipeline.storage.store import packed
+from pipeline.synthetic import walkers
+from pipeline.validation import InvalidInput
+
+HZ = 50.0
+TO_BVH = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
+TO_OPENSIM = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
+
+
+@pytest.fixture(scope="module")
+def walk() -> np.ndarray:
+    """One walker on a treadmill, (T, 15, 3) mm."""
+    made = walkers.walking_population(
+        np.random.default_rng(3), male=1, female=1, duration_s=3.0, frame_rate_hz=HZ
+    )
+    return np.asarray(made.positions_mm[0])
+
+
+@pytest.fixture(scope="module")
+def figure(walk: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder as a figure leaves it: one walker, whose head was estimated, seen from 30 degrees."""
+    folder = tmp_path_factory.mktemp("figure")
+    series = fourier.represent(walk, HZ)
+    angle = np.radians(30)
+    missing = -np.sin(angle) * series.coefficients[..., 0] + np.cos(angle) * series.coefficients[..., 1]
+    arrays = {
+        "walker": np.array(["anna_1"]),
+        "methods": np.array(["map"]),
+        "demonstration_view_deg": np.array([30.0]),
+        "missing": missing[None, None, None] + 5.0,
+        "original": series.coefficients[None],
+        "stride_hz": np.array([series.frequency_hz]),
+        "unmeasured": np.arange(15)[None] == 0,
+    }
+    (folder / "arrays.npz").write_bytes(packed(arrays))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("target", "turned", "off_mm"),
+    [
+        ("a.c3d", np.eye(3), 1e-4),
+        ("a.trc", TO_OPENSIM, 1e-9),
+        ("a.bvh", TO_BVH, 1e-9),
+        ("a.csv", np.eye(3), 0.0),
+        ("a.csv layout=wide", np.eye(3), 0.0),
+    ],
+)
+def test_a_reconstruction_is_read_back(
+    figure: Path, tmp_path: Path, target: str, turned: np.ndarray, off_mm: float
+) -> None:
+    name, *options = target.split()
+    given = [
+        str(figure),
+        f"to={tmp_path / name}",
+        "view_angle_deg=30",
+        "cycles=2",
+        "frame_rate_hz=80",
+        *options,
+    ]
+    motion = formats.read(export(given))
+    with np.load(figure / "arrays.npz", allow_pickle=False) as arrays:
+        original, stride = arrays["original"][0], float(arrays["stride_hz"][0])
+    names = [n for n in motion.names if not n.endswith("_end")]
+    plain = [f"{joint}{'_estimated' if k == 0 else ''}" for k, joint in enumerate(WALKER15.joints)]
+    again = [f"{joint}_map{'_estimated' if k == 0 else ''}" for k, joint in enumerate(WALKER15.joints)]
+    assert sorted(names) == sorted(plain + again)
+    times = np.arange(len(motion.positions_mm)) / 80
+    assert len(times) == round(2 / stride * 80)
+    expected = fourier.synthesise(original, stride, times) @ turned.T
+    found = motion.positions_mm[:, [motion.names.index(n) for n in plain]]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=off_mm)
+    # The reconstruction is 5 mm off in the missing dimension at its mean, and nowhere else.
+    other = motion.positions_mm[:, [motion.names.index(n) for n in again]] @ turned
+    off = (other - found @ turned).mean(axis=0)
+    across = off @ np.array([-np.sin(np.radians(30)), np.cos(np.radians(30)), 0])
+    assert np.isfinite(across).all()
+    np.testing.assert_allclose(
+        off @ np.array([np.cos(np.radians(30)), np.sin(np.radians(30)), 0]), 0, atol=1e-3
+    )
+    assert motion.frame_rate_hz == pytest.approx(80)
+
+
+def test_a_recording_goes_from_format_to_format(walk: np.ndarray, tmp_path: Path) -> None:
+    source = tmp_path / "a.trc"
+    holed = walk.copy()
+    holed[10:20, 3] = np.nan
+    trc.write(source, WALKER15.joints, holed, HZ)
+    for name in ("b.c3d", "b.csv", "b.trc"):
+        motion = formats.read(export([str(source), f"to={tmp_path / name}"]))
+        np.testing.assert_allclose(motion.positions_mm, holed, atol=1e-3)
+        assert (motion.names, motion.frame_rate_hz) == (WALKER15.joints, HZ)
+    with pytest.raises(InvalidInput, match=r"BVH cannot leave a sample out.*left_elbow missing in frame 10"):
+        export([str(source), f"to={tmp_path / 'b.bvh'}", "skeleton=auto"])
+    archive = export([str(source), f"to={tmp_path / 'b.npz'}", "skeleton=walker15"])
+    with np.load(archive, allow_pickle=False) as stored:
+        np.testing.assert_array_equal(stored["positions_mm"], holed)
+
+
+@pytest.mark.parametrize("points", [1, 256])
+def test_ezc3d_reads_what_is_written(points: int, tmp_path: Path) -> None:
+    ezc3d = pytest.importorskip("ezc3d")
+    positions = np.random.default_rng(1).normal(size=(7, points, 3)) * 1000
+    positions[2, 0] = np.nan
+    names = [f"point number {k}" for k in range(points)]
+    c3d.write(tmp_path / "a.c3d", names, positions, 59.94)
+    theirs = ezc3d.c3d(str(tmp_path / "a.c3d"))
+    np.testing.assert_array_equal(
+        theirs["data"]["points"][:3].transpose(2, 1, 0), positions.astype(np.float32).astype(float)
+    )
+    assert theirs["parameters"]["POINT"]["RATE"]["value"][0] == pytest.approx(59.94)
+    assert theirs["parameters"]["POINT"]["LABELS"]["value"][:255] == names[:255]
+    ours = formats.read(tmp_path / "a.c3d")
+    assert ours.names == tuple(names)
+    assert not ours.valid[2, 0]
+    assert ours.valid.sum() == 7 * points - 1
+
+
+def test_more_frames_than_a_counter_of_16_bits_holds(tmp_path: Path) -> None:
+    positions = np.ones((70_000, 1, 3))
+    c3d.write(tmp_path / "a.c3d", ["a"], positions, 100.0)
+    assert len(formats.read(tmp_path / "a.c3d").positions_mm) == 70_000
+
+
+def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
+    bvh.write(tmp_path / "a.bvh", WALKER15.joints, walk, HZ, WALKER15.parents)
+    motion = formats.read(tmp_path / "a.bvh")
+    for j, joint in enumerate(WALKER15.joints):
+        np.testing.assert_allclose(motion.positions_mm[:, motion.names.index(joint)], walk[:, j], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "one source and to=FILE are needed"),
+        (["FIGURE", "to=a.xyz"], r"to must end in \.c3d"),
+        (["FIGURE", "to=no/such/folder/a.c3d"], "to must be in a folder that exists"),
+        (["FIGURE", "to=a.c3d", "walker=ben"], "walker must be anna_1"),
+        (
+            ["FIGURE", "to=a.c3d", "view_angle_deg=45"],
+            "no reconstruction from this view .*expected 30; or make",
+        ),
+        (["FIGURE", "to=a.c3d", "view_angle_deg=side"], "view_angle_deg must be a number"),
+        (["FIGURE", "to=a.c3d", "cycles=1e9"], "cycles must be above 0 and at most 10000"),
+        (["FIGURE", "to=a.c3d", "colour=red"], "an option of export must be one of"),
+        ([".", "to=a.c3d"], "this is no folder of a figure"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused(figure: Path, arguments: list[str], words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        export([argument.replace("FIGURE", str(figure)) for argument in arguments])
+
+
+def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path: Path) -> None:
+    trc.write(tmp_path / "anna_1.trc", WALKER15.joints[1:], walk[:, 1:], HZ)
+    trc.write(tmp_path / "odd.trc", ["a", "b"], walk[:, :2], HZ)
+    (tmp_path / "broken.bvh").write_text("HIERARCHY\n", encoding="utf-8")
+    anna, broken, odd = inspect([str(tmp_path)])
+    assert (anna.mapping, anna.strides > 2) == ("walker15", True)
+    assert any("estimated in walks: head" in line for line in anna.lines)
+    assert "skeleton=walker15" in anna.lines[-1]
+    assert "cannot be read: broken.bvh" in broken.lines[0]
+    assert "no mapping fits" in odd.lines[-2]
+    assert "write=my_lab.yaml" in odd.lines[-1]
+    with pytest.raises(InvalidInput, match="too few points"):
+        list(inspect([str(tmp_path / "odd.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
+    list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
+    assert (tmp_path / "my_lab.yaml").is_file()
+    with pytest.raises(InvalidInput, match="the file exists and is not replaced"):
+        list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))

@@ -1,0 +1,94 @@
+"""Which family a recording belongs to, its unit, and a proposal where it belongs to none."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import mappings
+from pipeline.skeleton import WALKER15, MotionCapture, map_joints
+from pipeline.validation import InvalidInput
+
+HEIGHT = [1650, 1420, 1420, 1100, 860, 1420, 1100, 860, 950, 900, 480, 80, 900, 480, 80]
+SIDE = [0, 0, -180, -250, -270, 180, 250, 270, 0, -90, -90, -90, 90, 90, 90]
+
+
+def body(names: dict[str, str]) -> MotionCapture:
+    """Somebody upright, whose points are joints under other names."""
+    joints = [WALKER15.index(joint) for joint in names]
+    positions = np.array([[SIDE[j], 0.0, HEIGHT[j]] for j in joints])[None].repeat(5, axis=0)
+    valid = np.ones(positions.shape[:2], dtype=bool)
+    return MotionCapture(tuple(names.values()), positions, valid, 100.0, "mm", (), np.empty((5, 0)))
+
+
+def named(pattern: str, words: dict[str, str]) -> MotionCapture:
+    sided = {
+        f"{side}_{joint}": pattern.format(side=side.capitalize(), S=side[0].upper(), word=word)
+        for joint, word in words.items()
+        for side in ("left", "right")
+    }
+    return body(sided | {"head": "Head", "sternum": "Neck", "pelvis": "Hips"})
+
+
+PARTS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+UNITY = dict(zip(PARTS, ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"), strict=True))
+HUMANIK = dict(zip(PARTS, ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"), strict=True))
+PLAIN = {part: part.capitalize() for part in PARTS}
+ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicond", "styloid"), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("motion", "family"),
+    [
+        (named("{word}_{S}", UNITY), "bandai_namco"),
+        (named("{side}{word}", HUMANIK), "mixamo"),
+        (named("mixamorig:{side}{word}", HUMANIK), "mixamo"),
+        (named("{S}{word}", PLAIN), "named_joints"),
+        (named("subject:{S}.{word}", PLAIN), "named_joints"),
+        (body({joint: joint for joint in WALKER15.joints}), "walker15"),
+    ],
+)
+def test_the_family_is_recognised(motion: MotionCapture, family: str) -> None:
+    fit = mappings.suggest(motion, mappings.shipped())
+    assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, ())
+    positions, valid = map_joints(motion, fit.mapping)
+    assert valid.all()
+    np.testing.assert_allclose(positions[0, 11], [SIDE[11], 0, HEIGHT[11]])
+
+
+def test_without_legs_nothing_fits() -> None:
+    fit = mappings.suggest(
+        body({"head": "Head", "sternum": "Neck", "left_knee": "LKnee"}), mappings.shipped()
+    )
+    assert not fit.usable
+    assert "left_ankle" in fit.missing
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("cm", 10.0), ("m", 1000.0), ("in", 25.4)])
+def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, factor: float) -> None:
+    motion = dataclasses.replace(body({joint: joint for joint in WALKER15.joints}), units_assumed=True)
+    mapping = mappings.shipped()["walker15"]
+    found, sentence = mappings.rescaled(motion, mapping, 850.0 / factor)
+    assert found == pytest.approx(factor)
+    assert f"taken as {unit}" in sentence
+    assert mappings.rescaled(motion, mapping, 850.0) == (1.0, "")
+    stated = dataclasses.replace(motion, units_assumed=False)
+    assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
+
+
+def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
+    motion = named("{side} {word}", ANATOMY)
+    assert not mappings.suggest(motion, mappings.shipped()).usable
+    path = tmp_path / "my_lab.yaml"
+    path.write_text(mappings.written(mappings.propose(motion, "my_lab"), motion), encoding="utf-8")
+    mapping = mappings.load(path)
+    assert set(mapping.guessed) == set(WALKER15.joints)
+    positions, _ = map_joints(motion, mapping)
+    for joint in ("left_ankle", "right_knee", "left_hip", "right_shoulder", "left_elbow", "right_wrist"):
+        j = WALKER15.index(joint)
+        np.testing.assert_allclose(positions[0, j], [SIDE[j], 0, HEIGHT[j]])
+    with pytest.raises(InvalidInput, match="too few points"):
+        mappings.propose(body({"head": "Head"}), "x")

@@ -1,0 +1,100 @@
+"""The library in five functions, from files to a reconstructed view; and the package as it is installed."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import fit, joints, read, reconstruct, represent
+from pipeline.core import errors
+from pipeline.formats import c3d
+from pipeline.formats.points import trc
+from pipeline.skeleton import WALKER15
+from pipeline.synthetic import walkers
+from pipeline.validation import InvalidInput
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=6, female=6, duration_s=3.0, frame_rate_hz=40.0
+    )
+    for k, walk in enumerate(made.positions_mm):
+        trc.write(tmp_path / f"p{k:02d}.trc", WALKER15.joints, walk, 40.0)
+    files = sorted(tmp_path.glob("*.trc"))
+    positions, valid = joints(read(files[0]))
+    np.testing.assert_allclose(positions, made.positions_mm[0])
+    assert valid.all()
+    walks = [represent(path) for path in files]
+    model = fit(walks[1:])
+    found = reconstruct(model, walks[0], 30.0)
+    off = np.sqrt(errors.absolute_error(np.moveaxis(found - walks[0].coefficients, -1, 0)).sum(axis=0).mean())
+    average = model.mean.reshape(5, 15, 3)
+    without = np.sqrt(
+        errors.absolute_error(np.moveaxis(average - walks[0].coefficients, -1, 0)).sum(axis=0).mean()
+    )
+    assert off < 0.8 * without
+    with pytest.raises(InvalidInput, match="no such file"):
+        represent(tmp_path / "nobody.trc")
+
+
+def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    (tmp_path / "my_walks").mkdir()
+    for k, walk in enumerate(made.positions_mm):
+        c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+    (code,) = re.findall(r"```py\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(compile(code, "README.md", "exec"), names)
+    assert np.shape(names["coefficients"]) == (5, 15, 3)
+
+
+def test_numpy_is_not_loaded_before_somebody_asks() -> None:
+    code = "import sys, pipeline; assert 'numpy' not in sys.modules; assert not hasattr(pipeline, 'nothing')"
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
+def test_the_wheel_works_in_an_empty_folder(tmp_path: Path) -> None:
+    source, empty, installed = tmp_path / "source", tmp_path / "empty", tmp_path / "installed"
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in listed.splitlines():
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        (source / name).write_bytes((ROOT / name).read_bytes())
+    empty.mkdir()
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--quiet",
+        "--no-deps",
+        "--wheel-dir",
+        str(tmp_path),
+        str(source),
+    ]
+    subprocess.run(pip, check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    zipfile.ZipFile(wheel).extractall(installed)
+    assert (installed / "pipeline" / "py.typed").is_file()
+    run = [
+        sys.executable,
+        "-m",
+        "pipeline",
+        "experiment=zhang2007_fig2",
+        "scale=smoke",
+        "figure.recording=false",
+    ]
+    subprocess.run(run, cwd=empty, env=os.environ | {"PYTHONPATH": str(installed)}, check=True)
+    assert (empty / "results" / "synthetic" / "smoke" / "zhang2007_fig2" / "table.csv").is_file()
