@@ -175,4 +175,21 @@ def _run(arguments: Sequence[str]) -> int:
         )
     from pipeline.cli.compose import run_hydra
 
-    return run_hydra(arguments, _make_one)
+    several = {"-m", "--multirun"} & set(arguments)
+    if not several or any(item.startswith("hydra.sweep.dir=") for item in arguments):
+        return run_hydra(arguments, _make_one)
+    moment = _moment()
+    results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
+    try:
+        return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_one)
+    finally:
+        _compare(Path(results) / "scratch" / moment)
+
+
+def _compare(run: Path) -> None:
+    """Put the variants of a multirun that are finished side by side, and say where."""
+    from pipeline.cli.summary import open_console
+    from pipeline.report import compare_variants
+
+    if run.is_dir() and (written := compare_variants(run)):
+        open_console().print("compared in " + ", ".join(map(str, written)), soft_wrap=True)
