@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run inspect view report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run inspect view status report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -61,6 +61,9 @@ view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]
 
 equations: $(READY) ## every numbered equation of the papers: as printed, as used, its test
 	@$(RUN) equations $(ARGS)
+
+status: $(READY) ## each figure: current, stale (and what changed) or missing, without computing
+	@$(RUN) status data=$(DATA) scale=$(SCALE) $(ARGS)
 
 report: $(READY) ## one page over all figures, results/DATA/SCALE/index.html; DATA=…, SCALE=…
 	@$(RUN) report data=$(DATA) scale=$(SCALE) $(ARGS)

@@ -95,11 +95,12 @@ def report(arguments: Sequence[str]) -> int:
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
-    from pipeline.report import write_page
+    from pipeline.report import shown_variants, write_page
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
-    page, parts = write_page(folder, figures)
+    compared = shown_variants(folder.parent.parent / "scratch", data_name, folder.name)
+    page, parts = write_page(folder, figures, variants=compared)
     sizes = ", ".join(f"{name} {size / 1e6:.2f}" for name, size in parts.items() if name != "page")
     return f"page: {page} ({parts['page'] / 1e6:.2f} MB: {sizes})"
 

@@ -2,6 +2,7 @@
 
   python -m pipeline experiment=FIGURE [OVERRIDE ...]     one figure
   python -m pipeline figures [OVERRIDE ...]               every figure; resumable
+  python -m pipeline status [OVERRIDE ...]                each figure: current, stale and why, or missing
   python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
 
   python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
@@ -111,12 +112,15 @@ def _moment() -> str:
 def make_all(arguments: Sequence[str]) -> int:
     """Make several figures side by side and return the exit status.
 
-    ``experiment=a,b`` picks some, in this order; by default all that the data set has something for.
+    ``experiment=a,b`` picks some, in this order; by default all that the data set has something for.  ``--dry-run``
+    makes none, and prints for each whether it is current.
     """
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import lacking, make_figures
     from pipeline.cli.summary import open_console
 
+    dry = "--dry-run" in arguments
+    arguments = [item for item in arguments if item != "--dry-run"]
     chosen = [name for item in arguments if item.startswith("experiment=") for name in item[11:].split(",")]
     common = [item for item in arguments if not item.startswith("experiment=")]
     moment = _moment()
@@ -131,6 +135,11 @@ def make_all(arguments: Sequence[str]) -> int:
     if not chosen:
         jobs.sort(key=lambda job: place(job[0].paper, job[0].cost_s, job[0].name))
     console = open_console()
+    if dry:
+        from pipeline.cli.status import print_status, status
+
+        print_status([status(experiment, folder) for experiment, folder in jobs], console)
+        return 0
     refused = make_figures(jobs, console=console)
     if not chosen and len(refused) < len(jobs) and _as_presets(jobs):
         from pipeline.cli.commands import built_figures, make_page
@@ -210,14 +219,33 @@ def _run(arguments: Sequence[str]) -> int:
         return 0
     if arguments[0] == "figures":
         return make_all(arguments[1:])
+    if arguments[0] == "status":
+        return make_all([*arguments[1:], "--dry-run"])
     if command := COMMANDS.get(arguments[0]):
         return command(arguments[1:])
     if arguments[0].find("=") < 1 and not arguments[0].startswith("-"):
         raise InvalidInput(
             "the command is unknown",
-            expected="an override (option=value) or one of " + ", ".join(["figures", *COMMANDS]),
+            expected="an override (option=value) or one of " + ", ".join(["figures", "status", *COMMANDS]),
             received=arguments[0],
         )
     from pipeline.cli.compose import run_hydra
 
-    return run_hydra(arguments, _make_one)
+    several = {"-m", "--multirun"} & set(arguments)
+    if not several or any(item.startswith("hydra.sweep.dir=") for item in arguments):
+        return run_hydra(arguments, _make_one)
+    moment = _moment()
+    results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
+    try:
+        return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_one)
+    finally:
+        _compare(Path(results) / "scratch" / moment)
+
+
+def _compare(run: Path) -> None:
+    """Put the variants of a multirun that are finished side by side, and say where."""
+    from pipeline.cli.summary import open_console
+    from pipeline.report import compare_variants
+
+    if run.is_dir() and (written := compare_variants(run)):
+        open_console().print("compared in " + ", ".join(map(str, written)), soft_wrap=True)

@@ -2,11 +2,21 @@
 
 `write_page` reads the published folders of ``results/<data>/<scale>`` and writes ``index.html`` beside them: papers and
 verdicts, figure by figure, and three players that compute in the browser.  Nothing is fetched when it is opened.
-`keep_light` writes it into an archive that is small enough for the repository, with tables, pictures and metadata.
+`compare_variants` puts the variants of a multirun side by side.  `keep_light` writes the page into an archive that is
+small enough for the repository, with tables, pictures and metadata.
 """
 
 from pipeline.report.document import PAGE, write_page
 from pipeline.report.light import keep_light
 from pipeline.report.published import Published, read_published
+from pipeline.report.variants import compare_variants, shown_variants
 
-__all__ = ["PAGE", "Published", "keep_light", "read_published", "write_page"]
+__all__ = [
+    "PAGE",
+    "Published",
+    "compare_variants",
+    "keep_light",
+    "read_published",
+    "shown_variants",
+    "write_page",
+]

@@ -57,12 +57,14 @@ _LIGHTER = {
 }
 """The palette for thin lines on a dark ground."""
 
-LEGEND = (
-    ("good", ("reproduced", "our number is within bounds of the paper's.")),
-    ("half", ("direction only", "the paper's direction holds, not its size.")),
-    ("bad", ("differs", "it does not; the ledger says why.")),
-    ("none", ("cannot be tested", "our data cannot decide.")),
-)
+TONES = {
+    "good": "our number is within bounds of the paper's.",
+    "empty": "it is, but it would be without the method too.",
+    "half": "the paper's direction holds, not its size.",
+    "bad": "it does not; the ledger says why.",
+    "none": "our data cannot decide.",
+}
+"""What a verdict means, by the sign that it has on the page."""
 
 
 def write_page(
@@ -150,7 +152,7 @@ def _render(
         papers=shown,
         whom=_whom(results),
         commits=sorted({figure.commit for figure in results.figures.values()}),
-        legend=[(kind, words) for kind, words in LEGEND],
+        legend=_legend(results),
         style=style,
         script=script,
         walkers=len(walkers["names"]) if walkers else 0,
@@ -245,6 +247,9 @@ def _paper_entry(
         "shot": _picture(shot, SHOT_WIDTH) if shot else None,
         "shot_title": shot.title if shot else "",
         "counts": counts_by_kind(results.claims_of(paper=paper.key)),
+        "verdicts": [
+            verdict for verdict, _ in _tally(c["verdict"] for c in results.claims_of(paper=paper.key))
+        ],
         "figures": [entries[name] for name in wanted if name in entries],
         "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
     }
@@ -274,6 +279,13 @@ def _tally(verdicts: Iterable[str]) -> list[tuple[str, int]]:
         Counter(verdict.removesuffix(" on this data") for verdict in verdicts).items(),
         key=lambda item: (known.get(item[0], len(known)), item[0]),
     )
+
+
+def _legend(results: Published) -> list[tuple[str, str, str]]:
+    """Return sign, verdicts and meaning of the verdicts that the page has."""
+    there = [verdict for verdict, _ in _tally(claim["verdict"] for claim in results.claims)]
+    named = {kind: ", ".join(verdict for verdict in there if tone(verdict) == kind) for kind in TONES}
+    return [(kind, named[kind], words) for kind, words in TONES.items() if named[kind]]
 
 
 def _figure_entry(

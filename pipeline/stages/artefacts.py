@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from pipeline.storage.source_code import sources_digest
-from pipeline.storage.store import Artefact, Store
+from pipeline.storage.store import Artefact, Plan, Store
 from pipeline.storage.typed import pack, unpack
 
 Value = TypeVar("Value")
@@ -61,5 +61,7 @@ def stored(
         lambda: pack(compute()),
         code=sources_digest([source]),
     )
+    if isinstance(store, Plan):
+        return Stored(cast(Value, None), artefact)  # nothing is computed, and nobody looks
     # Also a value just computed is rebuilt from its arrays, so that it is the same as one that was found.
     return Stored(unpack(result, artefact.arrays, artefact.notes), artefact)

@@ -14,6 +14,7 @@ from pipeline.stages.ingest import report_table
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance
 from pipeline.storage.sealed_folders import canonical
+from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
@@ -71,6 +72,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                 "scale": experiment.scale.name,
                 "seed": experiment.seed,
                 "configuration": _without_paths(canonical(experiment)),
+                "code": figure_code(experiment),
                 "stages": {a.stage: {"key": a.key, "seconds": a.seconds} for a in artefacts},
                 "inputs": clips.value.inputs,
                 "tabulate_seconds": round(tabulated - started, 3),
@@ -79,6 +81,11 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
             }
         )
     return verdicts
+
+
+def figure_code(experiment: Experiment) -> str:
+    """Return the digest of the sources of tables, picture and recording."""
+    return sources_digest([type(experiment.figure).__module__])
 
 
 def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:

@@ -172,14 +172,7 @@ class Store:
             raise InvalidInput(
                 "no usable name", where="stage", expected="letters, digits, _", received=repr(stage)
             )
-        made_from = {
-            "stage": stage,
-            "options": canonical(options),
-            "inputs": [item.name if isinstance(item, Artefact) else str(item) for item in inputs],
-            "code": code,
-            "libraries": self._libraries,
-        }
-        key = digest(compact(made_from))[:16]
+        made_from, key = self._key(stage, options, inputs, code)
         name = f"{stage}-{key}"
         if known := self._memory.get(name):
             return dataclasses.replace(known, notes=copy.deepcopy(known.notes), computed=False, why="")
@@ -197,6 +190,19 @@ class Store:
                     found = self._made(folder, made_from, compute, why)
         self._memory[name] = found
         return dataclasses.replace(found, notes=copy.deepcopy(found.notes))
+
+    def _key(
+        self, stage: str, options: Any, inputs: Sequence[Artefact | str], code: str
+    ) -> tuple[dict[str, Any], str]:
+        """Return what an artefact is made from, and its key."""
+        made_from = {
+            "stage": stage,
+            "options": canonical(options),
+            "inputs": [item.name if isinstance(item, Artefact) else str(item) for item in inputs],
+            "code": code,
+            "libraries": self._libraries,
+        }
+        return made_from, digest(compact(made_from))[:16]
 
     @contextmanager
     def _alone(self, name: str) -> Iterator[None]:
@@ -309,6 +315,42 @@ class Store:
                         raise
                 else:
                     return
+
+
+class Plan(Store):
+    """A store that computes nothing: it returns the keys that artefacts would have, and why they differ.
+
+    Parameters
+    ----------
+    results : Path
+    before : mapping of str to str
+        Keys of earlier artefacts by stage, to compare with.
+    """
+
+    def __init__(self, results: Path, before: Mapping[str, str]) -> None:
+        self.cache, self.before = Path(results) / "cache", before
+        self._libraries = versions(_KEYED_LIBRARIES)
+
+    def artefact(
+        self,
+        stage: str,
+        options: Any,
+        inputs: Sequence[Artefact | str],
+        compute: Callable[[], tuple[Mapping[str, Any], Mapping[str, Any]]],
+        *,
+        code: str,
+    ) -> Artefact:
+        """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before."""
+        made_from, key = self._key(stage, options, inputs, code)
+        before, why = self.before.get(stage, ""), ""
+        if before != key:
+            try:
+                earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
+                why = "; ".join(_differences(earlier, made_from)[:3])
+            except (OSError, ValueError, KeyError, TypeError, AttributeError):
+                why = "changed; what it was made from is no longer in the cache"
+        there = (self.cache / f"{stage}-{key}" / MANIFEST).is_file()
+        return Artefact(stage, key, {}, {}, not there, 0.0, why)
 
 
 class _Damaged(Exception):

@@ -110,7 +110,7 @@ def test_our_numbers_and_verdicts_come_from_the_claims(results: Path) -> None:
     _, page = page_of(results)
     assert "ours is 29 % smaller" in page.text
     assert "(no number here)" in page.text  # of a figure that is not made
-    assert "claims reproduced" in page.text
+    assert "1 reproduced, " in page.text
 
 
 def test_kinds_intervals_and_nulls_are_shown_where_they_are_known(tmp_path: Path) -> None:

@@ -1,0 +1,79 @@
+"""Which figures are current, stale or missing, found without computing anything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from pipeline.stages import dataset, ingest, model, sweep
+from pipeline.stages.figure import figure_code
+from pipeline.storage.sealed_folders import canonical, complaints_about, read_manifest
+from pipeline.storage.store import Plan
+from pipeline.studies.experiment import Experiment
+
+CURRENT, STALE, MISSING = "current", "stale", "missing"
+_STYLES = {CURRENT: "green", STALE: "yellow", MISSING: "red"}
+
+
+@dataclass(frozen=True)
+class Status:
+    """Whether a published figure is what its experiment would make now.
+
+    Attributes
+    ----------
+    figure, state : str
+        The state is ``current``, ``stale`` or ``missing``.
+    why : str
+        Which option, input or source changed; empty if it is current.
+    to_compute : tuple of str
+        Stages that are not in the cache.
+    """
+
+    figure: str
+    state: str
+    why: str
+    to_compute: tuple[str, ...]
+
+
+def status(experiment: Experiment, folder: Path) -> Status:
+    """Compare a published figure with its experiment: stages by their keys, the figure by its options and sources."""
+    there = folder.is_dir() and not complaints_about(folder, hashes=False)
+    manifest = read_manifest(folder) if there else {}
+    before = {name: str(stage["key"]) for name, stage in manifest.get("stages", {}).items()}
+    plan = Plan(Path(experiment.results), before)
+    clips = ingest.run(experiment, plan)
+    samples = dataset.run(experiment, clips, plan)
+    learnt = model.run(experiment, samples, plan)
+    measured = sweep.run(experiment, clips, samples, learnt, plan)
+    artefacts = [kept.artefact for kept in (clips, samples, learnt, measured)]
+    to_compute = tuple(artefact.stage for artefact in artefacts if artefact.computed)
+    if not folder.is_dir():
+        return Status(experiment.name, MISSING, "not made yet", to_compute)
+    if not there:
+        return Status(experiment.name, MISSING, complaints_about(folder, hashes=False)[0], to_compute)
+    changed = [artefact for artefact in artefacts if artefact.key != before.get(artefact.stage)]
+    if changed:  # the first explains those that follow from it
+        return Status(experiment.name, STALE, f"{changed[0].stage}: {changed[0].why}", to_compute)
+    if manifest["configuration"].get("figure") != canonical(experiment.figure):
+        return Status(experiment.name, STALE, "figure: options changed", to_compute)
+    if manifest.get("code") != figure_code(experiment):
+        return Status(experiment.name, STALE, "figure: code changed", to_compute)
+    return Status(experiment.name, CURRENT, "", to_compute)
+
+
+def print_status(found: Sequence[Status], console: Console) -> None:
+    """Print a row for each figure."""
+    table = Table(box=None, pad_edge=False)
+    for heading in ("figure", "state", "to compute", "why"):
+        table.add_column(heading, overflow="fold")
+    for one in found:
+        state = Text(one.state, style=_STYLES[one.state])
+        table.add_row(one.figure, state, " ".join(one.to_compute) or "-", one.why)
+    console.print(table)
+    counts = {state: sum(one.state == state for one in found) for state in _STYLES}
+    console.print(", ".join(f"{count} {state}" for state, count in counts.items()) + "; nothing was computed")

@@ -1,0 +1,198 @@
+"""Variants of a multirun side by side: ``variants.csv``, and the curves of all over each other.
+
+A variant is a folder of the run with figures in it; what tells variants apart are the options in which their manifests
+differ.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline import papers, pictures
+from pipeline.palette import Style
+from pipeline.report.published import PublishedFigure, read_published
+from pipeline.storage import provenance, tables
+from pipeline.storage.sealed_folders import MANIFEST
+
+VARIANTS = "variants.csv"
+MOST_SHOWN = 3
+"""Runs that a page shows at most, the latest."""
+
+_ASIDE = {"name", "results", "workers"}
+"""Options that do not make a variant."""
+
+_LINES = ("solid", "dashed", "dotted")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One variant of a figure.
+
+    Attributes
+    ----------
+    options : dict of str to str
+        Those that differ between the variants, by their dotted names.
+    figure : PublishedFigure
+    claims : list of dict
+        Rows of its ``claims.csv``.
+    """
+
+    options: dict[str, str]
+    figure: PublishedFigure
+    claims: list[dict[str, Any]]
+
+    @property
+    def name(self) -> str:
+        """The options with their last names: ``components=20``."""
+        return ", ".join(f"{option.rpartition('.')[2]}={value}" for option, value in self.options.items())
+
+
+def variants_of(run: Path) -> dict[str, list[Variant]]:
+    """Return the finished variants of a run by figure, in the order of the jobs; figures with one are left out."""
+    found: dict[str, list[PublishedFigure]] = {}
+    claims: dict[Path, list[dict[str, Any]]] = {}
+    for folder in sorted((path.parent.parent for path in run.glob(f"*/*/{MANIFEST}")), key=_job):
+        for figure in sorted(path.parent.name for path in folder.glob(f"*/{MANIFEST}")):
+            results = read_published(folder, [figure])
+            found.setdefault(figure, []).append(results.figures[figure])
+            claims[folder / figure] = results.claims
+    several = {name: figures for name, figures in found.items() if len(figures) > 1}
+    return {
+        name: [
+            Variant(options, figure, claims[figure.folder])
+            for options, figure in zip(_differing(figures), figures, strict=True)
+        ]
+        for name, figures in several.items()
+    }
+
+
+def _job(folder: Path) -> tuple[int, str]:
+    """Order of variants: the number of the job, which begins the folder's name."""
+    number = folder.name.partition("_")[0]
+    return (int(number) if number.isdigit() else 0, folder.name)
+
+
+def _differing(figures: Sequence[PublishedFigure]) -> list[dict[str, str]]:
+    flat = [_flat(figure.manifest["configuration"]) for figure in figures]
+    names = sorted({name for one in flat for name in one})
+    differ = [n for n in names if len({one.get(n) for one in flat}) > 1 and n.split(".")[0] not in _ASIDE]
+    return [{name: one.get(name, "") for name in differ} for one in flat]
+
+
+def _flat(value: Any, path: str = "") -> dict[str, str]:
+    if isinstance(value, Mapping):
+        if value.keys() == {"<type>", "name"}:
+            return {path: str(value["name"])}
+        parts = {name: _flat(part, f"{path}.{name}" if path else name) for name, part in value.items()}
+        return {name: text for part in parts.values() for name, text in part.items()}
+    return {path: value if isinstance(value, str) else json.dumps(value)}
+
+
+def compare_variants(run: Path) -> list[Path]:
+    """Write ``variants.csv`` in the folder of a run, and a picture for each figure with curves; return the files.
+
+    The table has a row for each variant and claim: the options that differ, the paper's number, ours and the verdict.
+    Nothing is written for a run with fewer than two finished variants of a figure.
+    """
+    by_figure = variants_of(run)
+    rows = [
+        (variant, name, claim)
+        for name, variants in by_figure.items()
+        for variant in variants
+        for claim in variant.claims
+    ]
+    if not rows:
+        return []
+    options = sorted({option for variant, _, _ in rows for option in variant.options})
+    columns: dict[str, Any] = {"figure": [name for _, name, _ in rows]}
+    columns |= {option: [variant.options.get(option, "") for variant, _, _ in rows] for option in options}
+    columns |= {name: [str(claim[name]) for _, _, claim in rows] for name in ("claim", "verdict")}
+    columns["unit"] = [claim["unit"] or "" for _, _, claim in rows]
+    for name in ("published", "ours"):
+        columns[name] = [np.nan if claim[name] is None else float(claim[name]) for _, _, claim in rows]
+    tables.write(run / VARIANTS, columns)
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
+    written = [run / VARIANTS]
+    for name, variants in by_figure.items():
+        charts = [chart for chart in layout["charts"].get(name, []) if not isinstance(chart["y"], list)]
+        if charts and charts[0].get("kind") != "points":
+            written += _draw(run / f"variants_{name}", variants, charts[0])
+    return written
+
+
+def _draw(stem: Path, variants: Sequence[Variant], chart: Mapping[str, Any]) -> list[Path]:
+    """Draw the curves of all variants over each other: a colour to each variant, a line to each series."""
+    series: list[pictures.Series] = []
+    for number, variant in enumerate(variants):
+        table = variant.figure.table(chart["table"])
+        if table is None or not {chart["x"], chart["y"], *chart.get("by", [])} <= table.keys():
+            return []
+        rows = np.ones(len(table[chart["x"]]), dtype=bool)
+        for column, value in chart.get("where", {}).items():
+            rows &= table[column] == value
+        keys = [" ".join(map(str, key)) for key in zip(*(table[c] for c in chart.get("by", [])), strict=True)]
+        names = np.array(keys or [""] * len(rows))
+        for place, key in enumerate(dict.fromkeys(names[rows].tolist())):
+            here = rows & (names == key)
+            look = Style(
+                f"{variant.name} {key.replace('_', ' ')}".strip(),
+                _COLOURS[number % len(_COLOURS)],
+                line=_LINES[place % len(_LINES)],
+            )
+            series.append(
+                pictures.Series(
+                    x=table[chart["x"]][here].astype(float),
+                    y=table[chart["y"]][here].astype(float),
+                    label=look.label,
+                    colour=look.colour,
+                    line=look.line,
+                )
+            )
+    panel = pictures.Panel(y="", series=series, ylabel=chart["y_label"], from_zero=bool(chart.get("zero")))
+    title = variants[0].figure.title
+    pictures.draw_lines(
+        stem, [panel], xlabel=chart["x_label"], caption=f"{title}. Variants.", legend="figure"
+    )
+    return [stem.with_suffix(".svg"), stem.with_suffix(".png")]
+
+
+_COLOURS = ("black", "orange", "blue", "green", "purple", "amber", "sky", "grey")
+
+
+def shown_variants(scratch: Path, data: str, scale: str) -> list[dict[str, Any]]:
+    """Return what a page shows of the latest multiruns on a data set: claims in rows, variants in columns."""
+    entries: list[dict[str, Any]] = []
+    for table in sorted(scratch.glob(f"*/{VARIANTS}"), reverse=True):
+        for name, variants in variants_of(table.parent).items():
+            manifest = variants[0].figure.manifest
+            if (manifest.get("data"), manifest.get("scale")) == (data, scale) and len(entries) < MOST_SHOWN:
+                picture = table.with_name(f"variants_{name}.png")
+                entries.append(
+                    {
+                        "title": variants[0].figure.title,
+                        "folder": f"{name}, scratch/{table.parent.name}",
+                        "header": ["claim", "published", *(variant.name for variant in variants)],
+                        "rows": _pivot(variants),
+                        "picture": picture if picture.is_file() else None,
+                    }
+                )
+    return entries
+
+
+def _pivot(variants: Sequence[Variant]) -> list[list[str]]:
+    rows = []
+    for claim in variants[0].claims:
+        published = claim["published"]
+        cells = [str(claim["claim"]), "" if published is None else f"{published:g}"]
+        for variant in variants:
+            same = next((row for row in variant.claims if row["claim"] == claim["claim"]), None)
+            ours = "–" if same is None or same["ours"] is None else f"{same['ours']:.4g} {same['unit'] or ''}"
+            cells.append(ours if same is None else f"{ours.strip()}, {same['verdict']}")
+        rows.append(cells)
+    return rows

@@ -1,0 +1,99 @@
+"""What would be made again is found without making it."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import make_figure
+from pipeline.cli.main import main
+from pipeline.cli.status import status
+from pipeline.storage.store import Store
+
+FIGURE = "zhang2007_fig2"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One small figure."""
+    folder = tmp_path_factory.mktemp("results")
+    make_figure(experiment(folder), place(folder), store=Store(folder))
+    return folder
+
+
+def experiment(results: Path, *overrides: str):  # type: ignore[no-untyped-def]
+    """The figure's experiment with overrides."""
+    quick = ["figure.picture=false", "figure.recording=false", "scale=smoke"]
+    return compose([f"experiment={FIGURE}", f"results={results}", *quick, *overrides])
+
+
+def place(results: Path) -> Path:
+    return results / "synthetic" / "smoke" / FIGURE
+
+
+def snapshot(folder: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+
+
+def test_what_was_just_made_is_current_and_nothing_is_written(results: Path) -> None:
+    before = snapshot(results)
+    found = status(experiment(results), place(results))
+    assert (found.state, found.why, found.to_compute) == ("current", "", ())
+    assert snapshot(results) == before
+
+
+@pytest.mark.parametrize(
+    ("override", "why", "to_compute"),
+    [
+        ("model.components=20", "model: options.components changed 30 -> 20", ("model", "sweep")),
+        ("dataset.harmonics=3", "dataset: options.harmonics changed 2 -> 3", ("dataset", "model", "sweep")),
+        ("figure.picture=true", "figure: options changed", ()),
+    ],
+)
+def test_it_says_which_option_changed(
+    results: Path, override: str, why: str, to_compute: tuple[str, ...]
+) -> None:
+    found = status(experiment(results, override), place(results))
+    assert (found.state, found.why, found.to_compute) == ("stale", why, to_compute)
+
+
+def test_it_says_that_the_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
+    found = status(experiment(results), place(results))
+    assert (found.state, found.why) == ("stale", "ingest: code changed")
+    assert found.to_compute == ("ingest", "dataset", "model", "sweep")
+
+
+def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipeline.stages.figure.sources_digest", lambda modules: "0" * 64)
+    found = status(experiment(results), place(results))
+    assert (found.state, found.why) == ("stale", "figure: code changed")
+
+
+def test_what_is_missing_damaged_or_forgotten_is_named(results: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "results"
+    shutil.copytree(results, copy)
+    shutil.rmtree(copy / "cache")
+    one = dataclasses.replace(experiment(results), results=str(copy))
+    assert status(one, place(copy)).state == "current"
+    other = dataclasses.replace(experiment(results, "model.components=20"), results=str(copy))
+    assert "no longer in the cache" in status(other, place(copy)).why
+    (place(copy) / "table.csv").unlink()
+    assert status(one, place(copy)).why == "table.csv is missing"
+    shutil.rmtree(place(copy))
+    found = status(one, place(copy))
+    assert (found.state, found.why) == ("missing", "not made yet")
+
+
+def test_a_dry_run_makes_nothing(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = snapshot(results)
+    words = ["experiment=zhang2007_fig2,zhang2007_fig3", "scale=smoke", f"results={results}"]
+    assert main(["figures", *words, "--dry-run"]) == 0
+    assert main(["status", *words]) == 0
+    told = capsys.readouterr().out
+    assert told.count("1 missing; nothing was computed") == 2
+    assert snapshot(results) == before
