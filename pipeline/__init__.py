@@ -6,7 +6,7 @@ The modules, from the base upwards; each imports only from those above it in thi
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
     palette, tidy          colours and looks of series; rows of a table by series
-    processes, threads     work on several processes that share the cores, or on threads
+    processes              work on several processes, which share the cores
     seeding                random generators
 
     core/                  the mathematics: pure functions on arrays

@@ -62,7 +62,7 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 LAYERS = (
     {"validation"},
-    {"skeleton", "palette", "tidy", "processes", "threads", "seeding", "resources"},
+    {"skeleton", "palette", "tidy", "processes", "seeding", "resources"},
     {"core"},
     {"formats", "mappings", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
@@ -82,7 +82,6 @@ NARROW = {
     "palette": set(),
     "tidy": {"validation"},
     "processes": set(),
-    "threads": set(),
     "seeding": set(),
     "core": {"validation", "skeleton"},
     "formats": GROUND,
@@ -109,7 +108,7 @@ FROM_OUTSIDE = {
     "rich": {"cli"},
     "yaml": {"papers", "mappings"},
     "numba": {"core"},
-    "threadpoolctl": {"processes", "threads"},
+    "threadpoolctl": {"processes"},
     "scipy": {"core", "synthetic", "studies"},
     "numpy": {"*"},
 }

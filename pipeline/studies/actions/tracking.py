@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pipeline.core.tracking import joint_error
+from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
 from pipeline.studies.actions.model import Action
@@ -17,11 +18,7 @@ from pipeline.studies.actions.observed_joints import CameraKind, camera_of, requ
 from pipeline.studies.actions.tracking_conditions import Condition, conditions, tracked
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
 from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.threads import map_threads
 from pipeline.validation import InvalidInput, require_distinct, require_range
-
-THREADS = 1
-"""Arrays of one frame are so small that two threads wait for each other: measured, two take longer than one."""
 
 _STREAM = 20060  # keeps these draws apart from those of other stages with the same seed
 
@@ -165,7 +162,7 @@ class HeldOutTracking(Sweep):
             return trial.all(distinct, shown)
 
         items = [(way, int(m)) for way in ways for m in chosen]
-        found = map_threads(one, items, min(inputs.workers, THREADS))
+        found = map_processes(one, items, inputs.workers)
         grid = (len(ways), len(chosen))
         row = [distinct.index(condition) for condition in wanted]
 

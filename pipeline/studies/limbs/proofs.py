@@ -30,13 +30,10 @@ class Timing:
     ----------
     seconds, first_seconds : (N,)
         Until the search ended, and until the first signs.
-    threads : int
-        Searches at a time.
     """
 
     seconds: np.ndarray
     first_seconds: np.ndarray
-    threads: int
 
 
 @dataclass(frozen=True)
@@ -175,4 +172,4 @@ class ProofSweep(LimbSweep):
         programmes = self.programmes()
         found = stacked(map_processes(one, programmes, inputs.workers), (len(programmes),))
         seconds = {name: found.pop(name) for name in ("seconds", "first_seconds")}
-        return Proofs(**found, timing=Timing(**seconds, threads=inputs.workers))
+        return Proofs(**found, timing=Timing(**seconds))

@@ -1,6 +1,6 @@
 """Experiment 1: every walker reconstructed from every known view by the model that has not seen it.
 
-Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays here; folds run on threads.
+Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays here; folds run in processes.
 """
 
 from __future__ import annotations

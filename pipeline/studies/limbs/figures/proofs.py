@@ -123,8 +123,8 @@ class ProofsFigure(Figure):
             columns=2,
             caption=f"{inputs.caption.replace(inputs.model.words, 'components as named')} {most} limbs at every point"
             + (f", {fewest} where they are longest" if fewest < most else "")
-            + f", before {', '.join(options.cameras)} cameras in turn; limit {limit:g} nominal s each, "
-            f"{inputs.sweep.timing.threads} at a time. Solid: no noise; dashed: noise of "
+            + f", before {', '.join(options.cameras)} cameras in turn; limit {limit:g} nominal s each. "
+            f"Solid: no noise; dashed: noise of "
             f"{', '.join(f'{noise:g}' for noise in options.noises_px if noise)} px. (b) Until proof or the limit; "
             f"dotted: until the first signs, which are the best in {best:.0f} % of all programmes.",
         )
