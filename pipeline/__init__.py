@@ -16,6 +16,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       reconstruction         coefficients from one known view                  zhang2007 3.6-3.15, A.1-A.5
       viewpoint              view angle and coefficients together              zhang2007 4.5, 4.6, B.1-B.3
       observation            what one view shows; frequency and phase from it
+      anatomical             mirror images, constant bones, error bars         beside zhang2007 3.2
       errors                 errors of a reconstruction                        zhang2007 4.1-4.4
       walking                steady walking, treadmill equivalent              zhang2007 section 2
       posture, aspace        postures as 37 numbers; their eigenvectors        mozerov2006 1-5

@@ -53,8 +53,9 @@ FEW_TRIALS = {
     "park2011_fig3c": ["sweep.trials=8", "sweep.time_limit_s=0", "sweep.adjusts=[global]"],
     "park2011_fig3d": ["sweep.trials=3", "sweep.fractions=[0,0.05,0.3]"],
     "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
+    "zhang2007_occlusion": ["scale.walkers=16", "scale.few_views_step_deg=90", "scale.partners=2"],
 }
-"""What keeps the figures of limbs short where their claims are tested: fewer trials, and certificates for one alone."""
+"""What keeps figures short where their claims are tested: fewer trials or people, and certificates for one alone."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def figure() -> Callable[..., Outcome]:
 def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, np.ndarray]]:
     """Tables of the papers' figures on all the embedded people at coarse steps: ``zhang2007_fig5/table_walkers`` …
 
-    ``table.csv`` goes by the figure's name alone.  Figures of our own, which no claim rests on, are not among them.
+    ``table.csv`` goes by the figure's name alone.  Figures of our own that no claim rests on are not among them.
     """
     results = tmp_path_factory.mktemp("synthetic")
     coarse = [

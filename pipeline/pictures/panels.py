@@ -67,6 +67,8 @@ class Panel:
         The ordinate runs from 0 to just above the lines, and above their bands up to twice the height of the lines.
     xticks : float or sequence of float, optional
         Places of the ticks, or the step from one to the next.
+    xwords : sequence of str
+        Words in place of the numbers at `xticks`, which then are places; empty for the numbers.
     xscale, yscale : str
         ``linear`` or ``log``.
     references : sequence of (str, float, str)
@@ -90,6 +92,7 @@ class Panel:
     ylim: tuple[float, float] | None = None
     from_zero: bool = False
     xticks: float | Sequence[float] | None = None
+    xwords: Sequence[str] = ()
     xscale: str = "linear"
     yscale: str = "linear"
     references: Sequence[tuple[str, float, str]] = ()
@@ -173,6 +176,8 @@ def draw_data(axes: Axes, panel: Panel, lines: Sequence[Series]) -> None:
         axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
     elif isinstance(panel.xticks, Sequence | np.ndarray):
         axes.set_xticks(list(panel.xticks))
+        if panel.xwords:
+            axes.set_xticklabels(list(panel.xwords), rotation=35, ha="right", rotation_mode="anchor")
     elif panel.xticks is not None:
         low, high = (limit / panel.xticks for limit in axes.get_xlim())
         axes.set_xticks(panel.xticks * np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1))

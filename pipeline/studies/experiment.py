@@ -18,6 +18,9 @@ class Scale:
     walkers: int  # most people; 0: all
     view_step_deg: float
     sigma2_step_mm2: float
+    structure_step_deg: float  # views of the anatomical reconstruction
+    few_views_step_deg: float  # the same, for hidden joints and noise
+    partners: int  # people who choose the settings of each person
     performances: int  # most performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
     particles: list[int]

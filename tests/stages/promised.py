@@ -99,6 +99,89 @@ ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
 for _ours, _theirs in (("fig3", "fig4"), ("fig4", "fig5"), ("fig5", "fig6")):
     ENTITIES[f"zhang2004_{_ours}"] = {e for e in ENTITIES[f"zhang2007_{_theirs}"] if "/map" not in e}
 
+# --- the anatomical reconstruction ---------------------------------------------------------------------------
+
+PROMISED |= {
+    "zhang2007_structure": {
+        "table_ladder": [
+            "method", "part", "views", "walkers", "absolute_error_mm2", "absolute_error_mm2_low",
+            "absolute_error_mm2_high", "absolute_error_median_mm2", "absolute_error_worst_mm2",
+            "below_map_percent", "below_map_percent_low", "below_map_percent_high", "below_whole_percent",
+            "below_whole_percent_low", "below_whole_percent_high", "walkers_better",
+        ],
+        "table_settings": ["walker", "method", "noise_variance_mm2", "length_factor"],
+        "table_sources": [
+            "source", "left_out", "method", "walkers", "absolute_error_mm2", "absolute_error_mm2_low",
+            "absolute_error_mm2_high", "absolute_error_median_mm2", "absolute_error_worst_mm2",
+        ],
+        "table_walkers": ["walker", "method", "absolute_error_mm2"],
+    },
+    "zhang2007_coverage": {
+        "table_joints": [
+            "method", "bars", "joint_group", "covered_percent", "covered_percent_low", "covered_percent_high",
+            "half_width_mm",
+        ],
+        "table_views": [
+            "method", "bars", "view_angle_deg", "covered_percent", "covered_percent_low",
+            "covered_percent_high", "half_width_mm",
+        ],
+        "table_walkers": ["walker", "method", "bars", "covered_percent", "half_width_mm", "rms_error_mm"],
+    },
+    "zhang2007_occlusion": {
+        "table_bars": [
+            "hidden", "method", "bars", "covered_percent", "covered_percent_low", "covered_percent_high",
+            "half_width_mm",
+        ],
+        "table_hidden": [
+            "hidden", "method", "hidden_error_mm", "hidden_error_mm_low", "hidden_error_mm_high",
+            "below_map_percent", "below_map_percent_low", "below_map_percent_high", "seen_error_mm2",
+            "seen_error_mm2_low", "seen_error_mm2_high", "walkers_better",
+        ],
+        "table_walkers": ["walker", "hidden", "method", "hidden_error_mm"],
+    },
+    "zhang2007_noise": {
+        "table_walkers": ["walker", "condition", "method", "absolute_error_mm2"],
+    },
+    "zhang2007_view_posterior": {
+        "table_bars": [
+            "method", "bars", "level_percent", "covered_percent", "covered_percent_low", "covered_percent_high",
+            "half_width_deg",
+        ],
+        "table_walkers": [
+            "walker", "method", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
+            "posterior_sd_deg",
+        ],
+    },
+}  # fmt: skip
+ENTITIES |= {
+    "zhang2007_structure": {
+        *(f"curves/ladder/{m}" for m in ("average_walker", "map_70", "map_tuned", "anatomical")),
+        *(f"parts/ladder/{m}" for m in ("mirror", "shrinkage", "without_constancy", "stance")),
+    },
+    "zhang2007_coverage": {
+        "world/original", "world/reconstructed/anatomical", "image/observed",
+        *(f"world/posterior/sample_{number:02d}" for number in range(1, 13)),
+    },
+    "zhang2007_occlusion": {
+        f"curves/{hidden}/{method}"
+        for hidden in ("head", "feet", "far_arm", "far_leg", "far_side")
+        for method in ("average_walker", "map_tuned", "anatomical")
+    },
+    "zhang2007_noise": {
+        f"{entity}/{method}"
+        for entity in ("matrices", "curves/covered_percent")
+        for method in ("map_tuned", "linear_told", "anatomical_told", "anatomical_untold")
+    },
+    "zhang2007_view_posterior": {
+        "matrices/posterior",
+        *(
+            f"curves/{column}/{method}"
+            for column in ("absolute_angle_error_mean_deg", "posterior_sd_deg")
+            for method in ("two_harmonics", "anatomical")
+        ),
+    },
+}  # fmt: skip
+
 # --- mozerov2006 --------------------------------------------------------------------------------------------
 
 STAGES = ["raw", "linear", "keyframe", "synchronized"]

@@ -2,27 +2,51 @@
 
 from pipeline.studies.study import Study
 from pipeline.studies.walks import measures
+from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.dataset import FourierDataset
+from pipeline.studies.walks.figures.coverage import BarCoverage
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
+from pipeline.studies.walks.figures.observed_noise import NoiseTolerance
+from pipeline.studies.walks.figures.occlusion import HiddenJointErrors
 from pipeline.studies.walks.figures.postures import Postures
 from pipeline.studies.walks.figures.spectrum import Spectrum
+from pipeline.studies.walks.figures.structure import StructureLadder
 from pipeline.studies.walks.figures.view_angles import ViewAngleEstimates
 from pipeline.studies.walks.figures.view_errors import ViewErrors
+from pipeline.studies.walks.figures.view_posterior import ViewPosterior
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.model import EigenwalkersModel
+from pipeline.studies.walks.sweeps.coverage import Coverage
+from pipeline.studies.walks.sweeps.noise import ObservedNoise
+from pipeline.studies.walks.sweeps.occlusion import Occlusion
+from pipeline.studies.walks.sweeps.structure import Structure
+from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars
 from pipeline.studies.walks.unknown_view import UnknownView
 
 STUDY = Study(
     "walks",
     datasets={"fourier": FourierDataset},
-    models={"eigenwalkers": EigenwalkersModel},
-    sweeps={"known_view": KnownView, "unknown_view": UnknownView},
+    models={"eigenwalkers": EigenwalkersModel, "anatomical": AnatomicalModel},
+    sweeps={
+        "known_view": KnownView,
+        "unknown_view": UnknownView,
+        "structure": Structure,
+        "coverage": Coverage,
+        "occlusion": Occlusion,
+        "noise": ObservedNoise,
+        "view_posterior": ViewAngleBars,
+    },
     figures={
         "spectrum": Spectrum,
         "noise_variance": NoiseVariance,
         "postures": Postures,
         "view_errors": ViewErrors,
         "view_angles": ViewAngleEstimates,
+        "structure": StructureLadder,
+        "coverage": BarCoverage,
+        "occlusion": HiddenJointErrors,
+        "noise": NoiseTolerance,
+        "view_posterior": ViewPosterior,
     },
     measures=measures,
 )

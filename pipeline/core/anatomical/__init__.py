@@ -1,0 +1,91 @@
+"""3D from one view with what anatomy adds: mirror images, bones that keep their length, left and right alike.
+
+A model of its own beside the papers' two approaches (`pipeline.core.reconstruction`), for their problem: the missing
+dimension of a walk [zhang2007 3.2], with standard deviations.
+
+===================  ======================================================================================
+`prior`              mean and shrunken covariance of walks with any number of harmonics; variation of bones
+`conditional`        missing given observed coefficients: Gaussian, linear, in closed form
+`lengths`            the same with bones of constant and symmetric length: a few Newton steps a view
+`stance`             the foot on the belt
+`bars`               standard deviations at instants; multipliers learnt from other people
+`view_posterior`     probability of every view angle, the coefficients integrated out
+===================  ======================================================================================
+"""
+
+from pipeline.core.anatomical.bars import (
+    GROUP_OF_JOINT,
+    GROUPS,
+    at_instants,
+    deviation_at_instants,
+    multipliers_without,
+)
+from pipeline.core.anatomical.conditional import (
+    NOTHING_HIDDEN,
+    Conditional,
+    Noise,
+    condition,
+    unknown_coefficients,
+)
+from pipeline.core.anatomical.lengths import Lengths, Posterior, Tolerances, fit_lengths, tolerances
+from pipeline.core.anatomical.prior import (
+    BONES,
+    JOINTS,
+    PAIRS,
+    Prior,
+    Shrinkage,
+    bone_lengths,
+    by_block,
+    by_joint,
+    cycle,
+    fit,
+    image_axes,
+    person_weights,
+    turned,
+)
+from pipeline.core.anatomical.stance import stance_rows, with_stance
+from pipeline.core.anatomical.view_posterior import (
+    ViewPosterior,
+    circle,
+    mirrored_image,
+    posterior_of,
+    view_costs,
+)
+
+__all__ = [
+    "BONES",
+    "GROUPS",
+    "GROUP_OF_JOINT",
+    "JOINTS",
+    "NOTHING_HIDDEN",
+    "PAIRS",
+    "Conditional",
+    "Lengths",
+    "Noise",
+    "Posterior",
+    "Prior",
+    "Shrinkage",
+    "Tolerances",
+    "ViewPosterior",
+    "at_instants",
+    "bone_lengths",
+    "by_block",
+    "by_joint",
+    "circle",
+    "condition",
+    "cycle",
+    "deviation_at_instants",
+    "fit",
+    "fit_lengths",
+    "image_axes",
+    "mirrored_image",
+    "multipliers_without",
+    "person_weights",
+    "posterior_of",
+    "stance_rows",
+    "tolerances",
+    "turned",
+    "unknown_coefficients",
+    "view_costs",
+    "with_stance",
+]

@@ -1,0 +1,78 @@
+"""Error bars: standard deviations of positions at instants, and multipliers learnt from other people.
+
+Symbols
+-------
+``z``  error of a number over its standard deviation
+``m``  multiplier of a level: the quantile of |z| of the others, in place of the normal distribution's
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core.anatomical.prior import cycle
+from pipeline.skeleton import WALKER15
+from pipeline.validation import require_range, require_shape
+
+GROUPS = {
+    "trunk": ("head", "sternum", "pelvis"),
+    "shoulder": ("left_shoulder", "right_shoulder"),
+    "elbow": ("left_elbow", "right_elbow"),
+    "wrist": ("left_wrist", "right_wrist"),
+    "hip": ("left_hip", "right_hip"),
+    "knee": ("left_knee", "right_knee"),
+    "ankle": ("left_ankle", "right_ankle"),
+}
+"""Joints whose errors are alike."""
+
+GROUP_OF_JOINT = np.array(
+    [next(n for n, names in enumerate(GROUPS.values()) if joint in names) for joint in WALKER15.joints]
+)
+"""Group (15,) of each joint."""
+
+
+def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
+    """Positions (…, K) of coefficients (…, 1 + 2H) at K equally spaced phases."""
+    return np.asarray(coefficients @ cycle(coefficients.shape[-1], phases).T)
+
+
+def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:
+    """Standard deviations (…, U / B, K) at instants, of coefficients with this covariance (…, U, U).
+
+    The coefficients of one coordinate of a joint, B of them, stand together.
+    """
+    size = covariance.shape[-1] // blocks
+    split = covariance.reshape(*covariance.shape[:-2], size, blocks, size, blocks)
+    own = np.moveaxis(np.diagonal(split, axis1=-4, axis2=-2), -1, -3)  # (…, U / B, B, B)
+    basis = cycle(blocks, phases)
+    return np.sqrt(((own @ basis.T) * basis.T).sum(axis=-2))
+
+
+def multipliers_without(z: np.ndarray, groups: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """Multipliers (P, G, L) of the bars of each person, from |z| of all other people.
+
+    Parameters
+    ----------
+    z : (P, N, …, G')
+        |error| over standard deviation; numbers of one group share their multipliers.
+    groups : (G',) int
+        Group of each entry of the last axis.
+    levels : (L,)
+        Between 0 and 1.
+
+    Notes
+    -----
+    The person's own errors never reach the multipliers.
+    """
+    require_shape("the groups", groups, (z.shape[-1],))
+    for level in levels:
+        require_range("a level of the bars", float(level), above=0, below=1)
+    people = len(z)
+    count = int(groups.max()) + 1
+    found = np.empty((people, count, len(levels)))
+    for group in range(count):
+        values = z[..., groups == group].reshape(people, -1)
+        for person in range(people):
+            others = np.delete(values, person, axis=0)
+            found[person, group] = np.quantile(others, levels)
+    return found

@@ -1,0 +1,215 @@
+"""What is known of walkers before one is seen: a mean, a shrunken covariance, and how constant bones are.
+
+Symbols
+-------
+``w``      Fourier representation, here (joint, axis, block): the coefficients of a joint stand together
+``S``      weighted covariance of the training walks, mirror images among them
+``T``      S without what ties harmonics, or sine and cosine, together: for each harmonic one 45 x 45 covariance of the
+           joints' coordinates, the mean of that of its sine and that of its cosine coefficients
+``C``      ``(1 - a - b) S + a T + b diag S + tau I``, the prior covariance
+``n_eff``  ``1 / sum of squared weights``: walks of one person count as one person
+
+Why so: a few dozen people tell what the joints do together in a harmonic, but not how harmonics go together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import fourier
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+
+JOINTS = len(WALKER15.joints)
+
+BONES = (*WALKER15.bones, (9, 12), (2, 5))
+"""The tree's bones, then hip to hip and shoulder to shoulder: pairs of joints, 16 of them."""
+
+
+def _pairs() -> tuple[tuple[int, int], ...]:
+    place = {frozenset(bone): number for number, bone in enumerate(BONES)}
+    mirrored = [place[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES]
+    return tuple((bone, other) for bone, other in enumerate(mirrored) if bone < other)
+
+
+PAIRS = _pairs()
+"""Bones of the left and the right side that are each other's mirror image, as indices into `BONES`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shrinkage:
+    """How the sample covariance is changed, as few people need it.
+
+    Attributes
+    ----------
+    mirror : bool
+        Whether each walk's mirror image is a training walk too, each with half the weight.
+    within_harmonic : float
+        a, the share of T.
+    diagonal : float
+        b, the share of diag S.
+    extra_variance : float
+        tau, mm²: what no training walk shows.
+    """
+
+    mirror: bool = True
+    within_harmonic: float = 0.2
+    diagonal: float = 0.1
+    extra_variance: float = 20.0
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Mean and covariance of walkers, and the variation of their bones.
+
+    Attributes
+    ----------
+    mean : (15, 3, 1 + 2H)
+        mm, by joint, axis and block.
+    covariance : (15, 3, 1 + 2H, 15, 3, 1 + 2H)
+        mm².
+    length_variance : (16,)
+        Mean over training walks of the variance of each bone's length within the cycle, mm².
+    pair_variance : (P,)
+        Mean square of the difference of the mean lengths of left and right bone, mm².
+    effective_size : float
+        n_eff.
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    length_variance: np.ndarray
+    pair_variance: np.ndarray
+    effective_size: float
+
+
+def by_joint(coefficients: np.ndarray) -> np.ndarray:
+    """Coefficients (…, 15, S, 1 + 2H) of Fourier representations (…, 1 + 2H, 15, S)."""
+    return np.ascontiguousarray(np.moveaxis(coefficients, -3, -1))
+
+
+def by_block(walkers: np.ndarray) -> np.ndarray:
+    """The inverse of `by_joint`."""
+    return np.ascontiguousarray(np.moveaxis(walkers, -1, -3))
+
+
+def person_weights(people: np.ndarray) -> np.ndarray:
+    """Weights (R,) of walks that give every person the same weight; they sum to one.
+
+    Examples
+    --------
+    >>> person_weights(np.array(["a", "b", "b"])).tolist()
+    [0.5, 0.25, 0.25]
+    """
+    _, of, counts = np.unique(people, return_inverse=True, return_counts=True)
+    return np.asarray(1.0 / (len(counts) * counts[of]))
+
+
+def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
+    """Learn the prior from walks.
+
+    Parameters
+    ----------
+    coefficients : (R, 1 + 2H, 15, 3)
+        Fourier representations at phase zero, mm.
+    weights : (R,)
+        Positive, summing to one.
+    shrinkage : Shrinkage
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two walks, the weights do not sum to one, shares of the covariance are out of range, or
+        a number is not finite.
+    """
+    coefficients = require_shape("the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3))
+    weights = require_shape("the weights", np.asarray(weights, dtype=float), (len(coefficients),))
+    require_finite("the walks", coefficients)
+    if len(coefficients) < 2 or not np.isclose(weights.sum(), 1.0) or (weights <= 0).any():
+        raise InvalidInput(
+            "a prior needs two walks or more, with positive weights that sum to one",
+            received=f"{len(coefficients)} walks, weights that sum to {weights.sum():g}",
+        )
+    a, b = shrinkage.within_harmonic, shrinkage.diagonal
+    require_range("the share of T", a, at_least=0, at_most=1)
+    require_range("the share of diag S", b, at_least=0, at_most=1 - a)
+    require_range("the extra variance", shrinkage.extra_variance, at_least=0, unit="mm²")
+    blocks = coefficients.shape[1]
+    size = float(1.0 / (weights**2).sum())
+    walks, w = coefficients, weights
+    if shrinkage.mirror:
+        walks, w = np.concatenate([walks, fourier.mirrored(walks)]), np.concatenate([w, w]) / 2.0
+    rows = by_joint(walks).reshape(len(walks), -1)
+    mean = w @ rows
+    centred = np.sqrt(w)[:, None] * (rows - mean)
+    S = size / (size - 1.0) * (centred.T @ centred)
+    C = (1.0 - a - b) * S
+    if a:
+        whole = S.reshape(JOINTS * 3, blocks, JOINTS * 3, blocks)
+        T = np.zeros_like(whole)
+        for block in range(blocks):
+            same = [block] if block == 0 else [block, block + 1 if block % 2 else block - 1]
+            T[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
+        C += a * T.reshape(S.shape)
+    C[np.diag_indices_from(C)] += b * np.diag(S) + shrinkage.extra_variance
+    lengths = bone_lengths(by_joint(walks))
+    mean_length = lengths.mean(axis=1)
+    apart = np.stack([mean_length[:, left] - mean_length[:, right] for left, right in PAIRS], axis=1)
+    return Prior(
+        mean=mean.reshape(JOINTS, 3, blocks),
+        covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
+        length_variance=w @ lengths.var(axis=1),
+        pair_variance=w @ apart**2,
+        effective_size=size,
+    )
+
+
+def cycle(blocks: int, phases: int) -> np.ndarray:
+    """Values (K, 1 + 2H) of 1, sin, cos, sin 2, … at K equally spaced phases of the cycle."""
+    angle = 2.0 * np.pi * np.arange(phases)[:, None] / phases * np.arange(1, blocks // 2 + 1)
+    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(phases, -1)
+    return np.concatenate([np.ones((phases, 1)), waves], axis=1)
+
+
+PHASES = 20
+"""Phases of the cycle at which lengths are looked at: more than twice the harmonics of a squared length."""
+
+
+def bone_lengths(walkers: np.ndarray) -> np.ndarray:
+    """Lengths (…, K, 16) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
+    ends = np.array(BONES)
+    across = walkers[..., ends[:, 1], :, :] - walkers[..., ends[:, 0], :, :]
+    along = across @ cycle(walkers.shape[-1], PHASES).T  # (…, 16, 3, K)
+    return np.asarray(np.swapaxes(np.sqrt((along**2).sum(axis=-2)), -1, -2))
+
+
+def turned(prior: Prior, view_angles_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (A, 15, 3, B) and covariance (A, n, n), n = 45 B, with axes across, up and away of A views.
+
+    Across and up are what an image shows [zhang2007 B.2, B.3]; away is the missing dimension.
+    """
+    rotation = image_axes(view_angles_rad)
+    mean = np.einsum("aij,kjb->akib", rotation, prior.mean)
+    blocks = prior.mean.shape[-1]
+    n = JOINTS * 3 * blocks
+    rows = rotation[:, None] @ prior.covariance.reshape(JOINTS, 3, blocks * n)
+    both = rotation[:, None, None] @ np.swapaxes(rows.reshape(-1, n, n), 1, 2).reshape(
+        -1, JOINTS, 1, 3, blocks * n
+    )
+    return mean, both.reshape(-1, n, n)
+
+
+def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
+    """Rotations (A, 3, 3) from the walker's axes to across, up and away.
+
+    Examples
+    --------
+    >>> np.round(image_axes(np.array([np.pi / 2]))[0] @ np.array([1.0, 2.0, 3.0]), 12) + 0.0
+    array([ 2.,  3., -1.])
+    """
+    angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
+    c, s, zero, one = np.cos(angles), np.sin(angles), np.zeros_like(angles), np.ones_like(angles)
+    rows = [[c, s, zero], [zero, zero, one], [-s, c, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

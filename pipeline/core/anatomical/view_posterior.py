@@ -1,0 +1,151 @@
+"""The view angle given the image: the marginal likelihood over the whole circle, and its modes.
+
+Symbols
+-------
+``beta``  candidate view angle; ``o`` observed coefficients (across and up)
+``J``     ``(o - m_o)^T (C_oo + N)^-1 (o - m_o) + log det (C_oo + N)``, both at beta: -2 log p(o | beta)
+``kappa`` temperature: ``p(beta | o)`` is proportional to ``exp(-J / (2 kappa))``; 1 if the prior were true
+
+The coefficients are integrated out, so no angle is favoured because it has more of them to spend.  J is laid out over
+the circle and interpolated by a periodic cubic spline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import lapack
+
+from pipeline.core.anatomical.conditional import NOTHING_HIDDEN, Noise, unknown_coefficients
+from pipeline.core.anatomical.prior import JOINTS, Prior, turned
+from pipeline.core.choice import first_lowest
+from pipeline.skeleton import WALKER15
+from pipeline.validation import require_range, require_shape
+
+FINE = 8
+"""Fine angles to a candidate: of the interpolated posterior."""
+
+
+def circle(count: int) -> np.ndarray:
+    """Candidates (G,) over the whole circle from -pi on, an even number of them."""
+    require_range("the number of candidate views", count, at_least=8, whole=True)
+    return -np.pi + 2.0 * np.pi * np.arange(count) / count
+
+
+def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: Noise) -> np.ndarray:
+    """J (n, G) of observations at the angles of `circle`.
+
+    Parameters
+    ----------
+    prior : Prior
+        Equal to its mirror image.
+    observed : (n, 15, 2, 1 + 2H)
+        Across and up, mm.
+    candidates : int
+        G, even.
+    noise : Noise
+
+    Notes
+    -----
+    The mirror image of an observation is as likely at -beta as the observation is at beta, so that half of the circle
+    is enough for both.
+    """
+    blocks = prior.mean.shape[-1]
+    observed = require_shape("the observations", np.asarray(observed, dtype=float), ("n", JOINTS, 2, blocks))
+    half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
+    half = np.append(half, np.pi)
+    mean, C = turned(prior, half)
+    seen = np.flatnonzero(~unknown_coefficients(NOTHING_HIDDEN, blocks))
+    floor = np.broadcast_to(noise.floor(blocks), (JOINTS, 3, blocks)).ravel()[seen]
+    both = np.concatenate([observed, mirrored_image(observed)]).reshape(2 * len(observed), -1)
+    costs = np.empty((len(half), 2, len(observed)))
+    diagonal = np.arange(len(seen))
+    for g in range(len(half)):
+        matrix = C[g][np.ix_(seen, seen)]
+        matrix[diagonal, diagonal] += noise.variance + noise.share * np.diag(matrix) + floor
+        factor, _ = lapack.dpotrf(matrix.T, lower=1)
+        off = both - mean[g].ravel()[seen]
+        white, _ = lapack.dtrtrs(factor, off.T, lower=1)
+        cost = (white**2).sum(axis=0) + 2.0 * np.log(np.diag(factor)).sum()
+        costs[g] = cost.reshape(2, -1)
+    forwards, backwards = costs[:, 0], costs[:, 1]  # at beta, and at -beta
+    return np.concatenate([backwards[:0:-1], forwards[:-1]]).T
+
+
+def mirrored_image(observed: np.ndarray) -> np.ndarray:
+    """What the mirrored walker shows at the opposite view angle, of (…, 15, 2, 1 + 2H).
+
+    Left and right change sides, across is negated, and half a cycle turns the sign of the odd harmonics.
+    """
+    image = np.array(observed[..., list(WALKER15.mirror), :, :], dtype=float)
+    image[..., 0, :] *= -1.0
+    for h in range(1, image.shape[-1] // 2 + 1, 2):
+        image[..., 2 * h - 1 : 2 * h + 1] *= -1.0
+    return image
+
+
+@dataclass(frozen=True)
+class ViewPosterior:
+    """Posterior of the view angle for n observations.
+
+    Attributes
+    ----------
+    angle_rad : (n,)
+        Of the highest mode, in [-pi, pi).
+    sd_rad : (n,)
+        Standard deviation about it of the part of the posterior that is within a right angle.
+    other_angle_rad : (n,)
+        Of the next mode; the same angle if there is none.
+    other_share : (n,)
+        Probability of all angles more than a right angle away from the highest mode.
+    density : (n, F)
+        Per radian, at `angles_rad` (F,).
+    angles_rad : (F,)
+    """
+
+    angle_rad: np.ndarray
+    sd_rad: np.ndarray
+    other_angle_rad: np.ndarray
+    other_share: np.ndarray
+    density: np.ndarray
+    angles_rad: np.ndarray
+
+
+def posterior_of(costs: np.ndarray, *, temperature: float = 1.0) -> ViewPosterior:
+    """Posterior of the view angle from costs (n, G) at the angles of `circle`, under a uniform prior."""
+    require_range("the temperature", temperature, above=0)
+    count = costs.shape[1]
+    at = np.append(circle(count), np.pi)
+    spline = CubicSpline(at, np.concatenate([costs, costs[:, :1]], axis=1), axis=1, bc_type="periodic")
+    fine = circle(FINE * count)
+    J = spline(fine)
+    here = first_lowest(J)
+    rows = np.arange(len(J))
+    # A parabola through the lowest angle and its neighbours.
+    before, middle, after = J[rows, here - 1], J[rows, here], J[rows, (here + 1) % J.shape[1]]
+    bend = before - 2.0 * middle + after
+    step = fine[1] - fine[0]
+    angle = fine[here] + step * np.where(
+        bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1.0), 0.0
+    )
+    weight = np.exp(-(J - middle[:, None]) / (2.0 * temperature))
+    density = weight / (weight.sum(axis=1, keepdims=True) * step)
+    off = np.mod(fine - angle[:, None] + np.pi, 2.0 * np.pi) - np.pi
+    near = np.abs(off) <= np.pi / 2
+    inside = density * near
+    sd = np.sqrt((inside * off**2).sum(axis=1) / inside.sum(axis=1))
+    minima = (np.roll(J, 1, axis=1) > J) & (np.roll(J, -1, axis=1) >= J)
+    minima[rows, here] = False
+    others = np.where(minima, J, np.inf)
+    next_one = first_lowest(others)
+    some = minima.any(axis=1)
+    return ViewPosterior(
+        angle_rad=np.mod(angle + np.pi, 2.0 * np.pi) - np.pi,
+        sd_rad=sd,
+        other_angle_rad=np.where(some, fine[next_one], angle),
+        other_share=1.0 - inside.sum(axis=1) * step,
+        density=density,
+        angles_rad=fine,
+    )

@@ -1,0 +1,100 @@
+"""The prior of walkers with what anatomy adds: mirror images, constant bones, left and right alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weights
+from pipeline.studies.study import Model
+from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
+from pipeline.validation import InvalidInput, require_range
+
+
+@dataclass(frozen=True)
+class AnatomicalWalkers:
+    """The prior of the whole population, and which walk of each person is reconstructed.
+
+    Attributes
+    ----------
+    prior : Prior
+    people, sources : (P,) text
+    tested : (P,) int
+        Sample of each person that is reconstructed: the walk that two harmonics describe best.
+    words, remarks : str, list of str
+    """
+
+    prior: Prior
+    people: np.ndarray
+    sources: np.ndarray
+    tested: np.ndarray
+    words: str
+    remarks: list[str]
+
+
+@dataclass(kw_only=True)
+class AnatomicalModel(Model):
+    """Mean and covariance of all walks of all people, with mirror images and shrinkage, and tolerances of bones."""
+
+    dataset = FourierDataset
+
+    mirror: bool = True
+    within_harmonic: float = 0.2
+    diagonal: float = 0.1
+    extra_variance_mm2: float = 20.0
+    noise_variance_mm2: float = 100.0
+    noise_share: float = 0.2
+    length_factor: float = 1.5  # on the standard deviation of a bone's length within the cycle
+    pair_factor: float = 2.0  # on that of the difference between left and right
+
+    @property
+    def shrinkage(self) -> Shrinkage:
+        """How the sample covariance is changed."""
+        return Shrinkage(
+            mirror=self.mirror,
+            within_harmonic=self.within_harmonic,
+            diagonal=self.diagonal,
+            extra_variance=self.extra_variance_mm2,
+        )
+
+    @property
+    def noise(self) -> Noise:
+        """What observed coefficients are off by."""
+        return Noise(variance=self.noise_variance_mm2, share=self.noise_share)
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        for name in ("within_harmonic", "diagonal", "noise_share"):
+            require_range(f"model.{name}", getattr(self, name), at_least=0, at_most=1)
+        require_range("model.diagonal", self.diagonal, at_most=1.0 - self.within_harmonic)
+        for name in ("extra_variance_mm2", "noise_variance_mm2"):
+            require_range(f"model.{name}", getattr(self, name), above=0, unit="mm²")
+        for name in ("length_factor", "pair_factor"):
+            require_range(f"model.{name}", getattr(self, name), above=0)
+
+    def learn(self, dataset: FourierSamples, *, workers: int) -> AnatomicalWalkers:
+        """Return the prior of the whole population."""
+        if dataset.frequency:
+            raise InvalidInput(
+                "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
+            )
+        people = np.array(list(dict.fromkeys(dataset.person.tolist())))
+        if len(people) < 4:
+            raise InvalidInput(
+                "settings chosen without a person need at least four people",
+                expected="4 or more",
+                received=str(len(people)),
+            )
+        left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
+        walks = [np.flatnonzero(dataset.person == person) for person in people]
+        tested = np.array([of[np.argmin(left[of])] for of in walks])
+        prior = fit(dataset.coefficients, person_weights(dataset.person), self.shrinkage)
+        return AnatomicalWalkers(
+            prior=prior,
+            people=people,
+            sources=dataset.source[tested],
+            tested=tested,
+            words=f"{dataset.coefficients.shape[1] // 2} harmonics",
+            remarks=[],
+        )

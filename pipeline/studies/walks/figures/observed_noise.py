@@ -1,0 +1,147 @@
+"""Errors of a detector: our figure of how the anatomical reconstruction bears them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline import pictures, recordings
+from pipeline.palette import Style
+from pipeline.seeding import derive_generator
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import Figure
+from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
+from pipeline.studies.walks.people_intervals import PeopleResampled
+from pipeline.studies.walks.sweeps.noise import NoiseErrors, ObservedNoise
+
+Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, NoiseErrors]
+
+METHODS = {
+    "map_tuned": STYLES["map_tuned"],
+    "linear_told": Style("no lengths, told of the error", "amber"),
+    "anatomical_told": Style("anatomical, told of the error", "green"),
+    "anatomical_untold": Style("anatomical, not told", "orange"),
+}
+WORDS = {
+    "none": "none",
+    "white_10": "white 10 mm",
+    "bias_10": "bias 10 mm",
+    "bias_20": "bias 20 mm",
+    "slow_3": "slow 3 mm",
+    "bias_10_slow_3": "bias 10, slow 3 mm",
+}
+
+
+@dataclass(kw_only=True)
+class NoiseTolerance(Figure):
+    """Errors and coverage under errors of the observed dimensions."""
+
+    model = AnatomicalModel
+    sweep = ObservedNoise
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """``table``: by condition and method; ``table_walkers``: by walker."""
+        sweep = inputs.sweep
+        methods = sweep.methods.tolist()
+        people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
+        square = sweep.absolute_error_mm2.mean(axis=-1)  # (M, S, P)
+        rows, walkers = [], []
+        for s, condition in enumerate(sweep.conditions.tolist()):
+            for m, method in enumerate(methods):
+                mine, than = square[m, s], square[methods.index("map_tuned"), s]
+                rows.append(
+                    {
+                        "condition": condition,
+                        "method": method,
+                        "white_mm": float(sweep.white_mm[s]),
+                        "bias_mm": float(sweep.bias_mm[s]),
+                        "slow_mm": float(sweep.slow_mm[s]),
+                        **one_row(people.mean(mine), "absolute_error_mm2"),
+                        **one_row(people.reduction_percent(mine, than), "below_map_percent"),
+                        **one_row(people.mean(100.0 * sweep.covered[m, s].mean(axis=-1)), "covered_percent"),
+                        "half_width_mm": float(sweep.half_width_mm[m, s].mean()),
+                        "walkers_better": int((mine < than).sum()),
+                    }
+                )
+                walkers += [
+                    {"walker": who, "condition": condition, "method": method, "absolute_error_mm2": float(e)}
+                    for who, e in zip(inputs.model.people, mine, strict=True)
+                ]
+        return {
+            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["condition", "method"]),
+            "table_walkers": tidy(
+                pd.DataFrame(walkers).to_dict("list"), by=["walker", "condition", "method"]
+            ),
+        }
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Error and coverage under each condition."""
+        conditions = inputs.sweep.conditions.tolist()
+        places = [float(place) for place in range(len(conditions))]
+        panel = partial(pictures.Panel, xticks=places, xwords=[WORDS[name] for name in conditions], xlabel="")
+        table = tables["table"]
+        top = 1.3 * float(table.loc[table["method"] == "map_tuned", "absolute_error_mm2_high"].max())
+        panels = [
+            panel(
+                series=points_of(table, conditions, "condition", "absolute_error_mm2", METHODS),
+                ylabel="Absolute error (mm$^2$)",
+                ylim=(0.0, top),
+            ),
+            panel(
+                series=points_of(table, conditions, "condition", "covered_percent", METHODS),
+                ylabel="Covered by 95 % bars (%)",
+                references=[("y", 95.0, "")],
+            ),
+        ]
+        pictures.draw_lines(
+            stem,
+            panels,
+            columns=2,
+            legend="figure",
+            caption=f"{inputs.caption} Errors of the observed dimensions, root mean square; bars as computed. Vertical"
+            " bars: 95 % intervals over people; what lies above the axes is in the table.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Error of every walker under every condition, walkers down and conditions across."""
+        walkers = tables["table_walkers"]
+        conditions = inputs.sweep.conditions.tolist()
+        with inputs.recording(
+            folder,
+            f"\nMatrices: a row to each of {len(inputs.model.people)} people, a column to each condition: "
+            f"{', '.join(WORDS[name] for name in conditions)}.\n",
+            timeline="condition",
+        ) as rec:
+            for method in inputs.sweep.methods.tolist():
+                of = walkers[walkers["method"] == method]
+                wide = of.pivot(index="walker", columns="condition", values="absolute_error_mm2")[conditions]
+                rec.matrix(f"matrices/{method}", wide.to_numpy())
+            rows = tables["table"].set_index("condition")
+            for method, style in METHODS.items():
+                mine = rows[rows["method"] == method].loc[conditions]
+                rec.curve(
+                    f"curves/covered_percent/{method}",
+                    pd.RangeIndex(len(conditions)).to_numpy(),
+                    mine["covered_percent"].to_numpy(),
+                    label=style.label,
+                    colour=style.colour,
+                )
+            rec.blueprint(
+                recordings.Columns(
+                    recordings.Rows(
+                        *(
+                            recordings.Matrix(name=f"error, {METHODS[m].label}", origin=f"matrices/{m}")
+                            for m in ("map_tuned", "anatomical_told")
+                        )
+                    ),
+                    recordings.Rows(
+                        recordings.Plot(name="covered by 95 % bars (%), by condition"), recordings.Notes()
+                    ),
+                    shares=(1, 1),
+                )
+            )

@@ -1,0 +1,172 @@
+"""Hidden joints recovered: our figure of what zhang2007 leaves to future work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pipeline import pictures, recordings
+from pipeline.seeding import derive_generator
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import Figure
+from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
+from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.people_intervals import PeopleResampled
+from pipeline.studies.walks.sweeps.occlusion import WITH_BARS, HiddenJoints, Occlusion
+
+Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, HiddenJoints]
+
+WORDS = {
+    "head": "head",
+    "feet": "both feet",
+    "far_arm": "far arm",
+    "far_leg": "far leg",
+    "far_side": "far arm and leg",
+    "own": "own choice",
+}
+KINDS = ("as computed", "calibrated")
+
+
+@dataclass(kw_only=True)
+class HiddenJointErrors(Figure):
+    """Errors and bars of hidden joints."""
+
+    model = AnatomicalModel
+    sweep = Occlusion
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them."""
+        sweep = inputs.sweep
+        methods, views = sweep.methods.tolist(), sweep.view_angle_deg
+        people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
+        away = np.sqrt(sweep.hidden_error_mm2)  # (M, S, P, A)
+        seen = sweep.seen_error_mm2
+        of_map = methods.index("map_tuned")
+        by_view, whole, bars, walkers = [], [], [], []
+        for s, hidden in enumerate(sweep.conditions.tolist()):
+            for m, method in enumerate(methods):
+                keys = {"hidden": hidden, "method": method}
+                by_view += [
+                    {
+                        **keys,
+                        "view_angle_deg": view,
+                        **one_row(people.mean(away[m, s, :, a]), "hidden_error_mm"),
+                    }
+                    for a, view in enumerate(views.tolist())
+                ]
+                mine, than = away[m, s].mean(axis=1), away[of_map, s].mean(axis=1)
+                whole.append(
+                    {
+                        **keys,
+                        **one_row(people.mean(mine), "hidden_error_mm"),
+                        **one_row(people.reduction_percent(mine, than), "below_map_percent"),
+                        **one_row(people.mean(seen[m, s].mean(axis=1)), "seen_error_mm2"),
+                        "walkers_better": int((mine < than).sum()),
+                    }
+                )
+                walkers += [
+                    {"walker": who, **keys, "hidden_error_mm": float(error)}
+                    for who, error in zip(inputs.model.people, mine, strict=True)
+                ]
+            for m, method in enumerate(WITH_BARS):
+                bars += [
+                    {
+                        "hidden": hidden,
+                        "method": method,
+                        "bars": kind,
+                        **one_row(
+                            people.mean(100.0 * sweep.covered[k, m, s].mean(axis=1)), "covered_percent"
+                        ),
+                        "half_width_mm": float(sweep.half_width_mm[k, m, s].mean()),
+                    }
+                    for k, kind in enumerate(KINDS)
+                ]
+        return {
+            "table": _sorted(by_view, ["hidden", "method", "view_angle_deg"]),
+            "table_hidden": _sorted(whole, ["hidden", "method"]),
+            "table_bars": _sorted(bars, ["hidden", "method", "bars"]),
+            "table_walkers": _sorted(walkers, ["walker", "hidden", "method"]),
+        }
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Distance by hidden joints, and by view where most is hidden; what the bars cover and how wide they are."""
+        conditions = inputs.sweep.conditions.tolist()
+        styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
+        places = [float(place) for place in range(len(conditions))]
+        most = conditions[-1]
+        panel = partial(pictures.Panel, xticks=places, xwords=[WORDS[name] for name in conditions], xlabel="")
+        calibrated = tables["table_bars"][tables["table_bars"]["bars"] == "calibrated"]
+        panels = [
+            panel(
+                series=points_of(tables["table_hidden"], conditions, "hidden", "hidden_error_mm", styles),
+                ylabel="Error of hidden joints (mm)",
+                from_zero=True,
+            ),
+            pictures.Panel(
+                y="hidden_error_mm",
+                band=("hidden_error_mm_low", "hidden_error_mm_high"),
+                x="view_angle_deg",
+                where={"hidden": most},
+                title=f"{WORDS[most]} hidden",
+                xlabel=VIEW_AXIS,
+                ylabel="Error of hidden joints (mm)",
+                xticks=30,
+                from_zero=True,
+            ),
+            panel(
+                series=points_of(
+                    calibrated, conditions, "hidden", "covered_percent", {m: styles[m] for m in WITH_BARS}
+                ),
+                ylabel="Covered by 95 % bars (%)",
+                references=[("y", 95.0, "")],
+            ),
+            panel(
+                series=points_of(tables["table_hidden"], conditions, "hidden", "seen_error_mm2", styles),
+                ylabel="Error of joints seen (mm$^2$)",
+                from_zero=True,
+            ),
+        ]
+        pictures.draw_lines(
+            stem,
+            panels,
+            tables["table"],
+            by="method",
+            styles=styles,
+            columns=2,
+            legend="figure",
+            caption=f"{inputs.caption} Seen from the right; distance in space of the hidden joints, root mean square"
+            " over the cycle. Bars: 95 % intervals over people.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Error over view angle for each set of hidden joints."""
+        table = tables["table"]
+        half = (table["hidden_error_mm_high"] - table["hidden_error_mm_low"]) / (2 * 1.96)
+        conditions = inputs.sweep.conditions.tolist()
+        with inputs.recording(folder, timeline="view_angle_deg") as rec:
+            for hidden in conditions:
+                rec.curves(
+                    table.assign(half=half),
+                    x="view_angle_deg",
+                    y="hidden_error_mm",
+                    by="method",
+                    sd="half",
+                    where={"hidden": hidden},
+                    styles={name: STYLES[name] for name in inputs.sweep.methods.tolist()},
+                    entity=f"curves/{hidden}/{{series}}",
+                )
+            plots = [
+                recordings.Plot(name=f"{WORDS[hidden]} hidden: error (mm)", origin=f"curves/{hidden}")
+                for hidden in conditions
+            ]
+            rec.blueprint(recordings.Columns(recordings.Rows(*plots), recordings.Notes(), shares=(2, 1)))
+
+
+def _sorted(rows: list[dict], by: list[str]) -> pd.DataFrame:
+    return tidy(pd.DataFrame(rows).to_dict("list"), by=by)

@@ -1,0 +1,223 @@
+"""The ladder of the anatomical reconstruction: our figure beside zhang2007's figure 5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pipeline import pictures, recordings
+from pipeline.seeding import derive_generator
+from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.study import Figure
+from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.figures.ladder import STYLES, WORDS, one_row, steps
+from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.people_intervals import PeopleResampled
+from pipeline.studies.walks.sweeps.structure import ADDED, REMOVED, VARIED, Structure, StructureErrors
+
+Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
+
+BASELINE = "map_tuned"
+"""What every method is compared with."""
+
+SHOWN = {name: STYLES.get(name) for name in ("average_walker", "map_70", "map_tuned", "anatomical")}
+
+
+@dataclass(kw_only=True)
+class StructureLadder(Figure):
+    """Error of each step of the ladder, by view and in all."""
+
+    model = AnatomicalModel
+    sweep = Structure
+    sequence = "seen_from_deg"
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """``table``: by method and view; ``table_ladder``: by method; walkers, settings, other sources beside them."""
+        sweep, model = inputs.sweep, inputs.model
+        people = PeopleResampled(len(model.people), derive_generator(inputs.experiment.seed, "people"))
+        by_view = {  # method → views, errors (P, A)
+            str(name): (sweep.view_angle_deg, error.mean(axis=-1))
+            for name, error in zip(sweep.methods, sweep.absolute_error_mm2, strict=True)
+        } | {
+            str(name): (sweep.view_angle_deg[sweep.part_view], error.mean(axis=-1))
+            for name, error in zip(sweep.part_methods, sweep.part_error_mm2, strict=True)
+        }
+        of_view, ladder, walkers = [], [], []
+        for method, (views, errors) in by_view.items():
+            few = len(errors[0]) < len(sweep.view_angle_deg)
+            at = sweep.part_view if few else slice(None)
+            mine = errors.mean(axis=1)
+            tuned, best = (by_view[other][1][:, at].mean(axis=1) for other in (BASELINE, "anatomical"))
+            of_view += [
+                {
+                    "method": method,
+                    "view_angle_deg": view,
+                    **one_row(people.mean(errors[:, a]), "absolute_error_mm2"),
+                }
+                for a, view in enumerate(views.tolist())
+            ]
+            ladder.append(
+                {
+                    "method": method,
+                    "part": _KINDS[method],
+                    "views": len(views),
+                    "walkers": len(mine),
+                    **one_row(people.mean(mine), "absolute_error_mm2"),
+                    "absolute_error_median_mm2": float(np.median(mine)),
+                    "absolute_error_worst_mm2": float(mine.max()),
+                    **one_row(people.reduction_percent(mine, tuned), "below_map_percent"),
+                    **one_row(people.reduction_percent(mine, best), "below_whole_percent"),
+                    "walkers_better": int((mine < tuned).sum()),
+                }
+            )
+            walkers += [
+                {"walker": who, "method": method, "absolute_error_mm2": float(error)}
+                for who, error in zip(model.people, mine, strict=True)
+            ]
+        chosen = [sweep.methods.tolist().index(name) for name in _CHOSEN]
+        return {
+            "table": tidy(pd.DataFrame(of_view).to_dict("list"), by=["method", "view_angle_deg"]),
+            "table_ladder": pd.DataFrame(ladder),
+            "table_walkers": tidy(pd.DataFrame(walkers).to_dict("list"), by=["walker", "method"]),
+            "table_settings": tidy(
+                {
+                    "walker": np.tile(model.people, len(chosen)),
+                    "method": np.repeat(_CHOSEN, len(model.people)),
+                    "noise_variance_mm2": sweep.noise_variance_mm2[chosen].ravel(),
+                    "length_factor": np.where(
+                        np.isfinite(sweep.length_factor[chosen]), sweep.length_factor[chosen], 0.0
+                    ).ravel(),
+                },
+                by=["walker", "method"],
+            ),
+            "table_sources": self._sources(inputs, by_view),
+        }
+
+    @staticmethod
+    def _sources(inputs: Inputs, by_view: dict[str, tuple[np.ndarray, np.ndarray]]) -> pd.DataFrame:
+        """Errors by source, learnt from everybody else and from the other sources alone, at the same views."""
+        sweep, sources = inputs.sweep, inputs.model.sources
+        rows = []
+        for source in sorted(set(sources.tolist())):
+            of = sources == source
+            resampled = PeopleResampled(int(of.sum()), derive_generator(inputs.experiment.seed, "people"))
+            for number, method in enumerate(sweep.source_methods.tolist()):
+                by = {"person": by_view[method][1][:, sweep.part_view]}
+                if sweep.source_error_mm2.shape[1]:
+                    by["source"] = sweep.source_error_mm2[number]
+                for left_out, errors in by.items():
+                    values = errors[of].mean(axis=1)
+                    rows.append(
+                        {
+                            "source": source,
+                            "left_out": left_out,
+                            "method": method,
+                            "walkers": int(of.sum()),
+                            **one_row(resampled.mean(values), "absolute_error_mm2"),
+                            "absolute_error_median_mm2": float(np.median(values)),
+                            "absolute_error_worst_mm2": float(values.max()),
+                        }
+                    )
+        return tidy(pd.DataFrame(rows).to_dict("list"), by=["source", "left_out", "method"])
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Error against view; every step with its interval; the whole against MAP, person by person."""
+        shown = {name: style for name, style in STYLES.items() if name in SHOWN}
+        by_view = pictures.Panel(
+            y="absolute_error_mm2",
+            band=("absolute_error_mm2_low", "absolute_error_mm2_high"),
+            where={"method": list(shown)},
+            x="view_angle_deg",
+            by="method",
+            ylabel="Absolute error (mm$^2$)",
+            xlabel=VIEW_AXIS,
+            xticks=30,
+            from_zero=True,
+        )
+        ladder = tables["table_ladder"]
+
+        def panel(names: tuple[str, ...], column: str, ylabel: str) -> pictures.Panel:
+            series, places = steps(ladder, names, column, STYLES)
+            return pictures.Panel(
+                series=series,
+                ylabel=ylabel,
+                xlabel="",
+                xticks=places,
+                xwords=[WORDS[name] for name in names],
+                references=[("y", 0.0, "")] if column.endswith("percent") else [],
+            )
+
+        walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")
+        top = float(walkers[[BASELINE, "anatomical"]].to_numpy().max()) * 1.05
+        people = pictures.Panel(
+            series=[
+                pictures.Series(
+                    x=walkers[BASELINE].to_numpy(),
+                    y=walkers["anatomical"].to_numpy(),
+                    colour="green",
+                    line="points",
+                ),
+                pictures.Series(x=np.array([0.0, top]), y=np.array([0.0, top]), colour="reference"),
+            ],
+            xlabel="MAP, σ² chosen by others (mm$^2$)",
+            ylabel="Anatomical (mm$^2$)",
+            xlim=(0.0, top),
+            from_zero=True,
+            annotation="a point to each person",
+        )
+        pictures.draw_lines(
+            stem,
+            [
+                by_view,
+                people,
+                panel(ADDED, "absolute_error_mm2", "Absolute error (mm$^2$)"),
+                panel((*REMOVED, *VARIED), "below_whole_percent", "Below the whole (%)"),
+            ],
+            tables["table"],
+            styles=shown,
+            columns=2,
+            legend="figure",
+            caption=f"{inputs.caption} Bands and bars: 95 % intervals over people; settings of each person chosen by"
+            " others.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """The errors over view angle."""
+        table = tables["table"]
+        shown = {name: style for name, style in STYLES.items() if name in SHOWN}
+        half = (table["absolute_error_mm2_high"] - table["absolute_error_mm2_low"]) / (2 * 1.96)
+        with inputs.recording(folder, timeline="view_angle_deg") as rec:
+            rec.curves(
+                table.assign(half=half),
+                x="view_angle_deg",
+                y="absolute_error_mm2",
+                by="method",
+                sd="half",
+                where={"method": list(shown)},
+                styles=shown,
+                entity="curves/ladder/{series}",
+            )
+            parts = table[~table["method"].isin(list(shown))]
+            rec.curves(
+                parts, x="view_angle_deg", y="absolute_error_mm2", by="method", entity="parts/ladder/{series}"
+            )
+            rec.blueprint(
+                recordings.Columns(
+                    recordings.Rows(
+                        recordings.Plot(name="error (mm²) by view angle, ± standard error", origin="curves"),
+                        recordings.Plot(name="with one part less or more (mm²)", origin="parts"),
+                    ),
+                    recordings.Notes(),
+                    shares=(2, 1),
+                )
+            )
+
+
+_KINDS = (
+    dict.fromkeys(ADDED, "added") | dict.fromkeys(REMOVED, "taken away") | dict.fromkeys(VARIED, "varied")
+)
+_CHOSEN = ADDED[2:]

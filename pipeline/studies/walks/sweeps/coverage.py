@@ -1,0 +1,164 @@
+"""Whether error bars hold: intervals of every method against the truth, as computed and calibrated on other people."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.core import anatomical, linear_model
+from pipeline.processes import map_processes
+from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.sweeps.held_out import (
+    PHASES,
+    Fold,
+    People,
+    anatomical_setting,
+    approach_two,
+    require_mirrored_grid,
+)
+from pipeline.validation import require_range
+
+METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
+COMPONENTS = 30
+"""Eigenwalkers of least squares [zhang2007 4.1]."""
+_LEAST_SD_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Errors of positions at instants in the missing dimension, and the standard deviations that methods give them.
+
+    Attributes
+    ----------
+    methods : (M,) text
+    view_angle_deg : (A,)
+    error_mm, sd_mm : (M, P, A, 15, K)
+        True less estimated, and as computed.
+    sample_person : int
+        Whose posterior is sampled: the one of median error.
+    sample_view_deg : float
+    estimate : (1 + 2H, 15)
+        Missing dimension of that person from that view.
+    samples : (N, 1 + 2H, 15)
+        Of its posterior.
+    """
+
+    methods: np.ndarray
+    view_angle_deg: np.ndarray
+    error_mm: np.ndarray
+    sd_mm: np.ndarray
+    sample_person: int
+    sample_view_deg: float
+    estimate: np.ndarray
+    samples: np.ndarray
+
+
+@dataclass(kw_only=True)
+class Coverage(Sweep):
+    """Error bars at known views."""
+
+    draws_random_numbers = True
+
+    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
+    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
+    sample_view_deg: float = 30.0
+    samples: int = 12
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
+        require_range("sweep.partners", self.partners, at_least=2, whole=True)
+        require_range("sweep.samples", self.samples, at_least=1, at_most=200, whole=True)
+        require_range("sweep.sample_view_deg", self.sample_view_deg, at_least=-180, at_most=180)
+        for value in self.noise_variances_mm2:
+            require_range("a value of sweep.noise_variances_mm2", value, above=0)
+
+    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:
+        """Return errors and standard deviations of every method."""
+        view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
+        view = np.radians(view_deg)
+        people = People(inputs.dataset, inputs.model)
+        whole = anatomical_setting(inputs.model_options, people.harmonics)
+        candidates = [approach_two(value) for value in self.noise_variances_mm2]
+        chosen, _ = people.chosen(candidates, self.partners, inputs.workers)
+
+        def one(person: int) -> tuple[np.ndarray, np.ndarray]:
+            fold = people.fold(person)
+            walker = people.walker(person)
+            found = [least_squares_bars(people, person, view)]
+            for setting in (approach_two(70.0), candidates[chosen[person]], whole):
+                blocks = 1 + 2 * setting.harmonics
+                estimate = fold.reconstruct(setting, walker[None], view, with_covariance=True)
+                off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view), -1, blocks)
+                sd = anatomical.deviation_at_instants(estimate.covariance[:, 0], blocks, PHASES)
+                beyond = people.missing(person, view)[..., blocks:]
+                error = anatomical.at_instants(np.concatenate([off, beyond], axis=-1), PHASES)
+                found.append((error, sd))
+            errors, deviations = zip(*found, strict=True)
+            return np.stack(errors), np.maximum(np.stack(deviations), _LEAST_SD_MM)
+
+        folds = map_processes(one, range(people.count), inputs.workers)
+        error = np.stack([found[0] for found in folds], axis=1)
+        sd = np.stack([found[1] for found in folds], axis=1)
+        squares = (error[-1] ** 2).mean(axis=(1, 2, 3))
+        person = int(np.argsort(squares, kind="stable")[people.count // 2])
+        estimate, samples = self._sampled(people.fold(person), people, person, inputs)
+        return Bars(
+            methods=np.array(METHODS),
+            view_angle_deg=view_deg,
+            error_mm=error,
+            sd_mm=sd,
+            sample_person=person,
+            sample_view_deg=self.sample_view_deg,
+            estimate=estimate,
+            samples=samples,
+        )
+
+    def _sampled(
+        self,
+        fold: Fold,
+        people: People,
+        person: int,
+        inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers],
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
+        setting = anatomical_setting(inputs.model_options, people.harmonics)
+        found = fold.reconstruct(
+            setting, people.walker(person)[None], np.radians([self.sample_view_deg]), with_covariance=True
+        )
+        factor = np.linalg.cholesky(found.covariance[0, 0])
+        drawn = inputs.generator("posterior samples").standard_normal((self.samples, len(factor)))
+        rows = np.concatenate([found.estimated[0], found.estimated[0, 0] + drawn @ factor.T])
+        missing = rows.reshape(len(rows), -1, 1 + 2 * setting.harmonics).swapaxes(1, 2)
+        return missing[0], missing[1:]
+
+
+def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Errors and standard deviations (A, 15, K) of approach I, by the textbook: residual variance times (E^T E)^-1."""
+    tested = people.model.tested
+    others = np.delete(tested, person)
+    rows = anatomical.by_joint(people.data.coefficients[others][:, :5]).reshape(len(others), -1)
+    model = linear_model.fit(rows, COMPONENTS)
+    shape = (anatomical.JOINTS, 3, 5)
+    components = model.components.reshape(-1, *shape)
+    off = anatomical.by_joint(people.walker(person)[:5]) - model.mean.reshape(shape)
+    whole = people.missing(person, view)
+    errors, deviations = [], []
+    for a, axes in enumerate(anatomical.image_axes(view)):
+        E = np.einsum("ij,nkjb->ikbn", axes, components).reshape(3, -1, len(components))
+        d = np.einsum("ij,kjb->ikb", axes, off).reshape(3, -1)
+        seen = E[:2].reshape(-1, len(components))
+        observed = d[:2].ravel()
+        Q, R = np.linalg.qr(seen)
+        k = np.linalg.solve(R, Q.T @ observed)
+        residual = observed - seen @ k
+        variance = residual @ residual / max(len(observed) - len(k), 1)
+        spread = np.linalg.solve(R.T, E[2].T)  # E (E^T E)^-1 E^T = spread^T spread
+        error = np.concatenate([(d[2] - E[2] @ k).reshape(-1, 5), whole[a][:, 5:]], axis=-1)
+        errors.append(anatomical.at_instants(error, PHASES))
+        deviations.append(anatomical.deviation_at_instants(variance * spread.T @ spread, 5, PHASES))
+    return np.stack(errors), np.stack(deviations)

@@ -1,0 +1,300 @@
+"""People who are held out, the priors learnt without them, and their reconstructions from many views.
+
+A prior that knows mirror images is the same seen from the left and from the right, so that a walker and its mirror
+image, both seen from the right, are one walker seen from both sides: half of the views serve all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pipeline.core import anatomical, errors, fourier
+from pipeline.core.anatomical import Conditional, Noise, Prior, Shrinkage
+from pipeline.core.choice import first_lowest
+from pipeline.processes import map_processes
+from pipeline.skeleton import WALKER15
+from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.validation import InvalidInput
+
+PHASES = 8
+"""Instants of the cycle at which bars are looked at."""
+
+NORMAL_95 = 1.959963984540054
+"""Half width of the 95 % interval of a normal distribution, standard deviations."""
+
+CHOOSING_VIEWS_DEG = (0.0, 30.0, 60.0, 90.0)
+"""Each pair of people chooses settings at one of these; the prior makes no difference between left and right."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """One way to reconstruct.
+
+    Attributes
+    ----------
+    harmonics : int
+    all_walks : bool
+        Learn from every walk of a person; otherwise from the one that is tested.
+    shrinkage : Shrinkage
+    noise : Noise
+    within, pairs : float
+        Factors on the tolerances of lengths; both infinite: the linear part alone.
+    stance : float
+        Weight of the stance rows.
+    """
+
+    harmonics: int = 4
+    all_walks: bool = True
+    shrinkage: Shrinkage = field(default_factory=Shrinkage)
+    noise: Noise = field(default_factory=Noise)
+    within: float = np.inf
+    pairs: float = np.inf
+    stance: float = 0.0
+
+    @property
+    def lengths(self) -> bool:
+        """Whether bones count."""
+        return bool(np.isfinite(self.within) or np.isfinite(self.pairs))
+
+    def with_noise(self, variance: float) -> Setting:
+        """The same with another sigma²."""
+        return replace(self, noise=replace(self.noise, variance=variance))
+
+
+PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
+"""The sample covariance as it is."""
+
+
+def approach_two(noise_variance: float) -> Setting:
+    """MAP with every eigenwalker: two harmonics, one walk a person [zhang2007 3.15]."""
+    return Setting(
+        harmonics=2, all_walks=False, shrinkage=PLAIN, noise=Noise(variance=noise_variance, share=0.0)
+    )
+
+
+def anatomical_setting(options: AnatomicalModel, harmonics: int) -> Setting:
+    """The model's options as a setting."""
+    return Setting(
+        harmonics=harmonics,
+        shrinkage=options.shrinkage,
+        noise=options.noise,
+        within=options.length_factor,
+        pairs=options.pair_factor,
+    )
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Unknown coefficients of M walkers from A views, in image axes: true, estimated, and how sure.
+
+    Attributes
+    ----------
+    true, estimated : (A, M, U)
+        mm.
+    covariance : (A, M, U, U)
+        mm²; empty if not asked for.
+    unknown : (45 B,) bool
+    converged : (A, M) bool
+    """
+
+    true: np.ndarray
+    estimated: np.ndarray
+    covariance: np.ndarray
+    unknown: np.ndarray
+    converged: np.ndarray
+
+
+class People:
+    """Everybody who is tested, and the walks of everybody to learn from."""
+
+    def __init__(self, data: FourierSamples, model: AnatomicalWalkers) -> None:
+        self.data, self.model = data, model
+        self.count = len(model.people)
+        self._person = np.array([int(np.flatnonzero(model.people == who)[0]) for who in data.person])
+
+    @property
+    def harmonics(self) -> int:
+        """Of the truth."""
+        return self.data.coefficients.shape[1] // 2
+
+    def walker(self, person: int) -> np.ndarray:
+        """The tested walk (1 + 2H, 15, 3) of a person."""
+        return np.asarray(self.data.coefficients[self.model.tested[person]])
+
+    def missing(self, person: int, view_rad: np.ndarray) -> np.ndarray:
+        """Coefficients (A, 15, 1 + 2H) of a person's missing dimension, mm."""
+        away = anatomical.image_axes(view_rad)[:, 2]
+        return np.einsum("aj,kjb->akb", away, anatomical.by_joint(self.walker(person)))
+
+    def in_image_axes(self, person: int, view_rad: np.ndarray) -> np.ndarray:
+        """Coefficients (A, 15, 3, 1 + 2H) of a person across, up and away, mm."""
+        walker = anatomical.by_joint(self.walker(person))
+        return np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad), walker)
+
+    def beyond_in_space(self, person: int, view_rad: np.ndarray) -> np.ndarray:
+        """Power (A, 15, 3) across, up and away of what the Fourier series does not hold, mm²."""
+        axes = anatomical.image_axes(view_rad)
+        covariance = self.data.residual_covariance[self.model.tested[person]]
+        return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
+
+    def learn(self, setting: Setting, without: Iterable[int], source: str) -> Prior:
+        """What is learnt without some people, or from one source alone."""
+        kept = ~np.isin(self._person, list(without))
+        if not setting.all_walks:
+            kept &= np.isin(np.arange(len(kept)), self.model.tested)
+        if source:
+            kept &= self.data.source == source
+        walks = np.flatnonzero(kept)
+        coefficients = self.data.coefficients[walks][:, : 1 + 2 * setting.harmonics]
+        weights = anatomical.person_weights(self.data.person[walks])
+        prior = anatomical.fit(coefficients, weights, setting.shrinkage)
+        if setting.stance:
+            prior = anatomical.with_stance(prior, coefficients, weights, share=setting.stance)
+        return prior
+
+    def fold(self, *without: int, source: str = "") -> Fold:
+        """What can be learnt without these people, or from one source alone."""
+        return Fold(self, without, source)
+
+    def beyond(self, person: int, view_rad: np.ndarray, harmonics: int) -> np.ndarray:
+        """Power (A, 15) in the missing dimension of what a number of harmonics does not hold, mm²."""
+        power = errors.along_missing(self.data.residual_covariance[self.model.tested[person]], view_rad)
+        more = self.missing(person, view_rad)[..., 1 + 2 * harmonics :]
+        return np.asarray(power + 0.5 * (more**2).sum(axis=-1))
+
+    # --- settings chosen without a person -------------------------------------------------------------------
+
+    def pairs(self, partners: int) -> list[tuple[int, int]]:
+        """Pairs of people, each person in about `partners` of them: neighbours on a circle."""
+        reach = min(max(partners // 2, 1), (self.count - 1) // 2)
+        found = [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
+        return found
+
+    def chosen(
+        self, candidates: Sequence[Setting], partners: int, workers: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Index (P,) of the candidate that is best for the others of each person, and the errors (P, C) behind it.
+
+        The models that choose for a person have seen neither that person nor the one they are tried on.
+        """
+        pairs = self.pairs(partners)
+
+        def one(pair: tuple[int, int]) -> np.ndarray:
+            i, j = pair
+            view = np.radians([CHOOSING_VIEWS_DEG[(i + j) % len(CHOOSING_VIEWS_DEG)]])
+            walkers = np.stack([self.walker(j), self.walker(i)])
+            found = np.empty((len(candidates), 2))
+            fold = self.fold(i, j)
+            for c, setting in enumerate(candidates):
+                blocks = 1 + 2 * setting.harmonics
+                estimate = fold.reconstruct(setting, walkers, view)
+                off = (estimate.true - estimate.estimated).reshape(2, -1, blocks)
+                found[c] = (off**2 @ errors.parseval_weights(blocks)).mean(axis=1)
+            return found
+
+        total = np.zeros((self.count, len(candidates)))
+        tried = np.zeros(self.count)
+        for (i, j), found in zip(pairs, map_processes(one, pairs, workers), strict=True):
+            total[i] += found[:, 0]  # j, tried by a model that has not seen i
+            total[j] += found[:, 1]
+            tried[[i, j]] += 1
+        return first_lowest(total, axis=1), total / tried[:, None]
+
+
+class Fold:
+    """What is learnt without some people; settings that learn or look alike share their priors and conditionals."""
+
+    def __init__(self, people: People, without: tuple[int, ...], source: str) -> None:
+        self._people, self._without, self._source = people, without, source
+        self._priors: dict[object, Prior] = {}
+        self._conditionals: dict[object, Conditional] = {}
+
+    def prior(self, setting: Setting) -> Prior:
+        """The prior of a setting."""
+        learnt = (setting.harmonics, setting.all_walks, setting.shrinkage, setting.stance)
+        if learnt not in self._priors:
+            self._priors[learnt] = self._people.learn(setting, self._without, self._source)
+        return self._priors[learnt]
+
+    def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:
+        """The linear part of a setting, for some views."""
+        prior = self.prior(setting)
+        seen = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
+        if seen not in self._conditionals:
+            self._conditionals[seen] = anatomical.condition(
+                prior, view_rad, noise=setting.noise, hidden=hidden
+            )
+        return self._conditionals[seen]
+
+    def reconstruct(
+        self,
+        setting: Setting,
+        walkers: np.ndarray,
+        view_rad: np.ndarray,
+        *,
+        hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
+        observation_error: np.ndarray | float = 0.0,
+        with_covariance: bool = False,
+    ) -> Estimate:
+        """Reconstruct walkers (M, 1 + 2H, 15, 3) from views (A,); the error is added to what is observed.
+
+        `observation_error` is (A, M, 15, 3, 1 + 2H), in image axes.
+        """
+        blocks = 1 + 2 * setting.harmonics
+        conditional = self.conditional(setting, view_rad, hidden)
+        turned = np.einsum(
+            "aij,mkjb->amkib", anatomical.image_axes(view_rad), anatomical.by_joint(walkers[:, :blocks])
+        )
+        rows = (turned + observation_error).reshape(*turned.shape[:2], -1)
+        unknown = conditional.unknown
+        true = turned.reshape(rows.shape)[..., unknown]
+        observed = rows[..., ~unknown]
+        if not setting.lengths:
+            covariance = np.broadcast_to(conditional.covariance[:, None], (*true.shape, true.shape[-1]))
+            everywhere = np.ones(true.shape[:2], dtype=bool)
+            return Estimate(true, conditional.expect(observed), covariance, unknown, everywhere)
+        limits = anatomical.tolerances(
+            self.prior(setting),
+            within=setting.within,
+            pairs=setting.pairs,
+            bias=setting.noise.bias,
+            slow=setting.noise.slow,
+        )
+        found = anatomical.fit_lengths(conditional, observed, limits, with_covariance=with_covariance)
+        return Estimate(true, found.unknown, found.covariance, unknown, found.converged)
+
+    def errors(self, setting: Setting, persons: Sequence[int], view_rad: np.ndarray) -> np.ndarray:
+        """E_abs (M, A, 15) of some people in the missing dimension, mm² [zhang2007 4.1]."""
+        walkers = np.stack([self._people.walker(person) for person in persons])
+        weights = errors.parseval_weights(1 + 2 * setting.harmonics)
+        both_sides = setting.shrinkage.mirror and _mirrored_grid(view_rad)
+        seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
+        if both_sides:
+            walkers = np.concatenate([walkers, fourier.mirrored(walkers)])
+        found = self.reconstruct(setting, walkers, seen_from)
+        off = (found.true - found.estimated).reshape(*found.true.shape[:2], -1, len(weights))
+        square = off**2 @ weights  # (A', M or 2 M, 15)
+        if both_sides:
+            left = square[:0:-1, len(persons) :][..., list(WALKER15.mirror)]
+            square = np.concatenate([left, square[:, : len(persons)]])
+        beyond = [self._people.beyond(person, view_rad, setting.harmonics) for person in persons]
+        return np.asarray(np.swapaxes(square, 0, 1) + np.stack(beyond))
+
+
+def _mirrored_grid(view_rad: np.ndarray) -> bool:
+    return bool(np.allclose(view_rad, -view_rad[::-1], atol=1e-9) and len(view_rad) % 2)
+
+
+def require_mirrored_grid(name: str, values: np.ndarray) -> None:
+    """Require view angles that are symmetric about the frontal view, which is one of them."""
+    if not _mirrored_grid(values):
+        raise InvalidInput(
+            "views must lie alike on both sides of the frontal one",
+            where=name,
+            expected="start -90, stop 90 and a step that divides 90",
+            received=", ".join(f"{value:g}" for value in values[:4]),
+        )

@@ -1,0 +1,166 @@
+"""Joints that the image does not show: recovered with the missing dimension of the others.
+
+The letter's own outlook: "the same approach could recover occluded markers" (zhang2007, section 5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.core import anatomical
+from pipeline.processes import map_processes
+from pipeline.skeleton import WALKER15
+from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, People, anatomical_setting, approach_two
+from pipeline.validation import InvalidInput, require_choice, require_range
+
+HIDDEN = {
+    "head": ("head",),
+    "feet": ("left_ankle", "right_ankle"),
+    "far_arm": ("left_elbow", "left_wrist"),
+    "far_leg": ("left_knee", "left_ankle"),
+    "far_side": ("left_elbow", "left_wrist", "left_knee", "left_ankle"),
+}
+"""Joints that are hidden; views are from the right, so that the left side is the far one."""
+
+METHODS = ("average_walker", "map_tuned", "anatomical")
+WITH_BARS = METHODS[1:]
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class HiddenJoints:
+    """Errors of hidden joints in space, of the others in the missing dimension, and what bars cover.
+
+    Attributes
+    ----------
+    conditions, methods : (S,), (M,) text
+    view_angle_deg : (A,)
+    hidden_error_mm2 : (M, S, P, A)
+        Squared distance, mean over the cycle and the hidden joints.
+    seen_error_mm2 : (M, S, P, A)
+        E_abs of the joints that are seen.
+    covered, half_width_mm : (2, M - 1, S, P, A)
+        Of the 95 % bars of the hidden joints' three coordinates, as computed and calibrated; share and mean.
+    """
+
+    conditions: np.ndarray
+    methods: np.ndarray
+    view_angle_deg: np.ndarray
+    hidden_error_mm2: np.ndarray
+    seen_error_mm2: np.ndarray
+    covered: np.ndarray
+    half_width_mm: np.ndarray
+
+
+@dataclass(kw_only=True)
+class Occlusion(Sweep):
+    """Hidden joints at known views."""
+
+    seen_from_deg: Grid = scaled(start=0, stop=90, step="few_views_step_deg")
+    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    noise_variances_mm2: list[float] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
+    hidden: list[str] = field(default_factory=lambda: list(HIDDEN))
+    joints: list[str] = field(default_factory=list)  # hides these joints, too, as the condition "own"
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        self.seen_from_deg.values("sweep.seen_from_deg")
+        require_range("sweep.partners", self.partners, at_least=2, whole=True)
+        for value in self.noise_variances_mm2:
+            require_range("a value of sweep.noise_variances_mm2", value, above=0)
+        for name in self.hidden:
+            require_choice("sweep.hidden", name, HIDDEN)
+        for joint in self.joints:
+            WALKER15.index(joint)
+        if not self.hidden and not self.joints:
+            raise InvalidInput("nothing is hidden", where="sweep.hidden", expected=", ".join(HIDDEN))
+        if len(self.joints) == len(WALKER15.joints):
+            raise InvalidInput("one joint at least must be seen", where="sweep.joints")
+
+    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> HiddenJoints:
+        """Return errors and coverage of every method, with each set of joints hidden."""
+        view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
+        view = np.radians(view_deg)
+        people = People(inputs.dataset, inputs.model)
+        whole = anatomical_setting(inputs.model_options, people.harmonics)
+        candidates = [approach_two(value) for value in self.noise_variances_mm2]
+        chosen, _ = people.chosen(candidates, self.partners, inputs.workers)
+        conditions = {name: HIDDEN[name] for name in self.hidden}
+        if self.joints:
+            conditions["own"] = tuple(self.joints)
+        masks = [np.isin(WALKER15.joints, names) for names in conditions.values()]
+        weights = np.concatenate([[1.0], np.full(2 * people.harmonics, 0.5)])
+
+        def one(person: int) -> list[tuple[np.ndarray, np.ndarray]]:
+            fold = people.fold(person)
+            walker = people.walker(person)
+            settings = (candidates[chosen[person]], candidates[chosen[person]], whole)
+            found = []
+            for hidden in masks:
+                square, bars = [], []
+                for method, setting in zip(METHODS, settings, strict=True):
+                    estimate = fold.reconstruct(
+                        setting, walker[None], view, hidden=hidden, with_covariance=method in WITH_BARS
+                    )
+                    off = np.zeros((len(view), anatomical.JOINTS, 3, 1 + 2 * setting.harmonics))
+                    flat = off.reshape(len(view), -1)
+                    estimated = estimate.estimated[:, 0]
+                    if method == "average_walker":
+                        conditional = fold.conditional(setting, view, hidden)
+                        estimated = conditional.mean[:, conditional.unknown]
+                    flat[:, estimate.unknown] = estimate.true[:, 0] - estimated
+                    more = people.in_image_axes(person, view)[..., off.shape[-1] :].copy()
+                    more[:, ~hidden, :2] = 0.0
+                    error = np.concatenate([off, more], axis=-1)
+                    power = (error**2) @ weights + people.beyond_in_space(person, view)  # (A, 15, 3)
+                    square.append(
+                        [power[:, hidden].sum(axis=-1).mean(axis=1), power[:, ~hidden, 2].mean(axis=1)]
+                    )
+                    if method in WITH_BARS:
+                        sd = np.zeros((len(view), off[0, ..., 0].size, PHASES))
+                        rows = estimate.unknown.reshape(-1, off.shape[-1])[:, 0]
+                        sd[:, rows] = anatomical.deviation_at_instants(
+                            estimate.covariance[:, 0], off.shape[-1], PHASES
+                        )
+                        sd = sd.reshape(*off.shape[:3], PHASES)[:, hidden]
+                        bars.append(np.stack([np.abs(anatomical.at_instants(error[:, hidden], PHASES)), sd]))
+                found.append((np.array(square), np.stack(bars)))
+            return found
+
+        folds = map_processes(one, range(people.count), inputs.workers)
+        square = np.stack([np.stack([square for square, _ in fold]) for fold in folds])  # (P, S, M, 2, A)
+        covered, width = [], []
+        for s in range(len(masks)):
+            bars = np.stack([fold[s][1] for fold in folds])  # (P, M', 2, A, hidden, 3, K)
+            per_method = [covered_by_bars(bars[:, m]) for m in range(len(WITH_BARS))]
+            covered.append([part[0] for part in per_method])
+            width.append([part[1] for part in per_method])
+        return HiddenJoints(
+            conditions=np.array(list(conditions)),
+            methods=np.array(METHODS),
+            view_angle_deg=view_deg,
+            hidden_error_mm2=np.moveaxis(square[:, :, :, 0], (2, 1, 0), (0, 1, 2)),
+            seen_error_mm2=np.moveaxis(square[:, :, :, 1], (2, 1, 0), (0, 1, 2)),
+            covered=np.moveaxis(np.array(covered), 2, 0).swapaxes(1, 2),
+            half_width_mm=np.moveaxis(np.array(width), 2, 0).swapaxes(1, 2),
+        )
+
+
+def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Share covered and mean half width (2, P, A) of 95 % bars, as computed and calibrated by axis on other people.
+
+    `bars` is (P, 2, A, joint, 3, K): |error| and standard deviation.
+    """
+    error, sd = bars[:, 0], np.maximum(bars[:, 1], 1e-6)
+    z = np.moveaxis(error / sd, 3, -1)
+    axes = np.arange(3)
+    learnt = anatomical.multipliers_without(z, axes, np.array([LEVEL]))[..., 0]  # (P, 3)
+    textbook = np.full_like(learnt, NORMAL_95)
+    halves = [multiplier[:, None, None, :, None] * sd for multiplier in (textbook, learnt)]
+    covered = np.stack([(error <= half).mean(axis=(2, 3, 4)) for half in halves])
+    return covered, np.stack([half.mean(axis=(2, 3, 4)) for half in halves])

@@ -1,0 +1,220 @@
+"""What each part of the anatomical reconstruction is worth: added in turn, taken away, and what does not help.
+
+Everything that is chosen (sigma², the tolerance of lengths) is chosen for each person by others, with models that have
+seen neither that person nor the one they are tried on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pipeline.core import anatomical, errors
+from pipeline.core.anatomical import Shrinkage
+from pipeline.processes import map_processes
+from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.sweeps.held_out import (
+    PLAIN,
+    Fold,
+    People,
+    Setting,
+    anatomical_setting,
+    approach_two,
+    require_mirrored_grid,
+)
+from pipeline.validation import InvalidInput, require_range
+
+ADDED = ("average_walker", "map_70", "map_tuned", "mirror", "harmonics", "shrinkage", "anatomical")
+"""Methods in the order in which parts are added; the last is the whole."""
+REMOVED = (
+    "without_mirror",
+    "without_harmonics",
+    "without_shrinkage",
+    "without_more_walks",
+    "without_pairs",
+    "without_constancy",
+)
+"""The whole less one part."""
+VARIED = ("three_harmonics", "tight_lengths", "loose_lengths", "stance")
+"""The whole with something changed or added that might help."""
+FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
+"""Methods that also learn from one laboratory and are tried in another."""
+STANCE_WEIGHT = 0.3
+
+
+@dataclass(frozen=True)
+class StructureErrors:
+    """Errors of every method, for every person, view and joint.
+
+    Attributes
+    ----------
+    methods : (M,) text
+        As parts are added.
+    view_angle_deg : (A,)
+    absolute_error_mm2 : (M, P, A, 15)
+    noise_variance_mm2, length_factor : (M, P)
+        As chosen for each person.
+    part_methods : (M',) text
+        The whole with one part taken away or varied.
+    part_view : (A',) int
+        At which of the views.
+    part_error_mm2 : (M', P, A', 15)
+    source_methods : (M'',) text
+    source_error_mm2 : (M'', P, A')
+        Learnt from the other sources alone; without rows if there is one source.
+    """
+
+    methods: np.ndarray
+    view_angle_deg: np.ndarray
+    absolute_error_mm2: np.ndarray
+    noise_variance_mm2: np.ndarray
+    length_factor: np.ndarray
+    part_methods: np.ndarray
+    part_view: np.ndarray
+    part_error_mm2: np.ndarray
+    source_methods: np.ndarray
+    source_error_mm2: np.ndarray
+
+
+@dataclass(kw_only=True)
+class Structure(Sweep):
+    """Ladder of the anatomical reconstruction at known views."""
+
+    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
+    parts_every: int = 3  # of the views, for what is taken away or varied and for other sources
+    partners: int = scaled(value="partners")  # people who choose the settings of each person
+    noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
+    shrunken_noise_variances_mm2: list[float] = field(default_factory=lambda: [50, 100, 200])
+    length_factors: list[float] = field(default_factory=lambda: [1, 1.5, 2, 3])
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
+        require_range("sweep.parts_every", self.parts_every, at_least=1, whole=True)
+        require_range("sweep.partners", self.partners, at_least=2, whole=True)
+        for name in ("noise_variances_mm2", "shrunken_noise_variances_mm2", "length_factors"):
+            values = getattr(self, name)
+            if not values:
+                raise InvalidInput("must name one value or more", where=f"sweep.{name}", received="none")
+            for value in values:
+                require_range(f"a value of sweep.{name}", value, above=0)
+
+    def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
+        """Return the errors of every method."""
+        view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
+        view = np.radians(view_deg)
+        people = People(inputs.dataset, inputs.model)
+        settings = self._settings(
+            people, anatomical_setting(inputs.model_options, people.harmonics), inputs.workers
+        )
+
+        middle = len(view) // 2
+        few = np.flatnonzero((np.arange(len(view)) - middle) % self.parts_every == 0)
+        parts = [name for name in settings if name not in ADDED]
+
+        def one(person: int) -> tuple[np.ndarray, np.ndarray]:
+            fold = people.fold(person)
+
+            def of(methods: Sequence[str], views: np.ndarray) -> np.ndarray:
+                return np.stack(
+                    [error_of(people, fold, m, settings[m][person], person, views) for m in methods]
+                )
+
+            return of(ADDED, view), of(parts, view[few])
+
+        folds = map_processes(one, range(people.count), inputs.workers)
+        chosen = [settings[method] for method in ADDED]
+        return StructureErrors(
+            methods=np.array(ADDED),
+            view_angle_deg=view_deg,
+            absolute_error_mm2=np.stack([fold[0] for fold in folds], axis=1),
+            noise_variance_mm2=np.array([[s.noise.variance for s in of] for of in chosen]),
+            length_factor=np.array([[s.within for s in of] for of in chosen]),
+            part_methods=np.array(parts),
+            part_view=few,
+            part_error_mm2=np.stack([fold[1] for fold in folds], axis=1),
+            source_methods=np.array(FROM_ANOTHER_SOURCE),
+            source_error_mm2=self._from_another_source(people, settings, view[few], inputs.workers),
+        )
+
+    def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
+        """The setting of every method for every person."""
+
+        def nested(candidates: list[Setting]) -> list[Setting]:
+            if len(candidates) == 1:
+                return candidates * people.count
+            chosen, _ = people.chosen(candidates, self.partners, workers)
+            return [candidates[index] for index in chosen]
+
+        def tuned(setting: Setting, variances: list[float]) -> list[Setting]:
+            return nested([setting.with_noise(value) for value in variances])
+
+        published = approach_two(70.0)
+        mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
+        linear = replace(whole, within=np.inf, pairs=np.inf)
+        found = {
+            "average_walker": [published] * people.count,
+            "map_70": [published] * people.count,
+            "map_tuned": tuned(published, self.noise_variances_mm2),
+            "mirror": tuned(mirror, self.noise_variances_mm2),
+            "harmonics": tuned(replace(mirror, harmonics=whole.harmonics), self.noise_variances_mm2),
+            "shrinkage": tuned(linear, self.shrunken_noise_variances_mm2),
+            "anatomical": nested([replace(whole, within=factor) for factor in self.length_factors]),
+        }
+        plain = Shrinkage(
+            mirror=whole.shrinkage.mirror,
+            within_harmonic=0.0,
+            diagonal=0.0,
+            extra_variance=whole.shrinkage.extra_variance,
+        )
+        for name, changes in {
+            "without_mirror": {"shrinkage": replace(whole.shrinkage, mirror=False)},
+            "without_harmonics": {"harmonics": 2},
+            "without_shrinkage": {"shrinkage": plain},
+            "without_more_walks": {"all_walks": False},
+            "without_pairs": {"pairs": np.inf},
+            "without_constancy": {"within": np.inf},
+            "three_harmonics": {"harmonics": min(3, whole.harmonics)},
+            "tight_lengths": {"within": 0.5},
+            "loose_lengths": {"within": 5.0},
+            "stance": {"stance": STANCE_WEIGHT},
+        }.items():
+            found[name] = [replace(setting, **changes) for setting in found["anatomical"]]  # type: ignore[arg-type]
+        return found
+
+    @staticmethod
+    def _from_another_source(
+        people: People, settings: dict[str, list[Setting]], view: np.ndarray, workers: int
+    ) -> np.ndarray:
+        """Errors (M', P, A) with the other source's people alone to learn from; the settings are the person's."""
+        sources = sorted(set(people.model.sources.tolist()))
+        if len(sources) < 2:
+            return np.empty((len(FROM_ANOTHER_SOURCE), 0, len(view)))
+
+        def one(person: int) -> np.ndarray:
+            same = np.flatnonzero(people.model.sources == people.model.sources[person])
+            fold = people.fold(*same.tolist())
+            rows = [
+                error_of(people, fold, method, settings[method][person], person, view)
+                for method in FROM_ANOTHER_SOURCE
+            ]
+            return np.stack(rows).mean(axis=-1)
+
+        return np.stack(map_processes(one, range(people.count), workers), axis=1)
+
+
+def error_of(
+    people: People, fold: Fold, method: str, setting: Setting, person: int, view: np.ndarray
+) -> np.ndarray:
+    """E_abs (A, 15) of a method for one person, mm²."""
+    if method != "average_walker":
+        return np.asarray(fold.errors(setting, [person], view)[0])
+    mean = fold.prior(setting).mean
+    average = np.einsum("aj,kjb->akb", anatomical.image_axes(view)[:, 2], mean)
+    off = people.missing(person, view)[..., : mean.shape[-1]] - average
+    fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
+    return np.asarray(fourier_part + people.beyond(person, view, setting.harmonics))

@@ -1,0 +1,152 @@
+"""The prior: weights, mirror images, shrinkage, and bones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import anatomical, fourier
+from pipeline.core.anatomical import Shrinkage
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+from tests.strategies import seeds, walkers
+
+PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
+
+
+def equal(count: int) -> np.ndarray:
+    return np.full(count, 1.0 / count)
+
+
+@given(seed=seeds, count=st.integers(2, 9))
+@settings(max_examples=10, deadline=None)
+def test_without_anything_it_is_the_sample_covariance(seed: int, count: int) -> None:
+    people = walkers(np.random.default_rng(seed), count)
+    prior = anatomical.fit(people, equal(count), PLAIN)
+    rows = anatomical.by_joint(people).reshape(count, -1)
+    np.testing.assert_allclose(prior.covariance.reshape(225, 225), np.cov(rows.T), atol=1e-7)
+    np.testing.assert_allclose(anatomical.by_block(prior.mean), people.mean(axis=0), atol=1e-9)
+    assert prior.effective_size == pytest.approx(count)
+
+
+def test_walks_of_one_person_count_as_one_person() -> None:
+    people = walkers(np.random.default_rng(1), 4)
+    weights = anatomical.person_weights(np.array(["a", "b", "c", "d"]))
+    again = anatomical.person_weights(np.array(["a", "b", "c", "d", "d", "d"]))
+    twice = np.concatenate([people, people[3:], people[3:]])
+    once, repeated = anatomical.fit(people, weights, PLAIN), anatomical.fit(twice, again, PLAIN)
+    np.testing.assert_allclose(repeated.mean, once.mean)
+    # Only the effective size differs: equal walks do not make the fourth person more certain.
+    ratio = repeated.effective_size / (repeated.effective_size - 1) * 3 / 4
+    np.testing.assert_allclose(repeated.covariance, once.covariance * ratio, atol=1e-7)
+    np.testing.assert_allclose(repeated.pair_variance, once.pair_variance)
+
+
+def test_with_mirror_images_it_is_its_own_mirror_image() -> None:
+    people = walkers(np.random.default_rng(2), 6)
+    shrinkage = Shrinkage()
+    prior = anatomical.fit(people, equal(6), shrinkage)
+    mirrored = anatomical.fit(fourier.mirrored(people), equal(6), shrinkage)
+    np.testing.assert_allclose(prior.mean, mirrored.mean, atol=1e-9)
+    np.testing.assert_allclose(prior.covariance, mirrored.covariance, atol=1e-7)
+
+
+def test_the_share_of_a_harmonic_ties_joints_and_nothing_else() -> None:
+    people = walkers(np.random.default_rng(3), 12)
+    S = anatomical.fit(people, equal(12), PLAIN).covariance
+    T = anatomical.fit(people, equal(12), replace(PLAIN, within_harmonic=1.0)).covariance
+    np.testing.assert_allclose(T[:, :, 0, :, :, 0], S[:, :, 0, :, :, 0], atol=1e-7)
+    for p, q in ((1, 2), (3, 4)):
+        together = (S[:, :, p, :, :, p] + S[:, :, q, :, :, q]) / 2
+        np.testing.assert_allclose(T[:, :, p, :, :, p], together, atol=1e-7)
+        np.testing.assert_allclose(T[:, :, q, :, :, q], together, atol=1e-7)
+    for block in range(5):
+        for other in set(range(5)) - {block}:
+            assert not T[:, :, block, :, :, other].any()
+    b = anatomical.fit(people, equal(12), replace(PLAIN, diagonal=1.0, extra_variance=7.0)).covariance
+    np.testing.assert_allclose(b.reshape(225, 225), np.diag(np.diag(S.reshape(225, 225)) + 7.0), atol=1e-7)
+
+
+def test_bones_are_those_of_the_tree_and_pairs_are_left_and_right() -> None:
+    assert len(anatomical.BONES) == len(set(map(frozenset, anatomical.BONES))) == 16
+    names = [
+        {tuple(WALKER15.joints[j] for j in anatomical.BONES[b]) for b in pair} for pair in anatomical.PAIRS
+    ]
+    assert {("left_knee", "left_ankle"), ("right_knee", "right_ankle")} in names
+    assert len(names) == 6
+
+
+def test_lengths_are_distances_of_the_synthesised_joints() -> None:
+    walker = walkers(np.random.default_rng(4), 1)[0]
+    lengths = anatomical.bone_lengths(anatomical.by_joint(walker))
+    times = np.arange(len(lengths)) / len(lengths)
+    motion = fourier.synthesise(walker, 1.0, times)
+    for number, (a, b) in enumerate(anatomical.BONES):
+        np.testing.assert_allclose(
+            lengths[:, number], np.linalg.norm(motion[:, a] - motion[:, b], axis=1), rtol=1e-12
+        )
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"weights": np.array([0.5, 0.2])}, "sum to one"),
+        ({"weights": np.array([1.5, -0.5])}, "positive weights"),
+        ({"shrinkage": Shrinkage(within_harmonic=0.8, diagonal=0.3)}, "share of diag S"),
+        ({"shrinkage": Shrinkage(extra_variance=-1.0)}, "extra variance"),
+    ],
+)
+def test_what_cannot_be_learnt_is_refused(changes: dict, complaint: str) -> None:
+    given = {
+        "coefficients": walkers(np.random.default_rng(0), 2),
+        "weights": equal(2),
+        "shrinkage": Shrinkage(),
+    }
+    with pytest.raises(InvalidInput, match=complaint):
+        anatomical.fit(**(given | changes))
+
+
+def test_a_walk_that_is_not_finite_is_refused() -> None:
+    people = walkers(np.random.default_rng(0), 3)
+    people[1, 0, 0, 0] = np.nan
+    with pytest.raises(InvalidInput, match="the walks"):
+        anatomical.fit(people, equal(3), Shrinkage())
+
+
+# --- stance -----------------------------------------------------------------------------------------------
+
+
+def test_the_stance_prior_is_that_of_the_sum_of_precisions() -> None:
+    people = walkers(np.random.default_rng(5), 8)
+    prior = anatomical.fit(people, equal(8), Shrinkage())
+    changed = anatomical.with_stance(prior, people, equal(8), share=0.3)
+    rows = anatomical.stance_rows(prior.mean)
+    values = anatomical.by_joint(people).reshape(8, -1) @ rows.T
+    spread = values.var(axis=0) + 25.0
+    C = prior.covariance.reshape(225, 225)
+    wanted = np.linalg.inv(np.linalg.inv(C) + 0.3 * (rows.T / spread) @ rows)
+    np.testing.assert_allclose(changed.covariance.reshape(225, 225), wanted, rtol=1e-6, atol=1e-6)
+
+
+def test_a_foot_that_slides_with_constant_speed_satisfies_the_stance_rows() -> None:
+    """Rows of the mean are backward speeds less their mean, and the slope is that of the series."""
+    people = walkers(np.random.default_rng(6), 8)
+    prior = anatomical.fit(people, equal(8), Shrinkage())
+    rows = anatomical.stance_rows(prior.mean)
+    np.testing.assert_allclose(rows.sum(axis=0), 0.0, atol=1e-12)
+    phase = 2 * np.pi * np.arange(20) / 20
+    step = 1e-5
+    walker = anatomical.by_block(prior.mean)
+    slope = (
+        fourier.synthesise(walker, 1 / (2 * np.pi), phase + step)
+        - fourier.synthesise(walker, 1 / (2 * np.pi), phase - step)
+    )[..., 1] / (2 * step)
+    chosen = [np.sort(np.argsort(slope[:, WALKER15.index(f"{s}_ankle")])[:8]) for s in ("left", "right")]
+    speeds = np.concatenate(
+        [slope[k, WALKER15.index(f"{s}_ankle")] for s, k in zip(("left", "right"), chosen, strict=True)]
+    )
+    np.testing.assert_allclose(rows @ prior.mean.ravel(), speeds - speeds.mean(), atol=1e-5)

@@ -1,0 +1,254 @@
+"""Missing coefficients: limits, an independent minimiser, finite differences, hidden joints, bars."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from pipeline.core import anatomical, fourier, linear_model
+from pipeline.core.anatomical import Noise, Prior, Shrinkage, Tolerances
+from pipeline.core.reconstruction import from_known_views
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+from tests.strategies import angles, seeds, walkers
+
+PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
+
+
+def learnt(seed: int, count: int = 14, shrinkage: Shrinkage | None = None) -> tuple[Prior, np.ndarray]:
+    """A prior, and a walker whom it has not seen."""
+    people = walkers(np.random.default_rng(seed), count + 1)
+    weights = np.full(count, 1.0 / count)
+    return anatomical.fit(people[1:], weights, shrinkage or Shrinkage()), people[0]
+
+
+def seen_from(walker: np.ndarray, view: np.ndarray) -> np.ndarray:
+    """Coefficients (A, 1, 45 B) in image axes."""
+    axes = anatomical.image_axes(view)
+    return np.einsum("aij,kjb->akib", axes, anatomical.by_joint(walker)).reshape(len(view), 1, -1)
+
+
+@given(seed=seeds, angle=angles, noise_variance=st.floats(1.0, 1000.0))
+@settings(max_examples=20, deadline=None)
+def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_variance: float) -> None:
+    """No mirror images, two harmonics, no shrinkage, no lengths: MAP with every eigenwalker [zhang2007 3.15]."""
+    people = walkers(np.random.default_rng(seed), 12)
+    view = np.array([angle, -angle])
+    prior = anatomical.fit(people[1:], np.full(11, 1 / 11), PLAIN)
+    conditional = anatomical.condition(prior, view, noise=Noise(variance=noise_variance, share=0.0))
+    found = conditional.expect(seen_from(people[0], view)[..., ~conditional.unknown])[:, 0]
+    rows = linear_model.flatten(people)
+    expected = from_known_views(linear_model.fit(rows[1:], 10), rows[0], view, noise_variance=noise_variance)
+    missing = found.reshape(2, 15, 5).swapaxes(1, 2)
+    np.testing.assert_allclose(missing, expected.missing, rtol=0, atol=1e-7)
+
+
+def test_lengths_without_limits_leave_the_linear_part() -> None:
+    prior, walker = learnt(1)
+    view = np.radians([-40.0, 0.0, 90.0])
+    conditional = anatomical.condition(prior, view, noise=Noise())
+    observed = seen_from(walker, view)[..., ~conditional.unknown]
+    endless = Tolerances(
+        within=np.full(len(anatomical.BONES), np.inf), pairs=np.full(len(anatomical.PAIRS), np.inf)
+    )
+    found = anatomical.fit_lengths(conditional, observed, endless, with_covariance=True)
+    np.testing.assert_allclose(found.unknown, conditional.expect(observed), atol=1e-9)
+    np.testing.assert_allclose(found.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
+    assert found.converged.all()
+
+
+HIDDEN = np.isin(WALKER15.joints, ["left_wrist", "head"])
+
+
+def cost_of(lengths: anatomical.Lengths, rows: np.ndarray) -> float:
+    return float(lengths.cost(rows[None])[0])
+
+
+@pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
+def test_the_derivatives_are_those_of_finite_differences(hidden: np.ndarray) -> None:
+    prior, walker = learnt(2)
+    rows = seen_from(walker, np.array([0.6]))[0, 0]
+    unknown = anatomical.unknown_coefficients(hidden, 5)
+    lengths = anatomical.Lengths(unknown, anatomical.tolerances(prior))
+    value, gradient, matrix = lengths.derivatives(rows[None], exact=True)
+    assert value[0] == pytest.approx(cost_of(lengths, rows))
+    where = np.flatnonzero(unknown)
+    rng = np.random.default_rng(0)
+    for _ in range(4):
+        way = np.zeros(len(rows))
+        way[where] = rng.standard_normal(len(where))
+        step = 1e-4
+        ahead, behind = cost_of(lengths, rows + step * way), cost_of(lengths, rows - step * way)
+        assert (ahead - behind) / (2 * step) == pytest.approx(2 * gradient[0] @ way[where], rel=1e-6)
+        slopes = [lengths.derivatives((rows + h * way)[None])[1][0] for h in (step, -step)]
+        np.testing.assert_allclose(
+            (slopes[0] - slopes[1]) / (2 * step),
+            matrix[0] @ way[where],
+            rtol=1e-5,
+            atol=1e-6 * np.abs(matrix).max(),
+        )
+
+
+@pytest.mark.parametrize("hidden", [anatomical.NOTHING_HIDDEN, HIDDEN], ids=["all seen", "hidden joints"])
+def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> None:
+    """The objective written out again, over positions at the phases, and left to a quasi-Newton method."""
+    prior, walker = learnt(3)
+    limits = anatomical.tolerances(prior)
+    view = np.array([0.4])
+    conditional = anatomical.condition(prior, view, noise=Noise(), hidden=hidden)
+    unknown = conditional.unknown
+    rows = seen_from(walker, view)
+    observed = rows[..., ~unknown]
+    found = anatomical.fit_lengths(conditional, observed, limits)
+    mean = conditional.expect(observed)[0, 0]
+    P = np.linalg.inv(conditional.covariance[0])
+    phases = np.arange(20) / 20
+    weight = 4 / 20
+
+    def objective(z: np.ndarray) -> float:
+        u = mean + root @ z
+        whole = rows[0, 0].copy()
+        whole[unknown] = u
+        motion = fourier.synthesise(np.moveaxis(whole.reshape(15, 3, 5), -1, 0), 1.0, phases)
+        lengths = np.stack([np.linalg.norm(motion[:, a] - motion[:, b], axis=1) for a, b in anatomical.BONES])
+        middle = lengths.mean(axis=1)
+        within = weight * (((lengths - middle[:, None]) / limits.within[:, None]) ** 2).sum()
+        left, right = np.array(anatomical.PAIRS).T
+        pairs = (((middle[left] - middle[right]) / limits.pairs) ** 2).sum()
+        return float((u - mean) @ P @ (u - mean) + within + pairs)
+
+    root = np.linalg.cholesky(conditional.covariance[0])
+    here = np.linalg.solve(root, found.unknown[0, 0] - mean)
+    assert objective(here) == pytest.approx(found.cost[0, 0], rel=1e-7)
+    rng = np.random.default_rng(0)
+    start = here + 0.02 * rng.standard_normal(len(here))
+    again = minimize(objective, start, method="BFGS", options={"gtol": 1e-4, "maxiter": 25})
+    assert objective(here) <= again.fun + 1e-6
+    for _ in range(20):  # and no step from it falls
+        assert objective(here + 0.01 * rng.standard_normal(len(here))) > objective(here)
+
+
+def test_all_observations_converge_and_do_not_depend_on_their_company() -> None:
+    prior, walker = learnt(4)
+    other = learnt(5)[1]
+    view = np.radians([-90.0, -45.0, 0.0, 30.0])
+    conditional = anatomical.condition(prior, view, noise=Noise())
+    both = np.concatenate([seen_from(walker, view), seen_from(other, view)], axis=1)
+    limits = anatomical.tolerances(prior)
+    together = anatomical.fit_lengths(conditional, both[..., ~conditional.unknown], limits)
+    alone = anatomical.fit_lengths(conditional, both[:, 1:, ~conditional.unknown], limits)
+    assert together.converged.all()
+    np.testing.assert_allclose(together.unknown[:, 1:], alone.unknown, atol=1e-6)
+
+
+def test_the_mirror_image_from_the_other_side_is_the_mirrored_answer() -> None:
+    prior, walker = learnt(6)
+    angle = np.array([0.7])
+    limits = anatomical.tolerances(prior)
+    missing = []
+    for w, view in ((walker, -angle), (fourier.mirrored(walker), angle)):
+        conditional = anatomical.condition(prior, view, noise=Noise())
+        observed = seen_from(w, view)[..., ~conditional.unknown]
+        missing.append(anatomical.fit_lengths(conditional, observed, limits).unknown[0, 0].reshape(15, 5))
+    back = missing[1][list(WALKER15.mirror)]
+    back[:, 1:3] *= -1.0
+    np.testing.assert_allclose(back, missing[0], atol=1e-5)
+
+
+def test_a_hidden_joint_is_recovered_from_the_others_and_kept_off_the_seen() -> None:
+    """Joints that go together: the hidden one follows its mean more closely than chance when the rest is seen."""
+    prior, walker = learnt(7, count=30)
+    view = np.array([0.3])
+    conditional = anatomical.condition(prior, view, noise=Noise(), hidden=HIDDEN)
+    assert conditional.unknown.sum() == 15 * 5 + 2 * 2 * 5
+    spoiled = walker.copy()
+    spoiled[:, HIDDEN] += 1e3
+    first, second = (
+        conditional.expect(seen_from(w, view)[..., ~conditional.unknown]) for w in (walker, spoiled)
+    )
+    np.testing.assert_array_equal(first, second)
+
+
+def test_a_floor_widens_the_posterior_and_the_tolerances() -> None:
+    prior, _ = learnt(8)
+    view = np.array([0.2])
+    sharp = anatomical.condition(prior, view, noise=Noise())
+    blunt = anatomical.condition(prior, view, noise=Noise(bias=10.0, slow=3.0))
+    assert np.linalg.eigvalsh(blunt.covariance[0] - sharp.covariance[0])[0] > -1e-6
+    narrow, wide = anatomical.tolerances(prior), anatomical.tolerances(prior, bias=10.0, slow=3.0)
+    assert (wide.within > narrow.within).all()
+    assert (wide.pairs > narrow.pairs).all()
+
+
+def test_without_any_variance_the_conditional_is_refused() -> None:
+    prior, _ = learnt(9, shrinkage=PLAIN)
+    with pytest.raises(InvalidInput, match="no variance"):
+        anatomical.condition(prior, np.array([0.0]), noise=Noise(variance=0.0, share=0.0))
+    with pytest.raises(InvalidInput, match="the noise's bias"):
+        anatomical.condition(prior, np.array([0.0]), noise=Noise(bias=-1.0))
+
+
+# --- bars ---------------------------------------------------------------------------------------------------
+
+
+def test_deviations_at_instants_are_those_of_samples() -> None:
+    rng = np.random.default_rng(0)
+    root = rng.standard_normal((10, 10))
+    sd = anatomical.deviation_at_instants(root @ root.T, 5, 6)
+    drawn = (rng.standard_normal((20000, 10)) @ root.T).reshape(-1, 2, 5)
+    np.testing.assert_allclose(sd, anatomical.at_instants(drawn, 6).std(axis=0), rtol=0.03)
+
+
+def test_multipliers_are_quantiles_of_the_others() -> None:
+    rng = np.random.default_rng(1)
+    z = np.abs(rng.standard_normal((6, 40, 3)))
+    groups = np.array([0, 1, 0])
+    found = anatomical.multipliers_without(z, groups, np.array([0.5, 0.95]))
+    np.testing.assert_allclose(found[2, 0, 1], np.quantile(np.delete(z, 2, axis=0)[..., [0, 2]], 0.95))
+    spoiled = z.copy()
+    spoiled[2] = 1e6
+    again = anatomical.multipliers_without(spoiled, groups, np.array([0.5, 0.95]))
+    np.testing.assert_array_equal(again[2], found[2])
+    assert (again[0] > found[0]).any()
+
+
+# --- view -----------------------------------------------------------------------------------------------------
+
+
+def test_the_costs_are_minus_twice_the_log_density_on_both_sides() -> None:
+    prior, walker = learnt(10)
+    shown = seen_from(walker, np.array([0.5]))[0].reshape(1, 15, 3, 5)[:, :, :2]
+    costs = anatomical.view_costs(prior, shown, 12, noise=Noise())
+    for g, beta in enumerate(anatomical.circle(12)):
+        mean, C = anatomical.turned(prior, np.array([beta]))
+        seen = ~anatomical.unknown_coefficients(anatomical.NOTHING_HIDDEN, 5)
+        matrix = C[0][np.ix_(seen, seen)]
+        matrix = matrix + np.diag(100.0 + 0.2 * np.diag(matrix))
+        off = shown.ravel() - mean[0].ravel()[seen]
+        wanted = off @ np.linalg.solve(matrix, off) + np.linalg.slogdet(matrix)[1]
+        assert costs[0, g] == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("angle_deg", [-170.0, -45.0, 3.3, 90.0])
+def test_the_view_is_found_with_a_density_that_sums_to_one(angle_deg: float) -> None:
+    prior, walker = learnt(11, count=20)
+    shown = seen_from(walker, np.radians([angle_deg]))[0].reshape(1, 15, 3, 5)[:, :, :2]
+    found = anatomical.posterior_of(anatomical.view_costs(prior, shown, 72, noise=Noise()))
+    off = np.degrees(found.angle_rad[0]) - angle_deg
+    assert abs((off + 180.0) % 360.0 - 180.0) < 4 * np.degrees(found.sd_rad[0]) + 1.0
+    step = found.angles_rad[1] - found.angles_rad[0]
+    assert (found.density * step).sum() == pytest.approx(1.0)
+    assert 0.0 <= found.other_share[0] + 1e-12 < 0.5
+    warm = anatomical.posterior_of(anatomical.view_costs(prior, shown, 72, noise=Noise()), temperature=4.0)
+    assert warm.sd_rad[0] > found.sd_rad[0]
+
+
+def test_a_known_parabola_gives_its_own_mode_and_width() -> None:
+    circle = anatomical.circle(360)
+    off = np.mod(circle - 0.31 + np.pi, 2 * np.pi) - np.pi
+    found = anatomical.posterior_of((2 * (1 - np.cos(off)) / 0.05**2)[None])
+    assert found.angle_rad[0] == pytest.approx(0.31, abs=1e-4)
+    assert found.sd_rad[0] == pytest.approx(0.05, rel=2e-3)
