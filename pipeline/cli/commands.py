@@ -100,7 +100,7 @@ def claims(arguments: Sequence[str]) -> int:
     out.print(
         f"{config.data.name}, {config.scale.name}: " + ", ".join(f"{n} {kind}" for kind, n in counts.items())
     )
-    return 0
+    return 0 if folder.is_dir() else 1
 
 
 def equations(arguments: Sequence[str]) -> int:
