@@ -119,7 +119,7 @@ def claims(arguments: Sequence[str]) -> int:
             out.print(Text(f"{verdict.claim.name}: {verdict.outcome}: {verdict.why}"), soft_wrap=True)
     out.print(f"{config.data.name}, {config.scale.name}")
     out.print("\n".join(counts_by_kind(verdicts)))
-    return 0
+    return 0 if folder.is_dir() else 1
 
 
 def equations(arguments: Sequence[str]) -> int:

@@ -272,10 +272,14 @@ def folder_clips(
     for file in readable:
         found = names.search(file.stem)
         who = (found.group(1) if found.groups() else found.group(0)) if found else ""
+        name = str(file.relative_to(folder))
+        # What a table cannot hold: bytes that are no UTF-8, line breaks and other control characters.
+        plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
+        who = "" if plain != name else who
         clips.append(
             Clip(
-                name=str(file.relative_to(folder)),
-                person=who or file.stem,
+                name=plain,
+                person=who or PurePosixPath(plain).stem,
                 source="folder",
                 action="",
                 path=file,
@@ -283,6 +287,7 @@ def folder_clips(
                 mapping=skeleton,
                 frame_rate_hz=frame_rate_hz,
                 units=units,
+                mismatch="" if plain == name else "the file's name holds what is no text: rename it",
             )
         )
     return clips

@@ -194,9 +194,11 @@ class SyntheticData(Data):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
-        require_range("data.population", self.population, at_least=1)
-        require_range("data.offsets", self.offsets, at_least=0)
-        require_range("data.populations", self.populations, at_least=0)
+        require_range("data.population", self.population, at_least=1, at_most=10_000)
+        require_range("data.populations", self.populations, at_least=0, at_most=1000)
+        require_range("data.offsets", self.offsets, at_least=0, at_most=100)
+        require_range("data.duration_s", self.duration_s, above=0, at_most=3600)
+        require_range("data.frame_rate_hz", self.frame_rate_hz, above=0, at_most=2000)
         require_range("data.clips.clips", self.clips.clips, at_least=1)
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:

@@ -37,7 +37,7 @@ REPORT_COLUMNS = (
     "residual_share", "verdict", "reason",
 )  # fmt: skip
 
-LARGEST_SLOPE, STEP_MM = 0.1, 50.0
+LARGEST_SLOPE, STEP_MM = 0.1, 150.0
 """Rise of the pelvis over the way, and besides, beyond which people walk on a ramp or on stairs."""
 
 _PELVIS = WALKER15.index("pelvis")

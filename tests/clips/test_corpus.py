@@ -178,3 +178,16 @@ def test_a_limit_of_people_keeps_all_clips_of_the_first(people: list[str], limit
     chosen = first_people(clips_of(people), limit)
     first = list(dict.fromkeys(people))[: limit or None]
     assert [int(c.name) for c in chosen] == [n for n, who in enumerate(people) if who in first]
+
+
+@pytest.mark.parametrize("name", [b"b\xff.trc", b"b\nc.trc"])
+def test_a_name_that_is_no_text_refuses_that_clip_only(tmp_path: Path, name: bytes) -> None:
+    for each in (b"anna.trc", name):
+        (tmp_path / os.fsdecode(each)).write_bytes(b"x")
+    clips = folder_clips(str(tmp_path), "*", "^([^_.]+)", skeleton=None, frame_rate_hz=0.0, units="")
+    good, bad = sorted(clips, key=lambda clip: bool(clip.mismatch))
+    assert (good.name, good.mismatch) == ("anna.trc", "")
+    assert bad.name.isprintable()
+    bad.name.encode()
+    with pytest.raises(InvalidInput, match="the file's name holds what is no text: rename it"):
+        read_clip(bad)

@@ -97,7 +97,7 @@ class HeldOutTracking(Sweep):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         for count in require_distinct("sweep.particles", self.particles):
-            require_range("sweep.particles", count, at_least=1)
+            require_range("sweep.particles", count, at_least=1, at_most=1_000_000)
         for noise_mm in require_distinct("sweep.noise_mm", self.noise_mm):
             require_range("sweep.noise_mm", noise_mm, at_least=0)
         require_distinct("sweep.leave_out", self.leave_out)

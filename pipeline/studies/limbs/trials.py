@@ -87,7 +87,7 @@ class LimbSweep(CameraSweep):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
-        require_range("sweep.trials", self.trials, at_least=1)
+        require_range("sweep.trials", self.trials, at_least=1, at_most=1_000_000)
         require_range("sweep.time_limit_s", self.time_limit_s, at_least=0)
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
