@@ -103,7 +103,6 @@ class ViewPosterior(Figure):
         order = np.argsort(from_truth[middle][shown], kind="stable")
         sure, wrong = sweep.sd_deg[best].ravel(), off[best].ravel()
         top = float(max(sure.max(), wrong.max())) * 1.03
-        line = np.array([0.0, top])
         panels = [
             pictures.Panel(
                 y="absolute_angle_error_mean_deg",
@@ -138,7 +137,9 @@ class ViewPosterior(Figure):
             pictures.Panel(
                 series=[
                     pictures.Series(x=sure, y=wrong, colour="green", line="points"),
-                    pictures.Series(x=line, y=np.minimum(1.96 * line, top), colour="reference"),
+                    pictures.Series(
+                        x=np.array([0.0, top / 1.96]), y=np.array([0.0, top]), colour="reference"
+                    ),
                 ],
                 xlabel="Posterior sd (degree)",
                 ylabel="Error (degree)",
