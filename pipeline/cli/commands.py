@@ -177,7 +177,8 @@ def view(arguments: Sequence[str]) -> int:
         raise InvalidInput(
             "the viewer needs a screen",
             where=str(path),
-            expected="a desktop session; or copy the file to one and open it with `rerun`, version 0.41",
+            expected="a desktop session; or a browser: `make report` writes a page with players, and "
+            "`.venv/bin/rerun --serve-web --bind 127.0.0.1` with the file's name shows it at http://127.0.0.1:9090",
         )
     # A process of its own, since only `recordings` imports rerun.
     return subprocess.run(

@@ -55,8 +55,8 @@ def body(
     if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.min() < 0 or pairs.max() >= x.shape[1]:
         raise InvalidInput("bones that are not pairs of joints", where=entity, expected=f"0…{x.shape[1] - 1}")
     joints = (x * METRES * ([1, -1] if space == 2 else [1, 1, 1])).astype(np.float32)
-    low, high = (f(joints, axis=(0, 1))[:2].tolist() for f in (np.nanmin, np.nanmax))
-    return joints, joints[:, pairs], Extent((low[0], low[1]), (high[0], high[1]))
+    low, high = (tuple(f(joints, axis=(0, 1)).tolist()) for f in (np.nanmin, np.nanmax))
+    return joints, joints[:, pairs], Extent(low, high)
 
 
 def time_column(entity: str, timeline: str, values: Any, rows: int) -> rr.TimeColumn:

@@ -15,6 +15,12 @@ from pipeline.validation import InvalidInput
 METRES = 1e-3
 """Metres in one millimetre."""
 
+_HALF_VIEW = 0.45
+"""Tangent of half the angle of the viewer's eye, measured on its screen."""
+
+_FILLED = 0.85
+"""Share of a view that what it shows fills."""
+
 GROUND = (24, 26, 31)
 """Background of skeleton views, the same in a light and a dark theme."""
 
@@ -30,7 +36,10 @@ class View:
 
 @dataclass(frozen=True, kw_only=True)
 class Space3D(View):
-    """Skeletons in space, seen from `eye_mm`; with `shown`, all other entities start hidden."""
+    """Skeletons in space, framed; with `shown`, all other entities start hidden, and these are framed.
+
+    They are seen from the direction in which `eye_mm` lies from `target_mm`, from so far that they fill the view.
+    """
 
     origin: str = "world"
     shown: tuple[str, ...] = ()
@@ -83,10 +92,10 @@ class Notes(View):
 
 @dataclass(frozen=True)
 class Extent:
-    """Box around what an entity draws: in a plot (abscissa, ordinate), in an image (right, down) metres."""
+    """Box around what an entity draws: (abscissa, ordinate); in an image (right, down) and in space, metres."""
 
-    low: tuple[float, float]
-    high: tuple[float, float]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
 
 
 Extents = Mapping[str, Extent | None]
@@ -138,7 +147,6 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
     InvalidInput
         If a view or a range would be empty.
     """
-    hides = any(getattr(view, "shown", ()) for view in _views(layout))
     return rrb.Blueprint(
         _part(layout, timeline, extents),
         rrb.TimePanel(
@@ -147,16 +155,11 @@ def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing:
             play_state="playing" if playing else "paused",
             loop_mode="all" if playing else None,
         ),
-        # Hidden walkers are switched on in the tree, which is open if there are any.
-        rrb.BlueprintPanel(state="expanded" if hides else "collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),  # its tree switches hidden skeletons on
         rrb.SelectionPanel(state="collapsed"),
         auto_views=False,
         auto_layout=False,
     )
-
-
-def _views(part: View | Split) -> list[View]:
-    return [part] if isinstance(part, View) else [view for p in part.parts for view in _views(p)]
 
 
 def _below(path: str, entities: Collection[str]) -> list[str]:
@@ -188,11 +191,8 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
     common: dict[str, Any] = {"origin": f"/{view.origin.strip('/')}", "name": view.name, "contents": contents}
     match view:
         case Space3D():
-            eye = rrb.EyeControls3D(
-                position=np.array(view.eye_mm) * METRES,
-                look_target=np.array(view.target_mm) * METRES,
-                eye_up=(0, 0, 1),
-            )
+            position, target = framed(view, extents)
+            eye = rrb.EyeControls3D(position=position, look_target=target, eye_up=(0, 0, 1))
             grid = rrb.LineGrid3D(visible=True, spacing=0.5, color=(255, 255, 255, 28))
             return rrb.Spatial3DView(
                 **common, eye_controls=eye, line_grid=grid, background=GROUND, overrides=_hidden(view)
@@ -222,6 +222,16 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
     raise InvalidInput("a view of an unknown kind", where=view.name, received=type(view).__name__)
 
 
+def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the eye is and what it looks at, metres, so that what is shown fills the view, at any time."""
+    low, high = _box(view, extents, margin=0.0, paths=view.shown)
+    target, (across, along, height) = (low + high) / 2.0, high - low
+    way = np.array(view.eye_mm) - np.array(view.target_mm)
+    way = way / np.linalg.norm(way)
+    distance = max(height, float(np.hypot(across, along))) / (2.0 * _HALF_VIEW * _FILLED)
+    return target + distance * way, target
+
+
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:
     """Return overrides that hide all but the chosen entities; visibility is inherited."""
     if not view.shown:
@@ -242,9 +252,11 @@ def _ordered(view: View, limits: tuple[float, float]) -> tuple[float, float]:
     return low, high
 
 
-def _box(view: View, extents: Extents, *, margin: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return two corners of the box around all that a view draws, widened by a fraction of its size."""
-    paths = view.contents or (view.origin,)
+def _box(
+    view: View, extents: Extents, *, margin: float, paths: tuple[str, ...] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return two corners of the box around all that a view draws, or some of it, widened by a fraction of its size."""
+    paths = paths or view.contents or (view.origin,)
     boxes = [box for path in paths for entity in _below(path, extents) if (box := extents[entity])]
     if not boxes:
         raise InvalidInput(f"nothing that a {type(view).__name__} can show", where=view.name)

@@ -29,6 +29,7 @@ from pipeline.recordings import (
     verify,
     views,
 )
+from pipeline.recordings.layout import Extent, framed
 from pipeline.recordings.viewer import PROGRAM
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -363,3 +364,16 @@ def test_the_viewer_draws_every_view_without_complaint(tmp_path: Path) -> None:
         )
         assert complaints == ()
         assert png.read_bytes()[16:24] == (800).to_bytes(4, "big") + (600).to_bytes(4, "big")
+
+
+def test_what_is_shown_in_space_is_framed_wherever_it_is_and_however_large() -> None:
+    small = Extent((4.0, -0.3, 0.0), (4.4, 0.3, 1.8))
+    large = Extent((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0))
+    view = Space3D(name="one", shown=("world/small",))
+    eye, target = framed(view, {"world/small": small, "world/large": large})
+    np.testing.assert_allclose(target, [4.2, 0.0, 0.9])
+    assert 2.0 < np.linalg.norm(eye - target) < 3.5
+    way = np.array(view.eye_mm) - np.array(view.target_mm)
+    np.testing.assert_allclose((eye - target) / np.linalg.norm(eye - target), way / np.linalg.norm(way))
+    far, _ = framed(Space3D(name="all"), {"world/small": small, "world/large": large})
+    assert np.linalg.norm(far) > 20.0
