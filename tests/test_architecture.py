@@ -69,6 +69,7 @@ LAYERS = (
     {"clips"},
     {"studies"},
     {"stages"},
+    {"reconstruct"},
     {"cli"},
     {"__main__"},
 )
