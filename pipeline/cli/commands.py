@@ -1,4 +1,4 @@
-"""The other commands: fetch, claims, equations, readme, view, archive, verify."""
+"""The other commands: fetch, reconstruct, model, claims, equations, readme, view, archive, verify."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
+from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.summary import claims_table, open_console
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
@@ -202,6 +203,8 @@ def verify(arguments: Sequence[str]) -> int:
 
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
+    "reconstruct": reconstruct,
+    "model": train_model,
     "claims": claims,
     "equations": equations,
     "readme": readme,

@@ -8,11 +8,22 @@ Symbols are explained at the head of each module.
 
 from pipeline.core.keypoint_walk.posterior import ANGLES, Posterior, joint_angles
 from pipeline.core.keypoint_walk.prior import Detector, Prior, prepare
-from pipeline.core.keypoint_walk.reconstruct import Candidate, Reconstruction, reconstruct
+from pipeline.core.keypoint_walk.reconstruction import (
+    Candidate,
+    Reconstruction,
+    reconstruct,
+    reconstruct_followed,
+)
 from pipeline.core.keypoint_walk.training import (
     HEIGHT_MM,
+    CompactMoments,
+    Moments,
     TrainingWalk,
     WalkerModel,
+    compact,
+    expand,
+    model_of,
+    moments,
     structured_covariance,
     train,
     training_walk,
@@ -23,15 +34,22 @@ __all__ = [
     "ANGLES",
     "HEIGHT_MM",
     "Candidate",
+    "CompactMoments",
     "Detector",
+    "Moments",
     "Posterior",
     "Prior",
     "Reconstruction",
     "TrainingWalk",
     "WalkerModel",
+    "compact",
+    "expand",
     "joint_angles",
+    "model_of",
+    "moments",
     "prepare",
     "reconstruct",
+    "reconstruct_followed",
     "structured_covariance",
     "train",
     "training_walk",

@@ -2,7 +2,8 @@
 
 Symbols
 -------
-``x``      417 unknowns: W' (405), then q = (X0, Y0, Z0, Vx, Vz, theta, phi, phase, log f, Ax, Az, turn rate)
+``x``      417 unknowns: W' (405), then q = (X0, Y0, Z0, Vx, Vz, theta, phi, phase, log f, Ax, Az, turn rate);
+           for a path that wanders, then the coefficients of cosines in its coordinates
 ``P``      ``A(theta + turn t) w(t) + (X0 + Vx t + Ax t~²/2, Y0, Z0 + Vz t + Az t~²/2)``, level camera axes, mm;
            t~² = t² minus its mean; ``w(t) = W' b(omega t + phase)``
 ``Q``      ``R_x(phi) P``; image ``f Q_xy / Q_z``
@@ -36,6 +37,7 @@ from pipeline.core.keypoint_walk.view import level_axes, level_axes_slope, pitch
 
 X0, Y0, Z0, VX, VZ, HEADING, PITCH, PHASE, LOG_F, AX, AZ, TURN = range(SIZE, SIZE + 12)
 UNKNOWNS = SIZE + 12
+"""Without the coefficients of a wandering path, of which there are three for each cosine."""
 
 NU = 4.0
 """Degrees of freedom of Student's t."""
@@ -49,6 +51,8 @@ TIE_SD = (0.08, 40.0)
 """Share of the average walker's speed, and mm/s: how closely path and belt speed agree."""
 TIE_TIMES = (-0.35, 0.0, 0.35)
 """Instants at which they are compared, as shares of the clip."""
+WANDER_MM = 400.0
+"""Standard deviation of the coefficient of the slowest cosine; that of the k-th is one k-th of it."""
 NEAREST_MM = 200.0
 """Points nearer to the camera are taken to be so far."""
 
@@ -79,11 +83,14 @@ class Setting:
         Seconds, 0 in the middle.
     focal_px : float
     overground : bool
+    cosines : int
+        Cosines of time in each coordinate of the path: for a camera that follows, or a path that is not straight.
     """
 
     times: np.ndarray
     focal_px: float
     overground: bool
+    cosines: int = 0
 
 
 @dataclass(frozen=True)
@@ -120,6 +127,13 @@ def point_costs(residual: np.ndarray, sigma_px: float) -> np.ndarray:
     return (NU + 2.0) * np.log1p((residual**2).sum(axis=-1) / (NU * sigma_px**2))
 
 
+def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
+    """Cosines (T, n) of 1, 2, … half periods over the clip, of mean zero."""
+    share = (times - times[0]) / (times[-1] - times[0])
+    waves = np.cos(np.pi * share[:, None] * np.arange(1, cosines + 1))
+    return np.asarray(waves - waves.mean(axis=0))
+
+
 class Objective:
     """J of one clip from one starting frequency.
 
@@ -136,7 +150,10 @@ class Objective:
         t = setting.times
         self.bend = 0.5 * (t**2 - np.mean(t**2))
         population = prior.model.log_frequency
-        mean, variance = np.zeros(12), np.full(12, np.inf)
+        self.wander = wander_basis(t, setting.cosines)
+        self.unknowns = UNKNOWNS + 3 * setting.cosines
+        mean, variance = np.zeros(self.unknowns - SIZE), np.full(self.unknowns - SIZE, np.inf)
+        variance[12:] = np.tile((WANDER_MM / np.arange(1, setting.cosines + 1)) ** 2, 3)
         for index, middle, sd in (
             (PITCH, 0.0, PITCH_SD),
             (LOG_F, np.log(start_hz), LOG_F_SD),
@@ -163,15 +180,18 @@ class Objective:
 
     def camera_points(self, x: np.ndarray) -> np.ndarray:
         """Points Q (T, 15, 3) in camera axes, mm."""
+        points = self.level_points(x) @ pitched(x[PITCH]).T
+        points[..., 2] = np.maximum(points[..., 2], NEAREST_MM)
+        return np.asarray(points)
+
+    def level_points(self, x: np.ndarray) -> np.ndarray:
+        """Points P (T, 15, 3) in level camera axes, mm."""
         walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS)
         t = self.setting.times
         basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE])
         own = np.moveaxis(walker @ basis.T, -1, 0)  # (T, 15, 3)
         level = own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * t), 1, 2)
-        level += self._path(x)[:, None]
-        points = level @ pitched(x[PITCH]).T
-        points[..., 2] = np.maximum(points[..., 2], NEAREST_MM)
-        return np.asarray(points)
+        return np.asarray(level + self._path(x)[:, None])
 
     def _path(self, x: np.ndarray) -> np.ndarray:
         t = self.setting.times
@@ -179,6 +199,8 @@ class Objective:
         path[:, 0] = x[X0] + x[VX] * t + x[AX] * self.bend
         path[:, 1] = x[Y0]
         path[:, 2] = x[Z0] + x[VZ] * t + x[AZ] * self.bend
+        if self.setting.cosines:
+            path += self.wander @ x[UNKNOWNS:].reshape(3, -1).T
         return path
 
     def residual(self, x: np.ndarray, keypoints: Keypoints) -> np.ndarray:
@@ -196,7 +218,7 @@ class Objective:
         heading = x[HEADING] + x[TURN] * t
         s, c = np.sin(heading), np.cos(heading)
         off = np.concatenate([x[VX] + x[AX] * t - speed * s, x[VZ] + x[AZ] * t + speed * c])
-        slope = np.zeros((6, UNKNOWNS))
+        slope = np.zeros((6, self.unknowns))
         slope[:3, VX], slope[3:, VZ] = 1.0, 1.0
         slope[:3, AX], slope[3:, AZ] = t, t
         direction = np.concatenate([-s, c])
@@ -232,14 +254,15 @@ class Objective:
 
     def quadratic(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> Quadratic:
         """J, half its gradient and half its Gauss-Newton matrix at x."""
-        gradient, matrix = np.zeros(UNKNOWNS), np.zeros((UNKNOWNS, UNKNOWNS))
+        gradient, matrix = np.zeros(self.unknowns), np.zeros((self.unknowns, self.unknowns))
         away = x[:SIZE] - self.prior.mean.ravel()
         matrix[:SIZE, :SIZE] = self.prior.precision
         gradient[:SIZE] = self.prior.precision @ away
         cost = float(away @ gradient[:SIZE]) + self._apart
         q = x[SIZE:] - self.q_mean
         gradient[SIZE:] += q * self.q_precision
-        matrix[range(SIZE, UNKNOWNS), range(SIZE, UNKNOWNS)] += self.q_precision
+        q_rows = range(SIZE, self.unknowns)
+        matrix[q_rows, q_rows] += self.q_precision
         cost += float((q**2 * self.q_precision).sum())
         cost += self._add_image(x, keypoints, noise, gradient, matrix)
         cost += self._add_lengths(x[:SIZE].reshape(JOINTS, 3, BLOCKS), gradient, matrix)
@@ -283,7 +306,8 @@ class Objective:
             """Weighted image (15, 2, T) of small displacements (15 or 1, 3, T) in camera axes."""
             return np.asarray(scale[:, None] * (vectors[:, :2] - image / focal * vectors[:, 2:]))
 
-        columns = np.empty((JOINTS, 39, 2, T))
+        count = 27 + self.unknowns - SIZE
+        columns = np.empty((JOINTS, count, 2, T))
         for axis in range(3):
             toward = seen(RA[None, :, axis])
             columns[:, axis * BLOCKS : (axis + 1) * BLOCKS] = toward[:, None] * basis.T[None, :, None]
@@ -297,7 +321,10 @@ class Objective:
         )  # fmt: skip
         for k, column in enumerate(border):
             columns[:, 27 + k] = column
-        flat = columns.reshape(JOINTS, 39, 2 * T)
+        for axis in range(3):
+            for k, wave in enumerate(self.wander.T):
+                columns[:, 39 + axis * self.setting.cosines + k] = shifted[axis] * wave
+        flat = columns.reshape(JOINTS, count, 2 * T)
         product = flat @ np.swapaxes(flat, 1, 2)
         pull = (flat @ (w[:, None] * residual).reshape(JOINTS, 2 * T, 1))[..., 0]
         for joint in range(JOINTS):

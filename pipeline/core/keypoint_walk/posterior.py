@@ -18,7 +18,6 @@ from pipeline.core.keypoint_walk.objective import (
     LOG_F,
     PHASE,
     TURN,
-    UNKNOWNS,
     Keypoints,
     Noise,
 )  # fmt: skip
@@ -145,7 +144,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     inverse = _inverse(fit.objective.quadratic(x, keypoints, noise).matrix)
     walker = give_bias_back(prior, x[:SIZE])
     G = prior.giving_back
-    covariance = np.empty((UNKNOWNS, UNKNOWNS))
+    covariance = np.empty(inverse.shape)
     covariance[:SIZE, :SIZE] = G @ inverse[:SIZE, :SIZE] @ G.T + prior.remaining
     covariance[:SIZE, SIZE:] = G @ inverse[:SIZE, SIZE:]
     covariance[SIZE:, :SIZE] = covariance[:SIZE, SIZE:].T
@@ -182,7 +181,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     A0, dA0 = level_axes(float(x[HEADING])), level_axes_slope(float(x[HEADING]))
     mean_sd = np.zeros((JOINTS, 3))
     for joint in range(JOINTS):
-        rows = np.zeros((3, UNKNOWNS))
+        rows = np.zeros((3, len(covariance)))
         for axis in range(3):
             rows[:, 27 * joint + BLOCKS * axis] += A0[:, axis]
             rows[:, 27 * PELVIS + BLOCKS * axis] -= A0[:, axis]

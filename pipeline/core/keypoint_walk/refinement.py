@@ -51,7 +51,7 @@ class Fit:
 
     Attributes
     ----------
-    x : (417,)
+    x : (417 + 3 n,)
         Unknowns, as `objective` orders them.
     noise : Noise
     cost : float
@@ -152,7 +152,8 @@ def refine(
     most_steps : int
     """
     objective = Objective(prior, setting, start.frequency_hz)
-    x = initial_unknowns(prior, start, path, setting.focal_px, trunk)
+    x = np.zeros(objective.unknowns)
+    x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
     none = {limb: np.zeros(len(setting.times), dtype=bool) for limb in LIMBS}
     exchanged, used = none, keypoints
     whole = {limb: ~none[limb] for limb in LIMBS}

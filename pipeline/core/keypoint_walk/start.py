@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.fourier import SEARCH_HZ, design
+from pipeline.core.keypoint_walk.objective import wander_basis
 from pipeline.core.keypoint_walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, projected_grid
 from pipeline.core.keypoint_walk.training import JOINTS
 from pipeline.skeleton import WALKER15
@@ -92,6 +93,7 @@ class Starts:
         The squared distance in it over the number of coefficients: about 1 for an average walker.
     frequencies_hz : (n,)
         Candidate frequencies.
+    headings_rad : (72,)
     heading_cost : (72,)
         Smallest J at each heading, with the path's say.
     """
@@ -102,27 +104,28 @@ class Starts:
     least_cost: float
     least_distance: float
     frequencies_hz: np.ndarray
+    headings_rad: np.ndarray
     heading_cost: np.ndarray
 
 
-def _robust_line(times: np.ndarray, values: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
-    """Intercept and slope by Cauchy weights, five rounds."""
-    design_ = np.stack([np.ones_like(times), times], axis=-1)
+def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
+    design_ = columns
     robust = weights
-    line = np.zeros(2)
+    line = np.zeros(columns.shape[1])
     for _ in range(6):
         left = design_ * robust[:, None]
         line = np.linalg.lstsq(left.T @ design_, left.T @ values, rcond=None)[0]
         off = np.abs(values - design_ @ line)
         scale = max(1.4826 * float(np.median(off[weights > 0])), 1e-9 * abs(line[0]), 1e-12)
         robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)
-    return float(line[0]), float(line[1])
+    return np.asarray(line)
 
 
 def distance_profile(
-    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray
-) -> np.ndarray:
-    """Distance over focal length as a line in time, (2,): mm per pixel, and that per second.
+    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distance over focal length as a line in time, (2,): mm per pixel, and that per second; and in each frame (T,).
 
     Parameters
     ----------
@@ -133,6 +136,8 @@ def distance_profile(
         Seconds, 0 in the middle.
     heights_mm : (15,)
         Mean heights of the average walker's joints.
+    cosines : int
+        Beyond the line, for a camera that follows.
 
     Raises
     ------
@@ -154,11 +159,15 @@ def distance_profile(
             received=f"{int(good.sum())} of {len(times)} frames",
         )
     inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
-    a, b = _robust_line(times, inverse, good.astype(float))
+    waves = wander_basis(times, cosines)
+    columns = np.concatenate([np.ones((len(times), 1)), times[:, None], waves], axis=1)
+    found = _robust_regression(columns, inverse, good.astype(float))
+    a, b = float(found[0]), float(found[1])
     half = float(np.abs(times).max())
     a = a if a > 0 else float(np.median(inverse[good]))
     b = float(np.clip(b, -0.8 * a / half, 0.8 * a / half))  # the walker stays in front of the camera
-    return np.array([a, b])
+    series = np.maximum(a + b * times + waves @ found[2:], 0.2 * a)
+    return np.array([a, b]), series
 
 
 def _weighted_columns(
@@ -184,6 +193,7 @@ def straighten(
     heights_mm: np.ndarray,
     focal_px: float,
     typical_hz: float,
+    cosines: int = 0,
 ) -> Path:
     """Take distance and path out of the image: what is left is the walk about its trunk.
 
@@ -197,9 +207,11 @@ def straighten(
     focal_px : float
     typical_hz : float
         Typical stride frequency, which says how many cycles the clip has.
+    cosines : int
+        Of a path that wanders; 0 for a cubic one.
     """
-    line = distance_profile(pixels, weights, times, heights_mm)
-    metric = pixels * (line[0] + line[1] * times)[:, None, None]
+    line, series = distance_profile(pixels, weights, times, heights_mm, cosines)
+    metric = pixels * series[:, None, None]
     trunk = [j for j in TRUNK if (weights[:, j] > 0).mean() >= SEEN_SHARE]
     trunk = trunk or [j for j in range(JOINTS) if (weights[:, j] > 0).mean() >= SEEN_SHARE]
     if not trunk:
@@ -208,6 +220,8 @@ def straighten(
     order = 3 if duration * typical_hz >= 1.8 else 2
     unit = times / max(duration / 2.0, 1e-9)
     powers = unit[:, None] ** np.arange(1, order + 1)
+    if cosines:
+        powers = np.concatenate([unit[:, None], wander_basis(times, cosines)], axis=1)
     frequencies = np.exp(np.arange(np.log(max(SEARCH_HZ[0], 0.8 / duration)), np.log(SEARCH_HZ[1]), 0.05))
     w = weights[:, trunk]
     values = metric[:, trunk]
@@ -331,7 +345,12 @@ def _apart(angle: float) -> float:
 
 
 def find_starts(
-    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, focal_px: float, prior: Prior
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    times: np.ndarray,
+    focal_px: float,
+    prior: Prior,
+    cosines: int = 0,
 ) -> Starts:
     """Find up to four places to start from.
 
@@ -345,6 +364,8 @@ def find_starts(
         Seconds, 0 in the middle of the clip.
     focal_px : float
     prior : Prior
+    cosines : int
+        Of a path that wanders; such a path says nothing about the heading.
 
     Raises
     ------
@@ -358,7 +379,8 @@ def find_starts(
         raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
     weights = weights * seen
     heights = prior.mean[:, 2, 0]
-    path = straighten(pixels, weights, times, heights, focal_px, float(np.exp(model.log_frequency[0])))
+    typical = float(np.exp(model.log_frequency[0]))
+    path = straighten(pixels, weights, times, heights, focal_px, typical, cosines)
     frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
     worse = worse - worse.min()
     whole = bool(np.array_equal(seen, prior.detector.seen))
@@ -371,7 +393,7 @@ def find_starts(
     phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
     velocity = path.velocity_mm_s / size
     speed = 2.0 * np.pi * frequencies * belt_speed(prior)
-    overground = bool(np.hypot(*velocity) > OVERGROUND_SHARE * speed[0])
+    overground = bool(np.hypot(*velocity) > OVERGROUND_SHARE * speed[0]) and not cosines
     s, c = np.sin(grid.headings_rad), np.cos(grid.headings_rad)
     along, across = velocity[0] * s - velocity[1] * c, velocity[0] * c + velocity[1] * s
     least, distance = np.inf, np.inf
@@ -408,4 +430,6 @@ def find_starts(
         if different and near and len(chosen) < MOST_STARTS:
             chosen.append(start)
     scaled = Path(path.distance / size, path.place_mm / size, velocity, path.metric / size)
-    return Starts(tuple(chosen), scaled, overground, least, distance, frequencies, heading_cost)
+    return Starts(
+        tuple(chosen), scaled, overground, least, distance, frequencies, grid.headings_rad, heading_cost
+    )

@@ -14,7 +14,8 @@ distance, so size is left to the distance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -222,24 +223,38 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(across @ CYCLE.T, axis=-2))
 
 
-def train(
-    walks: list[TrainingWalk],
-    people: np.ndarray,
-    *,
-    extra_variance: float = 20.0,
-    within: float = 0.2,
-    diagonal: float = 0.1,
-) -> WalkerModel:
-    """Learn the model from the walks of several people.
+@dataclass(frozen=True)
+class Moments:
+    """What is counted over the training walks, before anything is shrunken.
+
+    Attributes
+    ----------
+    mean : (15, 3, 9)
+        mm.
+    covariance : (405, 405)
+        S, mm².
+    bone_variance, pair_variance, aperiodic_variance, log_frequency, walkers
+        As `WalkerModel` has them.
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    bone_variance: np.ndarray
+    pair_variance: np.ndarray
+    aperiodic_variance: np.ndarray
+    log_frequency: np.ndarray
+    walkers: int
+
+
+def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
+    """Mean, covariance and variations of the walks of several people and their mirror images.
 
     Parameters
     ----------
-    walks : list of TrainingWalk
+    walks : sequence of TrainingWalk
         R walks.
     people : (R,)
         Who walked.
-    extra_variance, within, diagonal : float
-        As `structured_covariance` has them.
 
     Raises
     ------
@@ -247,10 +262,8 @@ def train(
         If there are fewer than two people or a coefficient is not finite.
     """
     people = require_shape("people", people, (len(walks),))
-    if len(np.unique(people)) < 2:
-        raise InvalidInput(
-            "a model of walkers needs two people or more", received=str(len(np.unique(people)))
-        )
+    if (count := len(np.unique(people))) < 2:
+        raise InvalidInput("a model of walkers needs two people or more", received=str(count))
     weights = person_weights(people)
     walkers = require_finite("walkers", np.stack([walk.walker for walk in walks]))
     both = np.concatenate([walkers, mirror_image(walkers)]).reshape(2 * len(walks), -1)
@@ -258,23 +271,95 @@ def train(
     effective = min(1.0 / float((weights**2).sum()), MOST_WALKERS)
     mean = half @ both
     centred = np.sqrt(half)[:, None] * (both - mean)
-    sample = effective / (effective - 1.0) * (centred.T @ centred)
-    rows, _ = stance_rows(mean.reshape(JOINTS, 3, BLOCKS))
     lengths = bone_lengths(walkers)
     average = lengths.mean(axis=-1)
     aperiodic = weights @ np.stack([walk.aperiodic_variance for walk in walks]).reshape(len(walks), -1)
     aperiodic = aperiodic.reshape(JOINTS, 3)
     log_frequency = np.log([walk.frequency_hz for walk in walks])
     centre = float(weights @ log_frequency)
-    return WalkerModel(
+    return Moments(
         mean=mean.reshape(JOINTS, 3, BLOCKS),
-        covariance=structured_covariance(
-            sample, within=within, diagonal=diagonal, extra_variance=extra_variance
-        ),
+        covariance=effective / (effective - 1.0) * (centred.T @ centred),
         bone_variance=weights @ lengths.var(axis=-1),
         pair_variance=weights @ (average[:, PAIRS[:, 0]] - average[:, PAIRS[:, 1]]) ** 2,
-        stance_variance=np.einsum("ra,ab,rb->r", rows, sample, rows),
         aperiodic_variance=(aperiodic + aperiodic[list(WALKER15.mirror)]) / 2.0,
         log_frequency=np.array([centre, np.sqrt(weights @ (log_frequency - centre) ** 2)]),
-        walkers=len(np.unique(people)),
+        walkers=count,
     )
+
+
+def model_of(found: Moments, *, extra_variance: float = 20.0) -> WalkerModel:
+    """The model of walkers with these moments; `extra_variance` is tau, mm²."""
+    rows, _ = stance_rows(found.mean)
+    return WalkerModel(
+        mean=found.mean,
+        covariance=structured_covariance(found.covariance, extra_variance=extra_variance),
+        bone_variance=found.bone_variance,
+        pair_variance=found.pair_variance,
+        stance_variance=np.einsum("ra,ab,rb->r", rows, found.covariance, rows, optimize=True),
+        aperiodic_variance=found.aperiodic_variance,
+        log_frequency=found.log_frequency,
+        walkers=found.walkers,
+    )
+
+
+def train(walks: Sequence[TrainingWalk], people: np.ndarray) -> WalkerModel:
+    """Learn the model from the walks (R of them) of several people (R,)."""
+    return model_of(moments(walks, people))
+
+
+@dataclass(frozen=True)
+class CompactMoments:
+    """Moments of which only a few eigenwalkers are kept, and how joints go together within each harmonic.
+
+    No training person can be read from it: it holds fewer eigenwalkers than half the people, none of their
+    coefficients, and means over all people of everything else.
+
+    Attributes
+    ----------
+    components : (N, 405)
+        Eigenwalkers of S, rows of length one.
+    eigenvalues : (N,)
+        mm².
+    within : (5, 45, 45)
+        Diagonal blocks of T: of the constant and of each harmonic, mm².
+    rest : Moments
+        Everything but the covariance, which is empty.
+    """
+
+    components: np.ndarray
+    eigenvalues: np.ndarray
+    within: np.ndarray
+    rest: Moments
+
+
+def compact(found: Moments, components: int) -> CompactMoments:
+    """Keep `components` eigenwalkers and the structured rest.
+
+    Raises
+    ------
+    InvalidInput
+        If the eigenwalkers are as many as half the people, or more: people could be read back from their span.
+    """
+    require_range("the number of eigenwalkers", components, at_least=1, below=found.walkers / 2.0, whole=True)
+    values, vectors = np.linalg.eigh(found.covariance)
+    order = np.argsort(values)[::-1][:components]
+    T = within_harmonics(found.covariance).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)
+    blocks = np.stack([T[:, k, :, k] for k in (0, *range(1, BLOCKS, 2))])
+    empty = np.empty((0, 0))
+    return CompactMoments(
+        components=vectors[:, order].T,
+        eigenvalues=values[order],
+        within=blocks,
+        rest=replace(found, covariance=empty),
+    )
+
+
+def expand(found: CompactMoments) -> Moments:
+    """Moments with a whole covariance: eigenwalkers, and beyond them what joints do together in each harmonic."""
+    main = (found.components.T * found.eigenvalues) @ found.components
+    T = np.zeros((JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS))
+    for block in range(BLOCKS):
+        T[:, block, :, block] = found.within[(block + 1) // 2]
+    covariance = main + T.reshape(SIZE, SIZE) - within_harmonics(main)
+    return replace(found.rest, covariance=(covariance + covariance.T) / 2.0)

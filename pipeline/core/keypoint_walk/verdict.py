@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from pipeline.core.keypoint_walk.reconstruct import Reconstruction
+from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 
 MOST_RESIDUAL = 1.65
 """Largest residual of a walk, per cent of the height; 1 % of walks are above."""
@@ -18,7 +18,7 @@ DOUBTFUL_RESIDUAL = 1.3
 MOST_DISTANCE = 2.3
 """Largest mean squared distance, per number, of a walk's image from the population's."""
 DOUBTFUL_DISTANCE = 1.7
-LEAST_MOTION = 0.45
+LEAST_MOTION = 0.5
 """Least motion of the legs in the image, relative to the average walker's from the same side."""
 LEAST_STRIDES = 0.8
 """Strides below which nothing can be said to repeat."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.core.keypoint_walk import prepare, structured_covariance, train
+from pipeline.core.keypoint_walk import compact, expand, moments, prepare, structured_covariance, train
 from pipeline.core.keypoint_walk.prior import Detector
 from pipeline.core.keypoint_walk.training import (
     BLOCKS,
@@ -95,3 +95,18 @@ def test_a_detector_without_bias_gives_nothing_back() -> None:
 def test_one_person_is_no_population() -> None:
     with pytest.raises(InvalidInput, match="two people or more"):
         train([walks()[0], walks()[0]], np.array([1, 1]))
+
+
+def test_a_compact_model_keeps_the_variance_and_leading_eigenwalkers() -> None:
+    whole = moments(list(walks()), np.arange(len(walks())))
+    small = compact(whole, 5)
+    back = expand(small)
+    assert np.trace(back.covariance) == pytest.approx(np.trace(whole.covariance))
+    assert np.linalg.eigvalsh(back.covariance).min() > -1e-6 * np.trace(back.covariance)
+    for component in small.components:
+        assert component @ back.covariance @ component >= component @ whole.covariance @ component * (
+            1 - 1e-9
+        )
+    assert small.components.shape == (5, whole.covariance.shape[0])
+    with pytest.raises(InvalidInput, match="eigenwalkers"):
+        compact(whole, 7)

@@ -21,6 +21,14 @@ _LEGS = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joi
 
 SAME = (np.radians(4.0), np.radians(8.0), 0.015)
 """Candidates that differ by less in heading, phase and relative frequency are one."""
+OUTLIER = 5.0
+"""A keypoint is not counted as farther away than so many sigma, when the residual is judged."""
+FOLLOWED_RESIDUAL = 1.3
+"""Residual, per cent of the height, above which a wandering path is tried."""
+FOLLOWED_GAIN = 0.8
+"""A wandering path is believed if it leaves less than this share of the residual."""
+COSINES_PER_STRIDE = 0.8
+"""Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
 LABELS_UNSURE = 100.0
 """A difference of cost between labellings below which both are returned."""
 
@@ -64,7 +72,7 @@ class Reconstruction:
         As used: labels exchanged where the fit says so.
     noise : Noise
     rms_residual_px : float
-        Root mean square of the residual along an image axis, outliers included.
+        Root mean square of the residual along an image axis; a point counts at most as `OUTLIER` times sigma.
     height_px : float
         Mean height of the walker (head above ankles) in the image.
     """
@@ -89,11 +97,18 @@ class Reconstruction:
     def leg_motion(self) -> float:
         """Motion of knees and ankles in the image over that of the average walker from the same side."""
         image = level_axes(float(self.fit.x[HEADING]))[:2]
-        average = self.fit.objective.prior.model.mean
+        average = image @ self.fit.objective.prior.model.mean[_LEGS, :, 1:]
+        expected = 0.5 * (average**2).sum(axis=(1, 2))  # of a sine or cosine, half the square
+        metric, seen = self.starts.path.metric, self.keypoints.weights > 0
         power = [
-            float(((image @ walker[_LEGS, :, 1:]) ** 2).sum()) for walker in (self.posterior.walker, average)
+            (float(metric[seen[:, joint], joint].var(axis=0).sum()), float(expected[k]))
+            for k, joint in enumerate(_LEGS)
+            if seen[:, joint].sum() > 1
         ]
-        return float(np.sqrt(power[0] / power[1]))
+        if not power:
+            return 0.0
+        moved, usual = np.sum(power, axis=0)
+        return float(np.sqrt(moved / usual))
 
     @property
     def strides(self) -> float:
@@ -113,6 +128,7 @@ def reconstruct(
     overground: bool | None = None,
     relabel: bool = True,
     most_starts: int = 4,
+    cosines: int = 0,
 ) -> Reconstruction:
     """Reconstruct a straight walk.
 
@@ -131,6 +147,8 @@ def reconstruct(
     relabel : bool
         Whether to look for frames with exchanged labels.
     most_starts : int
+    cosines : int
+        Of a path that wanders, or of a camera that follows; 0 for a still camera and a nearly straight path.
 
     Raises
     ------
@@ -154,10 +172,10 @@ def reconstruct(
         labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
     fits: list[tuple[bool, Fit, Starts, Keypoints]] = []
     for other, keypoints in enumerate(labelled):
-        starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior)
+        starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
         if overground is not None:
             starts = replace(starts, overground=overground)
-        setting = Setting(times, focal_px, starts.overground)
+        setting = Setting(times, focal_px, starts.overground, cosines)
         trunk = [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(
             range(JOINTS)
         )
@@ -188,8 +206,9 @@ def reconstruct(
     exchanged, fit, starts, used = fits[chosen]
     best = candidates[0]
     rivals = [c for c in candidates[1:] if c.labels_exchanged != best.labels_exchanged]
-    residual = fit.objective.residual(fit.x, used)
-    points = used.weights > 0
+    residual = fit.objective.residual(fit.x, used)[used.weights > 0]
+    size = np.sqrt((residual**2).sum(axis=-1))
+    residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[:, None]
     depth = fit.objective.camera_points(fit.x)[..., 2].mean()
     return Reconstruction(
         fit=fit,
@@ -200,9 +219,37 @@ def reconstruct(
         labels_unsure=bool(rivals) and rivals[0].cost_above_best < LABELS_UNSURE,
         keypoints=used,
         noise=fit.noise,
-        rms_residual_px=float(np.sqrt(np.mean(residual[points] ** 2))),
+        rms_residual_px=float(np.sqrt(np.mean(residual**2))),
         height_px=float(focal_px * HEIGHT_MM / depth),
     )
+
+
+def reconstruct_followed(
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    frame_rate_hz: float,
+    focal_px: float,
+    prior: Prior,
+    *,
+    both_labellings: bool = True,
+) -> Reconstruction:
+    """Reconstruct a walk; if much is left, with a path that wanders, too, as before a camera that follows.
+
+    Parameters
+    ----------
+    pixels, weights, frame_rate_hz, focal_px, prior, both_labellings
+        As `reconstruct` has them.
+    """
+    still = reconstruct(pixels, weights, frame_rate_hz, focal_px, prior, both_labellings=both_labellings)
+    strides = (len(pixels) - 1) / frame_rate_hz * float(np.exp(prior.model.log_frequency[0]))
+    cosines = int(COSINES_PER_STRIDE * strides)
+    if still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0:
+        return still
+    followed = reconstruct(
+        pixels, weights, frame_rate_hz, focal_px, prior, both_labellings=both_labellings, cosines=cosines
+    )
+    better = followed.relative_residual < FOLLOWED_GAIN * still.relative_residual
+    return followed if better else still
 
 
 def _same(one: Candidate, other: Candidate) -> bool:
@@ -218,4 +265,4 @@ def _same(one: Candidate, other: Candidate) -> bool:
     )
 
 
-__all__ = ["Candidate", "Noise", "Reconstruction", "reconstruct"]
+__all__ = ["Candidate", "Noise", "Reconstruction", "reconstruct", "reconstruct_followed"]
