@@ -261,3 +261,13 @@ def test_frames_of_another_video_are_left_out(recordings: Path) -> None:
     )
     assert walk.track.frame[-1] == 343
     assert walk.best.judgement.verdict != "not_a_walk"
+
+
+def test_the_model_that_ships_is_small_and_holds_no_person() -> None:
+    trained = model_file.load()
+    people = sum(trained.about["people_by_source"].values())
+    assert trained.compact.rest.walkers == people == 33
+    assert len(trained.compact.components) < people / 2
+    assert sum(path.stat().st_size for path in model_file.SHIPPED.iterdir()) < 2_000_000
+    assert (model_file.SHIPPED / "CARD.md").is_file()
+    assert np.linalg.eigvalsh(trained.model.covariance).min() > 0

@@ -19,7 +19,7 @@ CLEAN = DetectorError(white_px=0.5, slow_px=0.0, bias_mm=0.0, missing=0.0, swaps
 def motions() -> tuple[np.ndarray, ...]:
     """Treadmill equivalents of 14 synthetic walkers about the mean pelvis."""
     people = walkers.walking_population(
-        np.random.default_rng(3), male=7, female=7, duration_s=4.0, frame_rate_hz=RATE, marker_noise_mm=0.5
+        np.random.default_rng(3), male=7, female=7, duration_s=2.8, frame_rate_hz=RATE, marker_noise_mm=0.5
     )
     level = (walking.treadmill_equivalent(p, RATE, locomotion="treadmill") for p in people.positions_mm)
     return tuple(walking.set_origin(positions, origin="pelvis_mean") for positions in level)
