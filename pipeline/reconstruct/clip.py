@@ -335,7 +335,8 @@ def _in_pixels(
         pixels = pixels * np.array(size, dtype=float)
     elif not all(size):
         reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
-        fitting = [wh for wh in USUAL_SIZES if wh[0] >= reach[0] and wh[1] >= reach[1]]
+        # Keypoints may lie a little outside of the image.
+        fitting = [wh for wh in USUAL_SIZES if 1.06 * wh[0] >= reach[0] and 1.06 * wh[1] >= reach[1]]
         size = fitting[0] if fitting else (int(reach[0]) + 1, int(reach[1]) + 1)
         notes.append(
             f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."

@@ -15,6 +15,8 @@ GAP_S = 0.5
 """A person unseen for longer begins anew."""
 TURN_RAD_S = np.radians(50.0)
 SHORTEST_S = 0.9
+LEAST_STRAIGHT = 0.5
+"""If straight stretches hold a smaller share of the frames, the path was not measured well enough to cut by it."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +188,9 @@ def straight_stretches(
         drift = np.abs(heading[start:stop] - np.median(heading[start:stop]))
         if float(np.percentile(drift, 90)) < np.radians(60.0):
             found.append((start, stop))
-    return sorted(found, key=lambda s: (s[0] - s[1], s[0])) or whole
+    if sum(stop - start for start, stop in found) < LEAST_STRAIGHT * T:
+        return whole
+    return sorted(found, key=lambda s: (s[0] - s[1], s[0]))
 
 
 def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
