@@ -30,6 +30,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       binary_quadratic       choice of candidates, with a certificate          park2011 12
       refinement             least reprojection error of the whole tree        park2011 4, 5
       articulated_trajectory a whole skeleton from the root to the leaves
+      keypoint_walk          from keypoints of one camera to a 3D walk with error bars
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
@@ -58,6 +59,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure; further populations
     report/                the page over all figures, with players that compute in the browser; the only jinja2
+    reconstruct/           one person's keypoints in, a 3D walk out
     cli/                   composing options (the only Hydra), commands, progress, summary
     __main__               python -m pipeline
 

@@ -69,7 +69,7 @@ LAYERS = (
     {"clips"},
     {"studies", "api"},
     {"stages"},
-    {"report"},
+    {"report", "reconstruct"},
     {"cli"},
     {"__main__"},
 )

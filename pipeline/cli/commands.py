@@ -1,4 +1,4 @@
-"""The other commands: fetch, report, claims, sensitivity, equations, readme, view, archive, verify, inspect, export."""
+"""The other commands, beside those that make figures; `COMMANDS` lists them."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from pipeline.cli import export, inspect
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
+from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
 from pipeline.clips.options import RecordedData
@@ -272,6 +273,8 @@ def export_motion(arguments: Sequence[str]) -> int:
 
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
+    "reconstruct": reconstruct,
+    "model": train_model,
     "report": report,
     "claims": claims,
     "sensitivity": sensitivity,

@@ -1,0 +1,57 @@
+"""From 2D keypoints of one camera to a 3D walk with error bars.
+
+In the order of use: `train` learns what walkers are like, `prepare` adds how a detector draws them, `reconstruct` takes
+keypoints to a walk.
+
+Symbols are explained at the head of each module.
+"""
+
+from pipeline.core.keypoint_walk.posterior import ANGLES, Posterior, joint_angles
+from pipeline.core.keypoint_walk.prior import Detector, Prior, prepare
+from pipeline.core.keypoint_walk.reconstruction import (
+    Candidate,
+    Reconstruction,
+    reconstruct,
+    reconstruct_followed,
+)
+from pipeline.core.keypoint_walk.training import (
+    HEIGHT_MM,
+    CompactMoments,
+    Moments,
+    TrainingWalk,
+    WalkerModel,
+    compact,
+    expand,
+    model_of,
+    moments,
+    structured_covariance,
+    train,
+    training_walk,
+)
+from pipeline.core.keypoint_walk.view import view_angle_deg
+
+__all__ = [
+    "ANGLES",
+    "HEIGHT_MM",
+    "Candidate",
+    "CompactMoments",
+    "Detector",
+    "Moments",
+    "Posterior",
+    "Prior",
+    "Reconstruction",
+    "TrainingWalk",
+    "WalkerModel",
+    "compact",
+    "expand",
+    "joint_angles",
+    "model_of",
+    "moments",
+    "prepare",
+    "reconstruct",
+    "reconstruct_followed",
+    "structured_covariance",
+    "train",
+    "training_walk",
+    "view_angle_deg",
+]

@@ -1,0 +1,268 @@
+"""From keypoints of one camera to a walk: starts, refinement, choice between candidates and labellings, error bars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.core.keypoint_walk.exchanged import exchange, exchange_all
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, Keypoints, Noise, Setting
+from pipeline.core.keypoint_walk.posterior import Posterior, posterior
+from pipeline.core.keypoint_walk.prior import Prior
+from pipeline.core.keypoint_walk.refinement import Fit, refine
+from pipeline.core.keypoint_walk.start import SEEN_SHARE, TRUNK, Starts, find_starts
+from pipeline.core.keypoint_walk.training import HEIGHT_MM, JOINTS
+from pipeline.core.keypoint_walk.view import level_axes
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
+
+_LEGS = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("knee", "ankle")]
+
+SAME = (np.radians(4.0), np.radians(8.0), 0.015)
+"""Candidates that differ by less in heading, phase and relative frequency are one."""
+OUTLIER = 5.0
+"""A keypoint is not counted as farther away than so many sigma, when the residual is judged."""
+FOLLOWED_RESIDUAL = 1.3
+"""Residual, per cent of the height, above which a wandering path is tried."""
+FOLLOWED_GAIN = 0.8
+"""A wandering path is believed if it leaves less than this share of the residual."""
+COSINES_PER_STRIDE = 0.8
+"""Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
+LABELS_UNSURE = 100.0
+"""A difference of cost between labellings below which both are returned."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One place to which a start led.
+
+    Attributes
+    ----------
+    heading_rad, phase_rad, frequency_hz : float
+    labels_exchanged : bool
+        Whether left and right were exchanged throughout.
+    cost_above_best : float
+        Twice the negative logarithm of its probability relative to the best, uncalibrated.
+    """
+
+    heading_rad: float
+    phase_rad: float
+    frequency_hz: float
+    labels_exchanged: bool
+    cost_above_best: float
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """A walk from keypoints.
+
+    Attributes
+    ----------
+    fit : Fit
+    posterior : Posterior
+    starts : Starts
+    candidates : tuple of Candidate
+        All of them, the chosen one first.
+    labels_exchanged : bool
+        Whether left and right of all keypoints were exchanged.
+    labels_unsure : bool
+        Whether the other labelling explains the keypoints about as well.
+    keypoints : Keypoints
+        As used: labels exchanged where the fit says so.
+    noise : Noise
+    rms_residual_px : float
+        Root mean square of the residual along an image axis; a point counts at most as `OUTLIER` times sigma.
+    height_px : float
+        Mean height of the walker (head above ankles) in the image.
+    """
+
+    fit: Fit
+    posterior: Posterior
+    starts: Starts
+    candidates: tuple[Candidate, ...]
+    labels_exchanged: bool
+    labels_unsure: bool
+    keypoints: Keypoints
+    noise: Noise
+    rms_residual_px: float
+    height_px: float
+
+    @property
+    def relative_residual(self) -> float:
+        """100 times the residual over the height in the image: g."""
+        return 100.0 * self.rms_residual_px / self.height_px
+
+    @property
+    def leg_motion(self) -> float:
+        """Motion of knees and ankles in the image over that of the average walker from the same side."""
+        image = level_axes(float(self.fit.x[HEADING]))[:2]
+        average = image @ self.fit.objective.prior.model.mean[_LEGS, :, 1:]
+        expected = 0.5 * (average**2).sum(axis=(1, 2))  # of a sine or cosine, half the square
+        metric, seen = self.starts.path.metric, self.keypoints.weights > 0
+        power = [
+            (float(metric[seen[:, joint], joint].var(axis=0).sum()), float(expected[k]))
+            for k, joint in enumerate(_LEGS)
+            if seen[:, joint].sum() > 1
+        ]
+        if not power:
+            return 0.0
+        moved, usual = np.sum(power, axis=0)
+        return float(np.sqrt(moved / usual))
+
+    @property
+    def strides(self) -> float:
+        """Strides that the clip holds."""
+        times = self.fit.objective.setting.times
+        return float((times[-1] - times[0]) * np.exp(self.fit.x[LOG_F]))
+
+
+def reconstruct(
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    frame_rate_hz: float,
+    focal_px: float,
+    prior: Prior,
+    *,
+    both_labellings: bool = True,
+    overground: bool | None = None,
+    relabel: bool = True,
+    most_starts: int = 4,
+    cosines: int = 0,
+) -> Reconstruction:
+    """Reconstruct a straight walk.
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        Keypoints of WALKER15 relative to the principal point, rows counted downwards; NaN where missing.
+    weights : (T, 15)
+        0 where missing.
+    frame_rate_hz, focal_px : float
+    prior : Prior
+    both_labellings : bool
+        Whether to try left and right exchanged throughout, too.
+    overground : bool, optional
+        Whether the walker moves through space; None: decided by the path.
+    relabel : bool
+        Whether to look for frames with exchanged labels.
+    most_starts : int
+    cosines : int
+        Of a path that wanders, or of a camera that follows; 0 for a still camera and a nearly straight path.
+
+    Raises
+    ------
+    InvalidInput
+        If the arrays do not fit, too little is seen, or nobody stands upright.
+    """
+    pixels = require_shape("pixels", np.asarray(pixels, dtype=float), ("T", JOINTS, 2))
+    weights = require_shape("weights", np.asarray(weights, dtype=float), (len(pixels), JOINTS))
+    require_range("the frame rate", frame_rate_hz, above=0, unit="Hz")
+    require_range("the focal length", focal_px, above=0, unit="px")
+    if len(pixels) < 8:
+        raise InvalidInput("the clip is too short", expected="8 frames or more", received=str(len(pixels)))
+    seen = np.isfinite(pixels).all(axis=-1) & (weights > 0)
+    weights = require_finite("weights", np.where(seen, weights, 0.0))
+    weights = weights * prior.detector.seen
+    pixels = np.where(seen[..., None], pixels, 0.0)
+    times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
+
+    labelled = [Keypoints(pixels, weights)]
+    if both_labellings:
+        labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
+    fits: list[tuple[bool, Fit, Starts, Keypoints]] = []
+    for other, keypoints in enumerate(labelled):
+        starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
+        if overground is not None:
+            starts = replace(starts, overground=overground)
+        setting = Setting(times, focal_px, starts.overground, cosines)
+        trunk = [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(
+            range(JOINTS)
+        )
+        for start in starts.starts[:most_starts]:
+            fit = refine(prior, setting, keypoints, start, starts.path, trunk, relabel=relabel)
+            used = Keypoints(
+                exchange(keypoints.pixels, fit.exchanged), exchange(keypoints.weights, fit.exchanged)
+            )
+            fits.append((bool(other), fit, starts, used))
+
+    # Costs are compared at one noise: that of the fit with the smallest residual.
+    noise = fits[int(np.argmin([fit.noise.sigma_px for _, fit, _, _ in fits]))][1].noise
+    costs = np.array([fit.objective.cost(fit.x, used, noise) for _, fit, _, used in fits])
+    order = np.argsort(costs, kind="stable")
+    chosen = int(order[0])
+    candidates: list[Candidate] = []
+    for number in order:
+        exchanged, fit, _, _ = fits[int(number)]
+        candidate = Candidate(
+            float(fit.x[HEADING]),
+            float(fit.x[PHASE]),
+            float(np.exp(fit.x[LOG_F])),
+            exchanged,
+            float(costs[number] - costs[chosen]),
+        )
+        if not any(_same(candidate, other) for other in candidates):
+            candidates.append(candidate)
+    exchanged, fit, starts, used = fits[chosen]
+    best = candidates[0]
+    rivals = [c for c in candidates[1:] if c.labels_exchanged != best.labels_exchanged]
+    residual = fit.objective.residual(fit.x, used)[used.weights > 0]
+    size = np.sqrt((residual**2).sum(axis=-1))
+    residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[:, None]
+    depth = fit.objective.camera_points(fit.x)[..., 2].mean()
+    return Reconstruction(
+        fit=fit,
+        posterior=posterior(prior, fit, used, fit.noise),
+        starts=starts,
+        candidates=tuple(candidates),
+        labels_exchanged=exchanged,
+        labels_unsure=bool(rivals) and rivals[0].cost_above_best < LABELS_UNSURE,
+        keypoints=used,
+        noise=fit.noise,
+        rms_residual_px=float(np.sqrt(np.mean(residual**2))),
+        height_px=float(focal_px * HEIGHT_MM / depth),
+    )
+
+
+def reconstruct_followed(
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    frame_rate_hz: float,
+    focal_px: float,
+    prior: Prior,
+    *,
+    both_labellings: bool = True,
+) -> Reconstruction:
+    """Reconstruct a walk; if much is left, with a path that wanders, too, as before a camera that follows.
+
+    Parameters
+    ----------
+    pixels, weights, frame_rate_hz, focal_px, prior, both_labellings
+        As `reconstruct` has them.
+    """
+    still = reconstruct(pixels, weights, frame_rate_hz, focal_px, prior, both_labellings=both_labellings)
+    strides = (len(pixels) - 1) / frame_rate_hz * float(np.exp(prior.model.log_frequency[0]))
+    cosines = int(COSINES_PER_STRIDE * strides)
+    if still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0:
+        return still
+    followed = reconstruct(
+        pixels, weights, frame_rate_hz, focal_px, prior, both_labellings=both_labellings, cosines=cosines
+    )
+    better = followed.relative_residual < FOLLOWED_GAIN * still.relative_residual
+    return followed if better else still
+
+
+def _same(one: Candidate, other: Candidate) -> bool:
+    """Whether two candidates are the same walk, whichever way it was labelled."""
+
+    def apart(a: float) -> float:
+        return abs((a + np.pi) % (2.0 * np.pi) - np.pi)
+
+    return bool(
+        apart(one.heading_rad - other.heading_rad) < SAME[0]
+        and apart(one.phase_rad - other.phase_rad) < SAME[1]
+        and abs(np.log(one.frequency_hz / other.frequency_hz)) < SAME[2]
+    )
+
+
+__all__ = ["Candidate", "Noise", "Reconstruction", "reconstruct", "reconstruct_followed"]

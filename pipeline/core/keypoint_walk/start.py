@@ -1,0 +1,435 @@
+"""Where to start: distance, path, stride frequency, heading and phase, all in closed form or on grids.
+
+Symbols
+-------
+``s(t)``  pixels per millimetre of the walker of 1500 mm; ``1 / s = a + b t`` for a straight path: distance over f
+``y``     Fourier coefficients of the image, two harmonics, mm
+``J``     ``|L^-1 (y - mu)|² + log |Sigma|``: how unlikely the image is at a heading and phase
+
+Nothing is decided here: several frequencies, headings and phases go on to the refinement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.fourier import SEARCH_HZ, design
+from pipeline.core.keypoint_walk.objective import wander_basis
+from pipeline.core.keypoint_walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, projected_grid
+from pipeline.core.keypoint_walk.training import JOINTS
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+
+_LOOSE = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("wrist", "ankle")]
+TRUNK = [
+    WALKER15.index(j)
+    for j in ("sternum", "left_shoulder", "right_shoulder", "pelvis", "left_hip", "right_hip")
+]
+PHASES = 36
+SEEN_SHARE = 0.2
+"""A joint seen in fewer frames is treated as never seen."""
+OVERGROUND_SHARE = 0.4
+"""A path faster than this share of the average walker's belt is overground."""
+MOST_STARTS = 4
+NEAREST = (np.radians(25.0), np.radians(50.0), 0.06)
+"""Two starts differ by so much in heading, phase or relative frequency."""
+_FOURTH_START = 150.0
+"""A fourth start is tried if its cost is within this of the best."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Distance and path of a walker in the image.
+
+    Attributes
+    ----------
+    distance : (2,)
+        a and b of distance over focal length, mm per pixel and that per second.
+    place_mm : (2,)
+        Centre of the trunk at the middle of the clip, right and down.
+    velocity_mm_s : (2,)
+        To the right, and away per unit of focal length times focal length.
+    metric : (T, 15, 2)
+        Pixels times distance over focal length, minus the path, mm.
+    """
+
+    distance: np.ndarray
+    place_mm: np.ndarray
+    velocity_mm_s: np.ndarray
+    metric: np.ndarray
+
+
+@dataclass(frozen=True)
+class Start:
+    """One place to start from.
+
+    Attributes
+    ----------
+    frequency_hz, heading_rad, phase_rad : float
+    cost : float
+        J of the grid.
+    """
+
+    frequency_hz: float
+    heading_rad: float
+    phase_rad: float
+    cost: float
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Places to start from, best first.
+
+    Attributes
+    ----------
+    starts : tuple of Start
+    path : Path
+    overground : bool
+    least_cost : float
+        Smallest J over all frequencies, headings and phases, without the path's say.
+    least_distance : float
+        The squared distance in it over the number of coefficients: about 1 for an average walker.
+    frequencies_hz : (n,)
+        Candidate frequencies.
+    headings_rad : (72,)
+    heading_cost : (72,)
+        Smallest J at each heading, with the path's say.
+    """
+
+    starts: tuple[Start, ...]
+    path: Path
+    overground: bool
+    least_cost: float
+    least_distance: float
+    frequencies_hz: np.ndarray
+    headings_rad: np.ndarray
+    heading_cost: np.ndarray
+
+
+def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
+    design_ = columns
+    robust = weights
+    line = np.zeros(columns.shape[1])
+    for _ in range(6):
+        left = design_ * robust[:, None]
+        line = np.linalg.lstsq(left.T @ design_, left.T @ values, rcond=None)[0]
+        off = np.abs(values - design_ @ line)
+        scale = max(1.4826 * float(np.median(off[weights > 0])), 1e-9 * abs(line[0]), 1e-12)
+        robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)
+    return np.asarray(line)
+
+
+def distance_profile(
+    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distance over focal length as a line in time, (2,): mm per pixel, and that per second; and in each frame (T,).
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+    weights : (T, 15)
+        0 where a keypoint is missing.
+    times : (T,)
+        Seconds, 0 in the middle.
+    heights_mm : (15,)
+        Mean heights of the average walker's joints.
+    cosines : int
+        Beyond the line, for a camera that follows.
+
+    Raises
+    ------
+    InvalidInput
+        If nobody stands upright in the image.
+    """
+    w = weights.copy()
+    w[:, _LOOSE] *= 0.3
+    total = w.sum(axis=1)
+    enough = (w > 0).sum(axis=1) >= 3
+    safe = np.where(total > 0, total, 1.0)
+    z = heights_mm - (w @ heights_mm / safe)[:, None]
+    scale = -(w * z * pixels[..., 1]).sum(axis=1) / np.maximum((w * z**2).sum(axis=1), 1e-9)
+    good = enough & (scale > 0)
+    if good.sum() < max(5, 0.2 * len(times)):
+        raise InvalidInput(
+            "nobody stands upright in the image",
+            expected="heads above feet, image rows counted downwards",
+            received=f"{int(good.sum())} of {len(times)} frames",
+        )
+    inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
+    waves = wander_basis(times, cosines)
+    columns = np.concatenate([np.ones((len(times), 1)), times[:, None], waves], axis=1)
+    found = _robust_regression(columns, inverse, good.astype(float))
+    a, b = float(found[0]), float(found[1])
+    half = float(np.abs(times).max())
+    a = a if a > 0 else float(np.median(inverse[good]))
+    b = float(np.clip(b, -0.8 * a / half, 0.8 * a / half))  # the walker stays in front of the camera
+    series = np.maximum(a + b * times + waves @ found[2:], 0.2 * a)
+    return np.array([a, b]), series
+
+
+def _weighted_columns(
+    columns: np.ndarray, values: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Regression of tracks (T, J, 2) on columns (F, T, n), weights (T, J): coefficients (F, J, n, 2), squares (F,)."""
+    F, T, n = columns.shape
+    outer = (columns[:, :, :, None] * columns[:, :, None]).reshape(F, T, n * n)
+    gram = (weights.T @ outer).reshape(F, -1, n, n)
+    gram[..., range(n), range(n)] += 1e-9 * len(weights)
+    right = (values * weights[..., None]).reshape(T, -1)
+    right = np.swapaxes(columns, 1, 2) @ right
+    right = right.reshape(F, n, -1, 2).swapaxes(1, 2)
+    found = np.linalg.solve(gram, right)
+    squares = float((weights[..., None] * values**2).sum()) - (found * right).sum(axis=(1, 2, 3))
+    return found, np.maximum(squares, 1e-12)
+
+
+def straighten(
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    times: np.ndarray,
+    heights_mm: np.ndarray,
+    focal_px: float,
+    typical_hz: float,
+    cosines: int = 0,
+) -> Path:
+    """Take distance and path out of the image: what is left is the walk about its trunk.
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        Relative to the principal point.
+    weights : (T, 15)
+    times : (T,)
+    heights_mm : (15,)
+    focal_px : float
+    typical_hz : float
+        Typical stride frequency, which says how many cycles the clip has.
+    cosines : int
+        Of a path that wanders; 0 for a cubic one.
+    """
+    line, series = distance_profile(pixels, weights, times, heights_mm, cosines)
+    metric = pixels * series[:, None, None]
+    trunk = [j for j in TRUNK if (weights[:, j] > 0).mean() >= SEEN_SHARE]
+    trunk = trunk or [j for j in range(JOINTS) if (weights[:, j] > 0).mean() >= SEEN_SHARE]
+    if not trunk:
+        raise InvalidInput("no joint is seen in a fifth of the frames")
+    duration = float(times[-1] - times[0])
+    order = 3 if duration * typical_hz >= 1.8 else 2
+    unit = times / max(duration / 2.0, 1e-9)
+    powers = unit[:, None] ** np.arange(1, order + 1)
+    if cosines:
+        powers = np.concatenate([unit[:, None], wander_basis(times, cosines)], axis=1)
+    frequencies = np.exp(np.arange(np.log(max(SEARCH_HZ[0], 0.8 / duration)), np.log(SEARCH_HZ[1]), 0.05))
+    w = weights[:, trunk]
+    values = metric[:, trunk]
+    # One path for all trunk joints, each about its own place: remove the places first, joint by joint.
+    place = np.stack([np.median(values[w[:, k] > 0, k], axis=0) for k in range(len(trunk))])
+    total = w.sum(axis=1)
+    mean = ((values - place) * w[..., None]).sum(axis=1) / np.where(total > 0, total, 1.0)[:, None]
+    columns = np.stack([np.concatenate([design(f, times, 2), powers], axis=1) for f in frequencies])
+    found, squares = _weighted_columns(columns, mean[:, None], total[:, None])
+    best = found[int(np.argmin(squares)), 0]
+    path = powers @ best[5:] + best[0]
+    slope = np.polyfit(times, path, 1)[0]
+    middle = best[0] + place.mean(axis=0)
+    return Path(
+        distance=line,
+        place_mm=middle,
+        velocity_mm_s=np.array([slope[0], line[1] * focal_px]),
+        metric=metric - path[:, None],
+    )
+
+
+def frequency_candidates(
+    metric: np.ndarray, weights: np.ndarray, times: np.ndarray, log_frequency: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stride frequencies worth trying, the best first, with their costs and the image's Fourier coefficients.
+
+    Parameters
+    ----------
+    metric : (T, 15, 2)
+        mm, path removed.
+    weights : (T, 15)
+    times : (T,)
+    log_frequency : (2,)
+        Mean and standard deviation of the population.
+
+    Returns
+    -------
+    frequencies_hz : (n,)
+    cost : (n,)
+        Twice a negative logarithm of a probability, of what the frequency leaves of the image.
+    coefficients : (n, 15, 5, 2)
+        By joint, coefficient and image axis, mm.
+    """
+    duration = float(times[-1] - times[0])
+    lowest = max(SEARCH_HZ[0], 0.8 / duration)
+    if lowest >= SEARCH_HZ[1]:
+        raise InvalidInput("the clip is shorter than half a stride", received=f"{duration:.2f} s")
+    grid = np.exp(np.arange(np.log(lowest), np.log(SEARCH_HZ[1]) + 0.01, 0.02))
+
+    def columns(frequencies: np.ndarray) -> np.ndarray:
+        drift = (times / duration)[:, None]
+        return np.stack([np.concatenate([design(f, times, 2), drift], axis=1) for f in frequencies])
+
+    tried = columns(grid)
+    count = 2.0 * float((weights > 0).sum())
+
+    def cost_of(frequencies: np.ndarray, squares: np.ndarray) -> np.ndarray:
+        far = (np.log(frequencies) - log_frequency[0]) / (1.5 * log_frequency[1])
+        return np.asarray(count / 16.0 * np.log(squares) + 0.5 * far**2)
+
+    w = weights
+    cost = np.empty(0)
+    for again in (True, False):
+        found, squares = _weighted_columns(tried, metric, w)
+        cost = cost_of(grid, squares)
+        if again:
+            best = int(np.argmin(cost))
+            off = np.linalg.norm(metric - np.einsum("tn,jnd->tjd", tried[best], found[best]), axis=-1)
+            scale = max(float(np.median(off[weights > 0])) / 1.1774, 1e-9)
+            w = weights / (1.0 + (off / (2.385 * scale)) ** 2)
+    padded = np.concatenate([[np.inf], cost, [np.inf]])
+    minima = np.flatnonzero((cost <= padded[:-2]) & (cost < padded[2:]))
+    minima = minima[np.argsort(cost[minima], kind="stable")][:3]
+    wanted = [*grid[minima], 2.0 * grid[minima[0]], 0.5 * grid[minima[0]]]
+    chosen: list[float] = []
+    for frequency in wanted:
+        inside = max(0.9 * SEARCH_HZ[0], 0.4 / duration) <= frequency <= 1.25 * SEARCH_HZ[1]
+        if inside and all(abs(np.log(frequency / other)) > 0.05 for other in chosen):
+            chosen.append(float(frequency))
+    frequencies = np.array(chosen)
+    found, squares = _weighted_columns(columns(frequencies), metric, w)
+    return frequencies, cost_of(frequencies, squares), found[:, :, :GRID_BLOCKS]
+
+
+def _grid_cost(grid: Grid, image: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """J (72, P) of image coefficients (n joints, 5, 2) at all headings and phases."""
+    by_axis = np.swapaxes(image, -1, -2).copy()  # (n, 2, 5)
+    by_axis[:, :, 0] -= by_axis[:, :, 0].mean(axis=0)
+    turned = [by_axis * (np.arange(GRID_BLOCKS) == 0)]
+    for h in (1, 2):
+        p, q = by_axis[:, :, 2 * h - 1], by_axis[:, :, 2 * h]
+        cosine, sine = np.zeros_like(by_axis), np.zeros_like(by_axis)
+        cosine[:, :, 2 * h - 1], cosine[:, :, 2 * h] = p, q
+        sine[:, :, 2 * h - 1], sine[:, :, 2 * h] = q, -p
+        turned += [cosine, sine]
+    stacked = np.broadcast_to(
+        np.stack([t.ravel() for t in turned], axis=-1), (len(grid.mean), grid.mean.shape[1], 5)
+    ).copy()
+    stacked[:, :, 0] -= grid.mean
+    whitened = grid.inverse_factor @ stacked
+    gram = np.swapaxes(whitened, 1, 2) @ whitened
+    waves = np.stack(
+        [np.ones_like(phases), np.cos(phases), np.sin(phases), np.cos(2 * phases), np.sin(2 * phases)],
+        axis=-1,
+    )
+    return np.einsum("pa,nab,pb->np", waves, gram, waves, optimize=True) + grid.log_determinant[:, None]
+
+
+def _local_minima(cost: np.ndarray) -> np.ndarray:
+    """Cells (n, 2) of a grid on a torus that no neighbour undercuts."""
+    lowest = np.ones(cost.shape, dtype=bool)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            if i or j:
+                lowest &= cost <= np.roll(cost, (i, j), axis=(0, 1))
+    return np.argwhere(lowest)
+
+
+def _apart(angle: float) -> float:
+    return abs((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def find_starts(
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    times: np.ndarray,
+    focal_px: float,
+    prior: Prior,
+    cosines: int = 0,
+) -> Starts:
+    """Find up to four places to start from.
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        Relative to the principal point.
+    weights : (T, 15)
+        0 where a keypoint is missing.
+    times : (T,)
+        Seconds, 0 in the middle of the clip.
+    focal_px : float
+    prior : Prior
+    cosines : int
+        Of a path that wanders; such a path says nothing about the heading.
+
+    Raises
+    ------
+    InvalidInput
+        If nobody stands upright, fewer than four joints are seen or the clip is shorter than half a stride.
+    """
+    model = prior.model
+    seen = prior.detector.seen & ((weights > 0).mean(axis=0) >= SEEN_SHARE)
+    if seen.sum() < 4:
+        names = ", ".join(np.array(WALKER15.joints)[seen]) or "none"
+        raise InvalidInput("fewer than four joints are seen in a fifth of the frames", received=names)
+    weights = weights * seen
+    heights = prior.mean[:, 2, 0]
+    typical = float(np.exp(model.log_frequency[0]))
+    path = straighten(pixels, weights, times, heights, focal_px, typical, cosines)
+    frequencies, worse, image = frequency_candidates(path.metric, weights, times, model.log_frequency)
+    worse = worse - worse.min()
+    whole = bool(np.array_equal(seen, prior.detector.seen))
+    grid = prior.grid if whole else projected_grid(prior.mean, model.covariance, seen)
+    z = heights[seen] - heights[seen].mean()
+    down = image[0, seen, 0, 1] - image[0, seen, 0, 1].mean()
+    size = float(-(down @ z) / (z @ z))
+    if size <= 0.2:
+        raise InvalidInput("nobody stands upright in the image", expected="heads above feet")
+    phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
+    velocity = path.velocity_mm_s / size
+    speed = 2.0 * np.pi * frequencies * belt_speed(prior)
+    overground = bool(np.hypot(*velocity) > OVERGROUND_SHARE * speed[0]) and not cosines
+    s, c = np.sin(grid.headings_rad), np.cos(grid.headings_rad)
+    along, across = velocity[0] * s - velocity[1] * c, velocity[0] * c + velocity[1] * s
+    least, distance = np.inf, np.inf
+    found: list[Start] = []
+    heading_cost = np.full(len(grid.headings_rad), np.inf)
+    for number, frequency in enumerate(frequencies):
+        cost = _grid_cost(grid, image[number, seen] / size, phases)
+        lowest = int(np.argmin(cost.min(axis=1)))
+        if (lowest_cost := float(cost[lowest].min())) < least:
+            least = lowest_cost
+            distance = (least - float(grid.log_determinant[lowest])) / grid.mean.shape[1]
+        if overground:
+            v = speed[number]
+            cost = cost + (((along - v) / (0.4 * v)) ** 2 + (across / (0.3 * v)) ** 2)[:, None]
+        cost = cost + worse[number]
+        heading_cost = np.minimum(heading_cost, cost.min(axis=1))
+        found += [
+            Start(float(frequency), float(grid.headings_rad[i]), float(phases[j]), float(cost[i, j]))
+            for i, j in _local_minima(cost)
+        ]
+    found.sort(key=lambda start: start.cost)
+    # The frequency that leaves least of the image has a start of its own: labels exchanged for long make the image
+    # look like one of the double frequency.
+    likeliest = float(frequencies[int(np.argmin(worse))])
+    chosen = [start for start in found if start.frequency_hz == likeliest][:1]
+    for start in found:
+        different = all(
+            _apart(start.heading_rad - other.heading_rad) >= NEAREST[0]
+            or _apart(start.phase_rad - other.phase_rad) >= NEAREST[1]
+            or abs(np.log(start.frequency_hz / other.frequency_hz)) >= NEAREST[2]
+            for other in chosen
+        )
+        near = len(chosen) < MOST_STARTS - 1 or start.cost < found[0].cost + _FOURTH_START
+        if different and near and len(chosen) < MOST_STARTS:
+            chosen.append(start)
+    scaled = Path(path.distance / size, path.place_mm / size, velocity, path.metric / size)
+    return Starts(
+        tuple(chosen), scaled, overground, least, distance, frequencies, grid.headings_rad, heading_cost
+    )

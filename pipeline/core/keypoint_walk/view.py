@@ -1,0 +1,60 @@
+"""A pinhole camera that sees somebody walk: walker's axes to camera axes, and the image.
+
+Symbols
+-------
+``theta``  heading seen from above, rad: 0 walks towards the camera, +90° to the image's right, 180° away
+``A``      walker's axes (right, forwards, up) to level camera axes (right, down, away)
+``phi``    pitch of the camera, rad, about its horizontal axis
+``f``      focal length in pixels; pixels are relative to the principal point
+
+View angle of the papers: ``alpha = 180° - theta``, so their frontal view, 0, is what a camera sees from behind: image
+right is there the walker's right.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def level_axes(heading_rad: np.ndarray | float) -> np.ndarray:
+    """Rotations A (…, 3, 3) from the walker's axes to level camera axes.
+
+    Examples
+    --------
+    >>> np.round(level_axes(0.0) @ np.array([0.0, 1.0, 0.0]), 12) + 0.0  # forwards is towards the camera
+    array([ 0.,  0., -1.])
+    """
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    rows = [[-c, s, zero], [zero, zero, -one], [-s, -c, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def level_axes_slope(heading_rad: np.ndarray | float) -> np.ndarray:
+    """Derivatives (…, 3, 3) of `level_axes` with respect to the heading."""
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    zero = np.zeros_like(c)
+    rows = [[s, c, zero], [zero, zero, zero], [-c, s, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def pitched(pitch_rad: float) -> np.ndarray:
+    """Rotation (3, 3) from level camera axes to those of a camera pitched about its horizontal axis."""
+    c, s = np.cos(pitch_rad), np.sin(pitch_rad)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def pitched_slope(pitch_rad: float) -> np.ndarray:
+    """Derivative (3, 3) of `pitched`."""
+    c, s = np.cos(pitch_rad), np.sin(pitch_rad)
+    return np.array([[0.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]])
+
+
+def project(points: np.ndarray, focal_px: float) -> np.ndarray:
+    """Pixels (…, 2), relative to the principal point, of points (…, 3) in camera axes."""
+    return focal_px * points[..., :2] / points[..., 2:]
+
+
+def view_angle_deg(heading_rad: float) -> float:
+    """View angle of the papers, in degrees within ±180, of a heading."""
+    return float((180.0 - np.degrees(heading_rad) + 180.0) % 360.0 - 180.0)

@@ -1,0 +1,45 @@
+"""Readers of 2D keypoints of people: OpenPose, AlphaPose, MMPose, RTMLib, MediaPipe, Sports2D, CSV, numpy.
+
+`read` takes a file or a folder and returns `Detections`: points as the file numbers or names them, of all people in all
+frames.  Which joints they are, and who walks, is decided by who asks.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.formats.contract import damaged
+from pipeline.formats.keypoints import people_json, tables
+from pipeline.formats.keypoints.contract import Detections, detections
+from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+
+READERS = {
+    ".json": people_json.read,
+    ".csv": tables.read_csv,
+    ".trc": tables.read_trc,
+    ".npy": tables.read_array,
+}
+"""Reader of each suffix, lower case; folders are OpenPose's."""
+
+
+def read(path: str | Path) -> Detections:
+    """Read keypoints by the suffix of the file, or a folder of OpenPose's files.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such file, no reader has this suffix, or the reader refuses the file.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return people_json.read_folder(path)
+    if not path.is_file():
+        raise damaged("there is no such file or folder", str(path))
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise damaged("the format is unknown", path.name, "a folder of OpenPose, or " + " ".join(READERS),
+                      path.suffix or "no suffix")  # fmt: skip
+    return reader(path)
+
+
+__all__ = ["MEDIAPIPE", "READERS", "Detections", "detections", "read"]

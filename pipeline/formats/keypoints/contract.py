@@ -1,0 +1,118 @@
+"""What every reader of keypoints returns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.formats.contract import damaged
+
+LARGEST_PX = 1e6
+
+
+@dataclass(frozen=True)
+class Detections:
+    """2D keypoints of one video, as a file holds them: any number of people in any frame.
+
+    Attributes
+    ----------
+    format : str
+        ``"openpose"``, ``"alphapose"``, ``"mmpose"``, ``"mediapipe"``, ``"csv"``, ``"trc"`` or ``"npy"``.
+    names : tuple of str
+        K names of points; empty where the file numbers them.
+    frame : (N,) int
+        Frame of each detection, from 0.
+    identity : (N,) str
+        Who it is, as the file says; empty where it does not.
+    points : (N, K, 2) float64
+        Columns and rows, rows counted downwards unless a note says otherwise; NaN where missing.
+    confidence : (N, K)
+        As the file says; 1 where it does not.
+    n_frames : int
+        Frames of the video as far as the file tells, those without people included.
+    frame_rate_hz : float
+        0 if the file does not say.
+    image_size : tuple of int
+        Width and height in pixels; 0 if the file does not say.
+    notes : tuple of str
+        What is odd in the file but readable, one sentence each.
+    """
+
+    format: str
+    names: tuple[str, ...]
+    frame: np.ndarray
+    identity: np.ndarray
+    points: np.ndarray
+    confidence: np.ndarray
+    n_frames: int
+    frame_rate_hz: float = 0.0
+    image_size: tuple[int, int] = (0, 0)
+    notes: tuple[str, ...] = ()
+
+
+def detections(
+    format: str,
+    where: str,
+    rows: Sequence[tuple[int, str, np.ndarray]],
+    n_frames: int,
+    *,
+    names: Sequence[str] = (),
+    frame_rate_hz: float = 0.0,
+    image_size: tuple[int, int] = (0, 0),
+    notes: Sequence[str] = (),
+) -> Detections:
+    """Build the result of a reader.
+
+    Parameters
+    ----------
+    format, where : str
+        Kind of file, and its name for messages.
+    rows : sequence of (int, str, (K, 3))
+        Frame, identity, and column, row, confidence of each point of each detection.
+    n_frames : int
+    names : sequence of str
+    frame_rate_hz : float
+    image_size : tuple of int
+    notes : sequence of str
+
+    Raises
+    ------
+    InvalidInput
+        If nobody was detected, or detections have different numbers of points.
+
+    Notes
+    -----
+    A point at (0, 0) or (-1, -1), of no confidence, or not finite is missing.
+    """
+    counts = sorted({len(row) for _, _, row in rows})
+    if not counts:
+        raise damaged(
+            "nobody was detected in any frame", where, "keypoints of a person", f"{n_frames} frames"
+        )
+    if len(counts) > 1:
+        raise damaged(
+            "detections differ in their number of points", where, received=", ".join(map(str, counts))
+        )
+    order = sorted(range(len(rows)), key=lambda k: rows[k][0])
+    values = np.stack([np.asarray(rows[k][2], dtype=float) for k in order])
+    points, confidence = values[..., :2].copy(), values[..., 2].copy()
+    with np.errstate(invalid="ignore"):
+        missing = ~np.isfinite(points).all(axis=-1) | (np.abs(points) > LARGEST_PX).any(axis=-1)
+        missing |= (points == 0.0).all(axis=-1) | (points == -1.0).all(axis=-1) | ~(confidence > 0)
+    points[missing], confidence[missing] = np.nan, 0.0
+    if missing.all():
+        raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
+    return Detections(
+        format=format,
+        names=tuple(names),
+        frame=np.array([rows[k][0] for k in order], dtype=int),
+        identity=np.array([rows[k][1] for k in order], dtype=str),
+        points=points,
+        confidence=confidence,
+        n_frames=max(n_frames, max(frame for frame, _, _ in rows) + 1),
+        frame_rate_hz=frame_rate_hz,
+        image_size=image_size,
+        notes=tuple(notes),
+    )

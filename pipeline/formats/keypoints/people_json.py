@@ -1,0 +1,271 @@
+"""Keypoints as JSON: OpenPose (a folder, one file a frame), AlphaPose, MMPose and MediaPipe (one file)."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.formats.contract import damaged, read_bytes
+from pipeline.formats.keypoints.contract import Detections, detections
+from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+
+Row = tuple[int, str, np.ndarray]
+
+
+def load(path: Path) -> Any:
+    """Content of a JSON file.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not JSON; the sentence gives the byte.
+    """
+    data = read_bytes(path)
+    try:
+        return json.loads(data.decode("utf-8-sig"))
+    except json.JSONDecodeError as error:
+        raise damaged("this is not JSON", f"{path.name}, character {error.pos}", received=error.msg) from None
+    except (UnicodeDecodeError, RecursionError, ValueError) as error:
+        raise damaged("this is not JSON", path.name, received=str(error).splitlines()[0][:80]) from None
+
+
+def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:
+    """Points (K, columns) of a flat list of numbers.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a list of numbers, or their count is no multiple of `columns`.
+    """
+    try:
+        found = np.array([np.nan if value is None else value for value in values], dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise damaged("keypoints must be numbers", where, received=f"{values!r:.40}") from None
+    if found.ndim != 1 or not found.size or found.size % columns:
+        raise damaged("keypoints must be x, y, confidence in turn", where, received=f"{found.size} numbers")
+    return found.reshape(-1, columns)
+
+
+def identity_of(value: Any) -> str:
+    """Identity as a text; a list is its first member, and a negative or missing one is none.
+
+    Examples
+    --------
+    >>> identity_of([2.0]), identity_of(-1), identity_of(None), identity_of("a")
+    ('2', '', '', 'a')
+    """
+    while isinstance(value, list):
+        value = value[0] if value else None
+    if isinstance(value, bool) or value is None:
+        return ""
+    if isinstance(value, int | float):
+        return f"{value:g}" if np.isfinite(value) and value >= 0 else ""
+    return str(value)
+
+
+def frame_number(name: str) -> int | None:
+    """The last number in a file's name, as ``12`` of ``walk_000012_keypoints.json``; None if there is none."""
+    digits = re.findall(r"\d+", name.removesuffix("_keypoints.json"))
+    return int(digits[-1]) if digits else None
+
+
+def read_folder(path: Path) -> Detections:
+    """Read a folder of OpenPose's files, one for each frame, by the numbers in their names."""
+    files = sorted(file for file in path.glob("*.json") if not file.name.startswith("."))
+    if not files:
+        raise damaged("no JSON file in the folder", path.name, "one file a frame, as OpenPose writes them")
+    given = [frame_number(file.name) for file in files]
+    notes = []
+    if None in given or len(set(given)) < len(given):
+        given = list(range(len(files)))
+        notes.append("Frames are taken in the order of their names, which do not number them.")
+    order = [int(number) for number in given if number is not None]
+    first = min(order)
+    rows: list[Row] = []
+    empty = 0
+    for number, file in zip(order, files, strict=True):
+        content = load(file)
+        people = content.get("people") if isinstance(content, dict) else None
+        if not isinstance(people, list):
+            raise damaged("not a file of OpenPose", file.name, "an object with a list of people")
+        found = [_openpose_person(person, file.name) for person in people]
+        empty += not any(len(row) for _, row in found)
+        rows += [(number - first, identity, row) for identity, row in found if len(row)]
+    if empty:
+        notes.append(f"{empty} of {len(files)} frames are without people.")
+    span = max(order) - first + 1
+    if span != len(files):
+        notes.append(f"{span - len(files)} frames are missing between the first and the last file.")
+    return detections("openpose", path.name, rows, span, notes=notes)
+
+
+def _openpose_person(person: Any, where: str) -> tuple[str, np.ndarray]:
+    if not isinstance(person, dict):
+        raise damaged("a person is not an object", where, "pose_keypoints_2d", type(person).__name__)
+    values = person.get("pose_keypoints_2d")  # pipelines that match people between cameras leave empty ones
+    identity = identity_of(person.get("person_id"))
+    return identity, numbers(values, where) if values else np.empty((0, 3))
+
+
+def read(path: Path) -> Detections:
+    """Read one JSON file by its structure: AlphaPose, MMPose or MediaPipe; of OpenPose one frame is no walk."""
+    content = load(path)
+    readers: list[tuple[Callable[[Any], bool], Callable[[Any, str], Detections]]] = [
+        (_is_alphapose, _alphapose),
+        (_is_mmpose, _mmpose),
+        (_is_mediapipe, _mediapipe),
+    ]
+    for belongs, reader in readers:
+        if belongs(content):
+            return reader(content, path.name)
+    if isinstance(content, dict) and "people" in content:
+        raise damaged("one frame of OpenPose is no walk", path.name, "the folder of all its files")
+    raise damaged(
+        "the keypoints' format is unknown", path.name,
+        "AlphaPose (a list with image_id and keypoints), MMPose (instance_info), MediaPipe (33 landmarks a frame)",
+        _shape_of(content),
+    )  # fmt: skip
+
+
+def _shape_of(content: Any) -> str:
+    if isinstance(content, dict):
+        return "an object with " + ", ".join(list(map(str, content))[:6])
+    if isinstance(content, list):
+        return f"a list of {len(content)}" + (f", first {_shape_of(content[0])}" if content else "")
+    return type(content).__name__
+
+
+def _is_alphapose(content: Any) -> bool:
+    return (
+        isinstance(content, list)
+        and bool(content)
+        and isinstance(content[0], dict)
+        and {"image_id", "keypoints"} <= set(content[0])
+    )
+
+
+def _alphapose(content: list[Any], where: str) -> Detections:
+    images: dict[Any, None] = {}
+    rows: list[tuple[Any, str, np.ndarray]] = []
+    for number, item in enumerate(content):
+        if not isinstance(item, dict) or not {"image_id", "keypoints"} <= set(item):
+            raise damaged("a detection has no image_id or keypoints", f"{where}, detection {number}")
+        image = str(item["image_id"])
+        images[image] = None
+        points = numbers(item["keypoints"], f"{where}, detection {number}")
+        rows.append((image, identity_of(item.get("idx")), points))
+    numbered = {image: frame_number(Path(image).stem) for image in images}
+    notes = []
+    known = [n for n in numbered.values() if n is not None]
+    if len(known) < len(numbered) or len(set(known)) < len(known):
+        numbered = {image: number for number, image in enumerate(images)}
+        notes.append("Frames are taken in the order of the file, whose images are not numbered.")
+    frames = {image: int(number or 0) for image, number in numbered.items()}
+    first, last = min(frames.values()), max(frames.values())
+    if last - first + 1 > len(frames):
+        notes.append(f"{last - first + 1 - len(frames)} frames are without people.")
+    found = [(frames[image] - first, identity, points) for image, identity, points in rows]
+    return detections("alphapose", where, found, last - first + 1, notes=notes)
+
+
+def _is_mmpose(content: Any) -> bool:
+    frames = content.get("instance_info") if isinstance(content, dict) else content
+    return (
+        isinstance(frames, list) and bool(frames) and isinstance(frames[0], dict) and "instances" in frames[0]
+    )
+
+
+def _mmpose(content: Any, where: str) -> Detections:
+    frames = content["instance_info"] if isinstance(content, dict) else content
+    names: list[str] = []
+    if isinstance(content, dict) and isinstance(meta := content.get("meta_info"), dict):
+        listed = meta.get("keypoint_id2name")
+        if isinstance(listed, dict) and all(str(key).isdigit() for key in listed):
+            names = [str(listed[key]) for key in sorted(listed, key=lambda key: int(key))]
+    rows: list[Row] = []
+    numbers_ = [
+        int(f["frame_id"]) if str(f.get("frame_id", "")).isdigit() else k for k, f in enumerate(frames)
+    ]
+    first = min(numbers_)
+    for number, item in zip(numbers_, frames, strict=True):
+        for person in item.get("instances", ()):
+            place = f"{where}, frame {number}"
+            points = np.concatenate([numbers(point[:2], place, 2) for point in person.get("keypoints", ())] or [
+                np.empty((0, 2))])  # fmt: skip
+            if not len(points):
+                continue
+            scores = np.asarray(person.get("keypoint_scores") or np.ones(len(points)), dtype=float).ravel()
+            if len(scores) != len(points):
+                raise damaged("scores and keypoints differ in number", place, len(points), len(scores))
+            identity = identity_of(person.get("track_id", person.get("instance_id")))
+            rows.append((number - first, identity, np.column_stack([points, scores])))
+    return detections("mmpose", where, rows, max(numbers_) - first + 1, names=names)
+
+
+def _landmarks(item: Any) -> list[Any]:
+    """The 33 landmarks of one frame of MediaPipe, however deep; empty if there are none."""
+    if isinstance(item, dict):
+        for key in ("landmarks", "pose_landmarks", "landmark", "keypoints"):
+            if key in item:
+                return _landmarks(item[key])
+        return []
+    if isinstance(item, list) and len(item) == 1:
+        return _landmarks(item[0])
+    if (
+        isinstance(item, list)
+        and len(item) == len(MEDIAPIPE)
+        and isinstance(item[0], dict)
+        and "x" in item[0]
+    ):
+        return item
+    return []
+
+
+def _frames_of(content: Any) -> list[Any]:
+    frames = content.get("frames") if isinstance(content, dict) else content
+    return frames if isinstance(frames, list) else []
+
+
+def _is_mediapipe(content: Any) -> bool:
+    return any(_landmarks(item) for item in _frames_of(content))
+
+
+def _mediapipe(content: Any, where: str) -> Detections:
+    rows: list[Row] = []
+    frames = _frames_of(content)
+    for number, item in enumerate(frames):
+        points = [
+            (mark.get("x"), mark.get("y"), mark.get("visibility", mark.get("score", 1.0)))
+            for mark in _landmarks(item)
+        ]
+        if points:
+            flat = [value for point in points for value in point]
+            rows.append((number, "", numbers(flat, f"{where}, frame {number}")))
+    rate, size = settings(content if isinstance(content, dict) else {})
+    return detections(
+        "mediapipe", where, rows, len(frames), names=MEDIAPIPE, frame_rate_hz=rate, image_size=size
+    )
+
+
+def settings(content: dict[str, Any]) -> tuple[float, tuple[int, int]]:
+    """Frame rate and image size that an object states; 0 where it does not."""
+
+    def stated(*keys: str) -> float:
+        for key in keys:
+            value = content.get(key)
+            if (
+                isinstance(value, int | float)
+                and not isinstance(value, bool)
+                and np.isfinite(value)
+                and value > 0
+            ):
+                return float(value)
+        return 0.0
+
+    size = (int(stated("width", "image_width")), int(stated("height", "image_height")))
+    return stated("fps", "frame_rate", "frame_rate_hz"), size

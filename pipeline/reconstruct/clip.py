@@ -1,0 +1,356 @@
+"""From a file of keypoints to reconstructed stretches: what was recognised, who walks, and what was left out."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.core.keypoint_walk import Detector, Prior, Reconstruction, prepare, reconstruct_followed
+from pipeline.core.keypoint_walk.calibration import UNKNOWN_LAYOUT, Calibration
+from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
+from pipeline.formats import keypoints
+from pipeline.formats.keypoints import Detections
+from pipeline.reconstruct import layouts, model_file
+from pipeline.reconstruct.layouts import Layout
+from pipeline.reconstruct.people import Track, choose, find_tracks, straight_stretches
+from pipeline.validation import InvalidInput, require_range
+
+FOCAL_SHARE = 0.75
+"""Focal length over the longer side of the image, where it is not known: between a telephone's and a camcorder's.
+A wrong one by a fifth moves the view by a degree or two."""
+USUAL_SIZES = tuple(
+    size
+    for width, height in ((640, 480), (854, 480), (1280, 720), (1920, 1080), (2560, 1440), (3840, 2160))
+    for size in ((width, height), (height, width))
+)
+"""Sizes of videos, the smallest first: one of them is guessed where the file does not say."""
+LONGEST_S = 20.0
+"""A longer stretch is cut to its middle part."""
+MOST_STRETCHES = 4
+WINDOW_S, MOST_WINDOWS = 3.0, 12
+ONE_HEADING_RAD = np.radians(40.0)
+"""Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
+USUAL_CADENCE_HZ = (0.6, 1.3)
+"""Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
+
+
+class Labels(StrEnum):
+    """Whether the detector's left and right are believed."""
+
+    both = "both"
+    """Exchanged throughout is tried, too."""
+    as_given = "as_given"
+
+
+@dataclass(kw_only=True)
+class Input:
+    """Keypoints to be reconstructed, and what is known of the video."""
+
+    path: str = ""
+    frame_rate_hz: float = 0.0  # 0: as the file says
+    layout: str = ""  # coco17, halpe26, body25, …; empty: recognised
+    person: str = ""  # identity in the file, or a number by length of track; empty: the longest track
+    width: int = 0  # of the image, px; 0: as the file says
+    height: int = 0
+    focal_px: float = 0.0  # 0: assumed
+    stature_mm: float = 0.0  # 0: not known; then nothing is in true millimetres
+    least_confidence: float = 0.3
+    labels: Labels = Labels.both
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One straight stretch of a walk.
+
+    Attributes
+    ----------
+    first_frame, last_frame : int
+        Of the video, both included.
+    pixels : (T, 15, 2)
+        Keypoints of the joints, relative to the principal point; NaN where missing.
+    confidence : (T, 15)
+    found : Reconstruction or None
+        None if nothing could be fitted.
+    judgement : Judgement
+    """
+
+    first_frame: int
+    last_frame: int
+    pixels: np.ndarray
+    confidence: np.ndarray
+    found: Reconstruction | None
+    judgement: Judgement
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What a file of keypoints shows.
+
+    Attributes
+    ----------
+    source : Detections
+    layout : Layout
+    recognised : str
+        Why this layout.
+    tracks : tuple of Track
+        Everybody, the longest first.
+    track : Track
+        Who was reconstructed.
+    frame_rate_hz, focal_px : float
+    centre_px : (2,)
+        Principal point.
+    prior : Prior
+    calibration : Calibration
+    bars_factor : float
+        Bars are widened by this for the layout.
+    stretches : tuple of Stretch
+        The longest first.
+    notes : tuple of str
+    """
+
+    source: Detections
+    layout: Layout
+    recognised: str
+    tracks: tuple[Track, ...]
+    track: Track
+    frame_rate_hz: float
+    focal_px: float
+    centre_px: np.ndarray
+    prior: Prior
+    calibration: Calibration
+    bars_factor: float
+    stretches: tuple[Stretch, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def best(self) -> Stretch:
+        """The longest stretch with the best verdict."""
+        order = list(Verdict)
+        return min(self.stretches, key=lambda s: order.index(s.judgement.verdict))
+
+
+@functools.lru_cache(maxsize=4)
+def _prior(folder: Path, layout: str) -> tuple[Prior, Calibration]:
+    trained = model_file.load(folder)
+    detector: Detector = layouts.layouts()[layout].detector
+    return prepare(trained.model, detector), trained.calibration
+
+
+def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
+    """Reconstruct the walk that a file or folder of keypoints shows.
+
+    Parameters
+    ----------
+    given : Input
+    model : Path
+        Folder of the model of walkers.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read or recognised, the frame rate is not known, or there is no such person.
+    """
+    if not given.path:
+        raise InvalidInput("must name a file or folder of keypoints", where="input.path", received="nothing")
+    for name in ("frame_rate_hz", "focal_px", "stature_mm"):
+        require_range(f"input.{name}", getattr(given, name), at_least=0)
+    require_range("input.least_confidence", given.least_confidence, at_least=0, below=1)
+    source = keypoints.read(given.path)
+    notes = list(source.notes)
+    rate = given.frame_rate_hz or source.frame_rate_hz
+    if not rate:
+        raise InvalidInput(
+            "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second"
+        )
+    if (
+        given.frame_rate_hz
+        and source.frame_rate_hz
+        and abs(given.frame_rate_hz / source.frame_rate_hz - 1) > 0.01
+    ):
+        notes.append(
+            f"The file says {source.frame_rate_hz:g} frames a second; {rate:g} was given and is used."
+        )
+    layout, order, recognised = layouts.recognise(source, given.layout)
+    pixels, confidence = layouts.to_joints(layout, order, source)
+    pixels, size = _in_pixels(pixels, given, source, notes)
+    focal = given.focal_px
+    if not focal:
+        focal = FOCAL_SHARE * max(size)
+        notes.append(f"The focal length is not known; {focal:.0f} px is assumed.")
+    centre = np.array(size) / 2.0
+    pixels = pixels - centre
+    doubtful = confidence < given.least_confidence * np.nanmax(confidence)
+    if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
+        notes.append(f"{100 * share:.0f} % of the keypoints are below the least confidence and are not used.")
+    pixels[doubtful], confidence[doubtful] = np.nan, 0.0
+    if _upside_down(pixels):
+        pixels[..., 1] *= -1.0
+        notes.append("Heads are below feet: rows were counted upwards, and are turned.")
+
+    tracks = find_tracks(source.frame, source.identity, pixels, rate)
+    track = choose(tracks, given.person)
+    others = [other for other in tracks if other is not track and len(other.rows) >= 5]
+    if others:
+        notes.append(
+            f"{len(others)} other tracks of people were left out, the longest of {len(others[0].rows)} frames"
+            f" (frames {others[0].frame[0]} to {others[0].frame[-1]})."
+        )
+    first, last = int(track.frame[0]), int(track.frame[-1])
+    T = last - first + 1
+    whole, sure = np.full((T, 15, 2), np.nan), np.zeros((T, 15))
+    whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
+
+    prior, calibration = _prior(model, layout.name)
+    parts = straight_stretches(whole, prior.mean[:, 2, 0], rate, focal)
+    if len(parts) > 1 or parts[0] != (0, T):
+        words = ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
+        notes.append(f"The path is not straight throughout: reconstructed are frames {words}.")
+    longest = round(LONGEST_S * rate)
+    stretches = []
+    for start, stop in parts[:MOST_STRETCHES]:
+        if stop - start > longest:
+            spare = stop - start - longest
+            start, stop = start + spare // 2, start + spare // 2 + longest
+            notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
+        film = _Film(whole, sure, first, rate, focal, prior, given.labels)
+        stretch = film.stretch(start, stop)
+        walked = film.walking_parts(start, stop) if stretch.judgement.verdict == Verdict.not_a_walk else []
+        if walked:
+            words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)
+            notes.append(
+                f"Frames {first + start} to {first + stop - 1} are not one walk; parts of them are: {words}."
+            )
+        stretches += walked or [stretch]
+    walk = Walk(
+        source=source,
+        layout=layout,
+        recognised=recognised,
+        tracks=tuple(tracks),
+        track=track,
+        frame_rate_hz=rate,
+        focal_px=focal,
+        centre_px=centre,
+        prior=prior,
+        calibration=calibration,
+        bars_factor=1.0 if layout.measured else UNKNOWN_LAYOUT,
+        stretches=tuple(stretches),
+    )
+    if walk.bars_factor > 1:
+        notes.append(
+            f"Joint definitions of {layout.name} were not measured: bars are {UNKNOWN_LAYOUT} times wider."
+        )
+    if (best := walk.best.found) is not None:
+        stride = best.candidates[0].frequency_hz
+        if not USUAL_CADENCE_HZ[0] <= stride <= USUAL_CADENCE_HZ[1]:
+            notes.append(f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz?")
+    return Walk(**{**vars(walk), "notes": tuple(notes)})
+
+
+@dataclass(frozen=True)
+class _Film:
+    """One person's keypoints throughout a video, and how they are reconstructed."""
+
+    pixels: np.ndarray
+    confidence: np.ndarray
+    first: int
+    rate: float
+    focal: float
+    prior: Prior
+    labels: Labels
+
+    def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
+        """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled only."""
+        pixels, confidence = self.pixels[start:stop], self.confidence[start:stop]
+        found = None
+        try:
+            found = reconstruct_followed(
+                pixels,
+                (confidence > 0).astype(float),
+                self.rate,
+                self.focal,
+                self.prior,
+                both_labellings=self.labels == Labels.both and not quick,
+            )
+            judgement = judge(found)
+        except InvalidInput as refusal:
+            judgement = Judgement(Verdict.not_a_walk, (str(refusal),))
+        return Stretch(self.first + start, self.first + stop - 1, pixels, confidence, found, judgement)
+
+    def walking_parts(self, start: int, stop: int) -> list[Stretch]:
+        """Parts that are a walk, of frames that are none as a whole: somebody turned before a camera that follows.
+
+        Windows of some three strides are reconstructed alone; neighbours that are walks with one heading are joined.
+        """
+        length = round(WINDOW_S * self.rate)
+        if stop - start < 1.5 * length:
+            return []
+        count = min(int(np.ceil(2.0 * (stop - start - length) / length)) + 1, MOST_WINDOWS)
+        starts = np.linspace(start, stop - length, count).round().astype(int).tolist()
+        windows = [self.stretch(a, a + length, quick=True) for a in starts]
+        groups: list[list[int]] = []
+        for number, window in enumerate(windows):
+            if window.found is None or window.judgement.verdict == Verdict.not_a_walk:
+                continue
+            last = groups[-1][-1] if groups else -2
+            if last == number - 1 and _turn(windows[last], window) < ONE_HEADING_RAD:
+                groups[-1].append(number)
+            else:
+                groups.append([number])
+        groups.sort(key=lambda g: (-len(g), g[0]))
+        parts = []
+        for group in groups[:MOST_STRETCHES]:
+            part = self.stretch(starts[group[0]], starts[group[-1]] + length)
+            if part.judgement.verdict == Verdict.not_a_walk:
+                part = self.stretch(starts[group[0]], starts[group[0]] + length)
+            if part.judgement.verdict != Verdict.not_a_walk:
+                parts.append(part)
+        return sorted(parts, key=lambda s: (-len(s.pixels), s.first_frame))
+
+
+def _turn(one: Stretch, other: Stretch) -> float:
+    assert one.found is not None
+    assert other.found is not None
+    turn = one.found.candidates[0].heading_rad - other.found.candidates[0].heading_rad
+    return abs(float((turn + np.pi) % (2.0 * np.pi) - np.pi))
+
+
+def _in_pixels(
+    pixels: np.ndarray, given: Input, source: Detections, notes: list[str]
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """Pixels, whatever the file's unit, and the size of the image."""
+    known = pixels[np.isfinite(pixels).all(axis=-1)]
+    size = (given.width or source.image_size[0], given.height or source.image_size[1])
+    if len(known) and float(np.percentile(np.abs(known), 95)) <= 2.0:
+        if not all(size):
+            raise InvalidInput(
+                "coordinates between 0 and 1 need the size of the image",
+                where="input.width, input.height",
+                expected="pixels",
+            )
+        notes.append("Coordinates are shares of the image and were multiplied by its size.")
+        pixels = pixels * np.array(size, dtype=float)
+    elif not all(size):
+        reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
+        # Keypoints may lie a little outside of the image.
+        fitting = [wh for wh in USUAL_SIZES if 1.06 * wh[0] >= reach[0] and 1.06 * wh[1] >= reach[1]]
+        size = fitting[0] if fitting else (int(reach[0]) + 1, int(reach[1]) + 1)
+        notes.append(
+            f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."
+        )
+    return pixels, size
+
+
+def _upside_down(pixels: np.ndarray) -> bool:
+    """Whether shoulders are mostly below ankles."""
+    rows = pixels[..., 1]
+    top, bottom = rows[:, [2, 5]], rows[:, [11, 14]]
+    both = np.isfinite(top).any(axis=1) & np.isfinite(bottom).any(axis=1)
+    if not both.any():
+        return False
+    shoulders = np.where(np.isfinite(top[both]), top[both], np.inf).min(axis=1)
+    ankles = np.where(np.isfinite(bottom[both]), bottom[both], -np.inf).max(axis=1)
+    return bool((shoulders > ankles).mean() > 0.9)

@@ -1,0 +1,212 @@
+"""Layouts of keypoints: which point is which joint, and how far from it (``conf/keypoints/*.yaml``).
+
+A layout is recognised by the names in the file, or by the number of points; two layouts of one number are told apart by
+where the points lie in the image.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import papers
+from pipeline.core.keypoint_walk import Detector
+from pipeline.formats.keypoints import Detections
+from pipeline.skeleton import WALKER15
+from pipeline.storage import provenance
+from pipeline.validation import InvalidInput, require_choice
+
+FOLDER = provenance.PROJECT / "conf" / "keypoints"
+LONGER = {133: 17, 136: 26}
+"""Layouts of whole bodies that begin with a smaller one: number of points and of those that are used."""
+_NEEDED = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """One layout of keypoints.
+
+    Attributes
+    ----------
+    name : str
+    points : tuple of str
+        Names in order.
+    joints : dict of str to tuple of str
+        Joint of WALKER15 and the points whose middle it is, as far as seen.
+    detector : Detector
+    measured : bool
+        Whether offsets and floor were measured; if not, bars are widened.
+    """
+
+    name: str
+    points: tuple[str, ...]
+    joints: dict[str, tuple[str, ...]]
+    detector: Detector
+    measured: bool
+
+
+def load(path: Path) -> Layout:
+    """Load one layout.
+
+    Raises
+    ------
+    InvalidInput
+        If the file contradicts itself.
+    """
+    content = papers.read_mapping(path)
+    points = tuple(content["points"])
+    if len(points) != content["count"] or len(set(points)) != len(points):
+        raise InvalidInput(
+            "must list each point once", where=f"{path.name}, points", received=str(len(points))
+        )
+    joints: dict[str, tuple[str, ...]] = {joint: (joint,) for joint in WALKER15.joints if joint in points}
+    joints["head"] = tuple(require_choice(f"{path.name}, head", point, points) for point in content["head"])
+    for derived in ("sternum", "pelvis"):  # middles of others, unless simulated
+        if f"{derived}" not in content["floor_mm"]:
+            joints.pop(derived, None)
+    offset, floor = np.zeros((len(WALKER15.joints), 3)), np.full(len(WALKER15.joints), 10.0)
+    seen = np.zeros(len(WALKER15.joints), dtype=bool)
+    for number, joint in enumerate(WALKER15.joints):
+        kind = joint.split("_")[-1]
+        seen[number] = joint in joints
+        floor[number] = float(content["floor_mm"].get(kind, 10.0))
+        right, forwards, up = content["offset_mm"].get(kind, (0.0, 0.0, 0.0))
+        # Of limbs the table has the left side; the right one is its mirror image.
+        offset[number] = (-right if joint.startswith("right") else right), forwards, up
+    detector = Detector(offset_mm=offset, floor_mm=floor, seen=seen)
+    return Layout(str(content["name"]), points, joints, detector, bool(content["measured"]))
+
+
+def layouts() -> dict[str, Layout]:
+    """All layouts by name."""
+    return {path.stem: load(path) for path in sorted(FOLDER.glob("*.yaml"))}
+
+
+def canonical(name: str) -> str:
+    """A name of a point as layouts write it.
+
+    Examples
+    --------
+    >>> canonical("LKnee"), canonical("right knee"), canonical("RBigToe"), canonical("Nose"), canonical("knee_l")
+    ('left_knee', 'right_knee', 'right_big_toe', 'nose', 'left_knee')
+    """
+    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.replace("_", " "))
+    joined = [word.lower() for word in words]
+    if joined and len(joined[0]) > 1 and joined[0][0] in "lr" and words[0][:2].isupper():
+        joined = [joined[0][0], joined[0][1:], *joined[1:]]
+    sides = {"l": "left", "r": "right", "left": "left", "right": "right"}
+    side = [sides[word] for word in joined if word in sides]
+    rest = [word for word in joined if word not in sides]
+    return "_".join([*side[:1], *rest])
+
+
+def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, str]:
+    """Recognise the layout of keypoints.
+
+    Parameters
+    ----------
+    found : Detections
+    wanted : str
+        Name of the layout, if the user knows it.
+
+    Returns
+    -------
+    layout : Layout
+    order : (K,) int
+        Point of the file for each point of the layout; -1 where the file has none.
+    why : str
+        One sentence.
+
+    Raises
+    ------
+    InvalidInput
+        If no layout fits.
+    """
+    known = layouts()
+    if wanted:
+        require_choice("input.layout", wanted, known)
+    K = int(found.points.shape[1])
+    if found.names:
+        names = {canonical(name): number for number, name in enumerate(found.names)}
+        best, order, share = None, np.empty(0, dtype=int), 0
+        for layout in [known[wanted]] if wanted else known.values():
+            where = np.array([names.get(canonical(point), -1) for point in layout.points])
+            if (where >= 0).sum() > share and all(joint in names for joint in _NEEDED):
+                best, order, share = layout, where, int((where >= 0).sum())
+        if best is None:
+            raise InvalidInput(
+                "hips, knees and ankles of both sides are not among the points",
+                expected=", ".join(_NEEDED),
+                received=", ".join(found.names[:8]),
+            )
+        return best, order, f"{best.name}: {share} of its {len(best.points)} names are in the file"
+    used = LONGER.get(K, K)
+    fitting = [layout for layout in known.values() if len(layout.points) == used]
+    if wanted:
+        if len(known[wanted].points) != used:
+            what, expected = "the number of points is not that of input.layout", len(known[wanted].points)
+            raise InvalidInput(what, expected=f"{expected} for {wanted}", received=str(K))
+        return known[wanted], np.arange(len(known[wanted].points)), f"{wanted}: as input.layout says"
+    if not fitting:
+        counts = ", ".join(sorted({f"{len(layout.points)} ({layout.name})" for layout in known.values()}))
+        raise InvalidInput("no layout has this number of points", expected=counts, received=str(K))
+    scores = [_upright(layout, found.points) for layout in fitting]
+    best = fitting[int(np.argmax(scores))]
+    why = f"{best.name}: {K} points"
+    if used != K:
+        why += f", of which the first {used} are used"
+    if len(fitting) > 1:
+        others = ", ".join(layout.name for layout in fitting if layout is not best)
+        why += f", and heads above hips above ankles as in no other order ({others})"
+        ordered = sorted(scores)
+        if ordered[-1] - ordered[-2] < 0.2:
+            raise InvalidInput(
+                "the order of the points is not clear",
+                expected="input.layout=" + " or ".join(layout.name for layout in fitting),
+                received=f"{K} points",
+            )
+    return best, np.arange(len(best.points)), why
+
+
+def _upright(layout: Layout, points: np.ndarray) -> float:
+    """Share of detections in which the head is above shoulders, hips, knees and ankles, in this order."""
+
+    def height(kind: str) -> np.ndarray:
+        columns = [
+            layout.points.index(p) for joint, of in layout.joints.items() if joint.endswith(kind) for p in of
+        ]
+        part = points[:, columns, 1]
+        known = np.isfinite(part)
+        return np.where(
+            known.any(axis=1),
+            np.where(known, part, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1),
+            np.nan,
+        )
+
+    rows = np.stack([height(kind) for kind in ("head", "shoulder", "hip", "knee", "ankle")], axis=1)
+    whole = np.isfinite(rows).all(axis=1)
+    if not whole.any():
+        return 0.0
+    steps = np.diff(rows[whole], axis=1)
+    return float(max((steps > 0).all(axis=1).mean(), (steps < 0).all(axis=1).mean()))
+
+
+def to_joints(layout: Layout, order: np.ndarray, found: Detections) -> tuple[np.ndarray, np.ndarray]:
+    """Joints (N, 15, 2) of detections and their confidence (N, 15), 0 where missing."""
+    pixels = np.full((len(found.points), len(WALKER15.joints), 2), np.nan)
+    confidence = np.zeros(pixels.shape[:2])
+    for number, joint in enumerate(WALKER15.joints):
+        columns = [order[layout.points.index(point)] for point in layout.joints.get(joint, ())]
+        columns = [int(column) for column in columns if column >= 0]
+        if not columns:
+            continue
+        part, sure = found.points[:, columns], found.confidence[:, columns]
+        seen = np.isfinite(part).all(axis=-1) & (sure > 0)
+        count = seen.sum(axis=1)
+        some = count > 0
+        pixels[some, number] = np.where(seen[..., None], part, 0.0).sum(axis=1)[some] / count[some, None]
+        confidence[some, number] = (sure * seen).sum(axis=1)[some] / count[some]
+    return pixels, confidence

@@ -1,0 +1,123 @@
+"""The model of walkers as a file: eigenwalkers and structured rest, multipliers of error bars, where they come from."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
+from pipeline.core.keypoint_walk.calibration import Calibration
+from pipeline.core.keypoint_walk.training import BLOCKS, BONES, JOINTS, PAIRS, SIZE
+from pipeline.validation import InvalidInput, require_finite, require_shape
+
+SHIPPED = Path(__file__).resolve().parent / "walkers"
+"""Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class TrainedModel:
+    """A model of walkers and its calibration.
+
+    Attributes
+    ----------
+    compact : CompactMoments
+    calibration : Calibration
+    about : dict
+        Sources, people, settings.
+    """
+
+    compact: CompactMoments
+    calibration: Calibration
+    about: dict[str, Any]
+
+    @property
+    def model(self) -> WalkerModel:
+        """The model with its whole covariance."""
+        return model_of(expand(self.compact))
+
+
+def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
+    small, rest = trained.compact, trained.compact.rest
+    return {
+        "mean": rest.mean,
+        "components": small.components,
+        "eigenvalues": small.eigenvalues,
+        "within": small.within,
+        "bone_variance": rest.bone_variance,
+        "pair_variance": rest.pair_variance,
+        "aperiodic_variance": rest.aperiodic_variance,
+        "log_frequency": rest.log_frequency,
+        "joint_multipliers": trained.calibration.joints,
+        "angle_multipliers": trained.calibration.angles,
+    }
+
+
+def save(trained: TrainedModel, folder: Path) -> None:
+    """Write a model: the arrays in single precision, and the manifest with their digest."""
+    folder.mkdir(parents=True, exist_ok=True)
+    content = io.BytesIO()
+    arrays = {name: np.asarray(array, dtype=np.float32) for name, array in _arrays(trained).items()}
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    data = content.getvalue()
+    (folder / "model.npz").write_bytes(data)
+    manifest = {
+        "version": VERSION,
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "bytes": len(data),
+        "walkers": trained.compact.rest.walkers,
+        **trained.about,
+    }
+    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
+    (folder / "manifest.json").write_text(text, encoding="utf-8")
+
+
+def load(folder: Path = SHIPPED) -> TrainedModel:
+    """Read a model.
+
+    Raises
+    ------
+    InvalidInput
+        If it is missing, of another version, or not what its manifest says.
+    """
+    try:
+        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        data = (folder / "model.npz").read_bytes()
+    except OSError as error:
+        raise InvalidInput(
+            "no model of walkers", where=str(error.filename), expected="`make model`"
+        ) from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise InvalidInput("the manifest is not JSON", where=str(folder), received=str(error)) from None
+    if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
+        raise InvalidInput("the model is of another version", where=str(folder), expected=str(VERSION))
+    if hashlib.sha256(data).hexdigest() != manifest.get("sha256"):
+        raise InvalidInput("the model is not what its manifest says", where=str(folder / "model.npz"))
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        arrays = {name: np.asarray(stored[name], dtype=float) for name in stored.files}
+    shapes: dict[str, tuple[int | str, ...]] = {
+        "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
+        "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
+        "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
+    }  # fmt: skip
+    for name, shape in shapes.items():
+        require_finite(name, require_shape(name, arrays.get(name), shape))
+    rest = Moments(
+        mean=arrays["mean"],
+        covariance=np.empty((0, 0)),
+        bone_variance=arrays["bone_variance"],
+        pair_variance=arrays["pair_variance"],
+        aperiodic_variance=arrays["aperiodic_variance"],
+        log_frequency=arrays["log_frequency"],
+        walkers=int(manifest["walkers"]),
+    )
+    compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
+    calibration = Calibration(arrays["joint_multipliers"], arrays["angle_multipliers"])
+    about = {k: v for k, v in manifest.items() if k not in ("version", "sha256", "bytes", "walkers")}
+    return TrainedModel(compact, calibration, about)

@@ -1,0 +1,275 @@
+"""What is said of a reconstructed walk, in words and numbers: the content of ``summary.json``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pipeline.core.keypoint_walk import ANGLES, HEIGHT_MM, Reconstruction, view_angle_deg
+from pipeline.core.keypoint_walk.calibration import (
+    CADENCE_EXTRA,
+    NORMAL,
+    VIEW_EXTRA_RAD,
+    angle_half_widths,
+    joint_half_widths,
+)  # fmt: skip
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.training import SIZE
+from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.skeleton import WALKER15
+
+HEIGHT_SHARE = 0.89
+"""Height of the centre of the head above the ankles over stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
+RIVAL_COST = 60.0
+"""Candidates whose cost is above the best's by less are given as alternatives."""
+LEVEL_95 = 2
+
+
+def heading_words(heading_rad: float) -> str:
+    """Where somebody walks, as seen by the camera.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> heading_words(0.0), heading_words(np.pi / 2)
+    ('towards the camera, seen from the front', "to the image's right, seen from the walker's right")
+    >>> heading_words(np.radians(-140))
+    "away from the camera and to the image's left, seen from behind and the walker's left"
+    """
+    degrees = float((np.degrees(heading_rad) + 180.0) % 360.0 - 180.0)
+    side = "right" if degrees > 0 else "left"
+    sideways = 22.5 < abs(degrees) < 157.5
+    straight = not 67.5 < abs(degrees) < 112.5
+    near = abs(degrees) < 90.0
+    to = [("towards the camera" if near else "away from the camera")] * straight
+    to += [f"to the image's {side}"] * sideways
+    seen = [("the front" if near else "behind")] * straight + [f"the walker's {side}"] * sideways
+    return f"{' and '.join(to)}, seen from {' and '.join(seen)}"
+
+
+def scale_mm(given: Input) -> float:
+    """Millimetres of the walker for one of the model; the model's own where no stature is given."""
+    return given.stature_mm * HEIGHT_SHARE / HEIGHT_MM if given.stature_mm else 1.0
+
+
+def summarise(walk: Walk, given: Input) -> dict[str, Any]:
+    """Return everything that is known of a clip, as plain numbers and texts.
+
+    Parameters
+    ----------
+    walk : Walk
+    given : Input
+    """
+    best = walk.best
+    stretches = [_stretch(stretch, walk, given) for stretch in walk.stretches]
+    return {
+        "verdict": str(best.judgement.verdict),
+        "why": list(best.judgement.reasons),
+        **{k: v for k, v in stretches[walk.stretches.index(best)].items() if k not in ("verdict", "why")},
+        "recognised": {
+            "format": walk.source.format,
+            "layout": walk.recognised,
+            "frames": walk.source.n_frames,
+            "frame_rate_hz": walk.frame_rate_hz,
+            "focal_px": _round(walk.focal_px, 1),
+            "principal_point_px": [_round(v, 1) for v in walk.centre_px],
+            "person": walk.track.identity or "longest track",
+            "track_frames": [int(walk.track.frame[0]), int(walk.track.frame[-1])],
+        },
+        "notes": list(walk.notes),
+        "stretches": stretches,
+        "units": "mm" if given.stature_mm else "mm of a walker of 1500 mm from ankles to the head's centre",
+        "terms": "learnt from healthy adults and children; not for clinical use",
+    }
+
+
+def _round(value: float, digits: int) -> float:
+    return round(float(value), digits)
+
+
+def _interval(centre: float, half: float, digits: int = 1) -> list[float]:
+    return [_round(centre - half, digits), _round(centre + half, digits)]
+
+
+def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
+    said: dict[str, Any] = {
+        "frames": [stretch.first_frame, stretch.last_frame],
+        "verdict": str(stretch.judgement.verdict),
+        "why": list(stretch.judgement.reasons),
+    }
+    found = stretch.found
+    if found is None:
+        return said
+    said["residual_percent_of_height"] = _round(found.relative_residual, 2)
+    said["distance_from_walkers"] = _round(found.starts.least_distance, 2)
+    if stretch.judgement.verdict == "not_a_walk":
+        return said  # numbers of a walk that is none would only mislead
+    heading = float(found.fit.x[HEADING])
+    view_sd = float(np.hypot(found.posterior.heading_sd_rad, VIEW_EXTRA_RAD))
+    half = float(np.degrees(NORMAL[LEVEL_95] * view_sd)) * walk.bars_factor
+    stride_hz = float(np.exp(found.fit.x[LOG_F]))
+    cadence_half = NORMAL[LEVEL_95] * float(np.hypot(found.posterior.log_frequency_sd, CADENCE_EXTRA))
+    rivals = [c for c in found.candidates[1:] if c.cost_above_best < RIVAL_COST or
+              (c.labels_exchanged != found.labels_exchanged and found.labels_unsure)]  # fmt: skip
+    said |= {
+        "view_angle_deg": {
+            "value": _round(view_angle_deg(heading), 1),
+            "interval_95": _interval(view_angle_deg(heading), half),
+            "convention": "of the papers: 0 is seen from behind, +90 from the walker's right",
+            "heading_deg": _round(np.degrees(heading), 1),
+            "words": heading_words(heading),
+            "alternatives": [
+                {
+                    "heading_deg": _round(np.degrees(c.heading_rad), 1),
+                    "view_angle_deg": _round(view_angle_deg(c.heading_rad), 1),
+                    "words": heading_words(c.heading_rad),
+                    "stride_hz": _round(c.frequency_hz, 3),
+                    "left_and_right_exchanged": c.labels_exchanged,
+                    "cost_above_best": _round(c.cost_above_best, 1),
+                }
+                for c in rivals
+            ],
+        },
+        "cadence": {
+            "strides_per_s": _round(stride_hz, 3),
+            "steps_per_min": _round(120.0 * stride_hz, 1),
+            "interval_95_steps_per_min": _interval(120.0 * stride_hz, 120.0 * stride_hz * cadence_half),
+        },
+        **_speed(found, stride_hz, given),
+        "angles_deg": _angles(found, walk),
+        "labels": {
+            "exchanged_throughout": found.labels_exchanged,
+            "unsure": found.labels_unsure,
+            "exchanged_frames": {
+                limb: [int(stretch.first_frame + t) for t in np.flatnonzero(frames)]
+                for limb, frames in found.fit.exchanged.items()
+            },
+        },
+        "noise": {"sigma_px": _round(found.noise.sigma_px, 2), "kappa": _round(found.noise.kappa, 2)},
+        "half_width_95_mm": {
+            joint: [_round(v, 0) for v in row]
+            for joint, row in zip(
+                WALKER15.joints, half_widths_mm(walk, found, given).mean(axis=0), strict=True
+            )
+            if joint != "pelvis"
+        },
+        "next_time": advice(walk, stretch),
+    }
+    return said
+
+
+def half_widths_mm(walk: Walk, found: Reconstruction, given: Input) -> np.ndarray:
+    """Half widths (T, 15, 3) of 95 % bars about the pelvis, right, down and away, mm."""
+    wide = joint_half_widths(walk.calibration, found.posterior.sd_mm, LEVEL_95)
+    return np.asarray(wide * walk.bars_factor * scale_mm(given))
+
+
+def _speed(found: Reconstruction, stride_hz: float, given: Input) -> dict[str, Any]:
+    belt = found.fit.objective.prior.belt
+    stride = 2.0 * np.pi * float(belt @ found.posterior.walker.ravel())  # mm of ground per cycle
+    stature = HEIGHT_MM / HEIGHT_SHARE
+    said: dict[str, Any] = {
+        "locomotion": _locomotion(found),
+        "step_length": {"per_stature": _round(stride / 2.0 / stature, 3)},
+        "speed": {"statures_per_s": _round(stride * stride_hz / stature, 3)},
+    }
+    if given.stature_mm:
+        said["step_length"]["mm"] = _round(stride / 2.0 / stature * given.stature_mm, 0)
+        said["speed"]["mm_per_s"] = _round(stride * stride_hz / stature * given.stature_mm, 0)
+    return said
+
+
+def _locomotion(found: Reconstruction) -> str:
+    if found.starts.overground:
+        return "overground"
+    return "the camera follows" if found.fit.objective.setting.cosines else "treadmill"
+
+
+def _angles(found: Reconstruction, walk: Walk) -> dict[str, Any]:
+    angles = np.degrees(found.posterior.angles_rad)
+    half = np.degrees(angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95))
+    return {
+        name: {
+            "least": _round(angles[:, k].min(), 1),
+            "most": _round(angles[:, k].max(), 1),
+            "half_width_95": _round(half[:, k].mean() * walk.bars_factor, 1),
+        }
+        for k, name in enumerate(ANGLES)
+    }
+
+
+def advice(walk: Walk, stretch: Stretch) -> list[str]:
+    """What to film better next time."""
+    found = stretch.found
+    if found is None:
+        return []
+    said = []
+    heading = abs(np.degrees(float(found.fit.x[HEADING])))
+    if min(heading, 180.0 - heading) < 20.0:
+        said.append("From 30 to 60° to the path depth is better known and the knee's error a fifth smaller.")
+    if found.strides < 2.0:
+        said.append(f"Only {found.strides:.1f} strides: three or more halve the error of the cadence.")
+    if found.height_px < 250.0:
+        said.append(f"The walker is only {found.height_px:.0f} px high: film nearer or with a longer lens.")
+    if found.labels_unsure:
+        said.append(
+            "Left and right could not be told apart: filming a path towards or past the camera tells them."
+        )
+    if any("focal length is not known" in note for note in walk.notes):
+        said.append("Give the focal length in pixels (input.focal_px) if the camera is known.")
+    return said
+
+
+def table_rows(walk: Walk, given: Input) -> dict[str, list[Any]]:
+    """Columns of the long table of joints: every frame of every stretch that is or may be a walk.
+
+    Axes are x to the image's right, y away from the camera, z up, about the pelvis in the middle of the stretch.
+    """
+    columns: dict[str, list[Any]] = {
+        name: []
+        for name in (
+            "stretch",
+            "frame",
+            "time_s",
+            "joint",
+            "x",
+            "y",
+            "z",
+            "half_x",
+            "half_y",
+            "half_z",
+            "observed",
+        )
+    }
+    scale = scale_mm(given)
+    for number, stretch in enumerate(walk.stretches):
+        found = stretch.found
+        if found is None or stretch.judgement.verdict == "not_a_walk":
+            continue
+        level = world_mm(found) * scale
+        half = half_widths_mm(walk, found, given)
+        T = len(level)
+        for t in range(T):
+            for j, joint in enumerate(WALKER15.joints):
+                right, down, away = level[t, j]
+                columns["stretch"].append(number)
+                columns["frame"].append(stretch.first_frame + t)
+                columns["time_s"].append(round((stretch.first_frame + t) / walk.frame_rate_hz, 6))
+                columns["joint"].append(joint)
+                for name, value in zip("xyz", (right, away, -down), strict=True):
+                    columns[name].append(round(float(value), 2))
+                for name, axis in (("half_x", 0), ("half_y", 2), ("half_z", 1)):
+                    columns[name].append(round(float(half[t, j, axis]), 2))
+                columns["observed"].append(int(found.keypoints.weights[t, j] > 0))
+    return columns
+
+
+def world_mm(found: Reconstruction) -> np.ndarray:
+    """Positions (T, 15, 3) in level camera axes about the pelvis in the middle of the stretch, path included."""
+    x, objective = found.fit.x, found.fit.objective
+    own = x.copy()
+    own[:SIZE] = found.posterior.walker.ravel()
+    level = objective.level_points(own)
+    middle = len(level) // 2
+    return np.asarray(level - level[middle, WALKER15.index("pelvis")])

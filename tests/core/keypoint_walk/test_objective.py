@@ -1,0 +1,98 @@
+"""What the refinement minimises: derivatives against differences, the minimum against a generic minimiser."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from pipeline.core.keypoint_walk.objective import (
+    AX,
+    HEADING,
+    LOG_F,
+    PHASE,
+    PITCH,
+    SIZE,
+    TURN,
+    UNKNOWNS,
+    VX,
+    Keypoints,
+    Noise,
+    Objective,
+    Setting,
+)  # fmt: skip
+from pipeline.core.keypoint_walk.refinement import initial_unknowns, refine
+from pipeline.core.keypoint_walk.start import TRUNK, find_starts
+from tests.core.keypoint_walk.walkers import clip, prior
+
+NOISE = Noise(4.0, 2.0)
+
+
+def _case(overground: bool) -> tuple[Objective, np.ndarray, Keypoints]:
+    sim = clip(40.0, speed=1200.0 if overground else 0.0)
+    times = (np.arange(len(sim.pixels)) - (len(sim.pixels) - 1) / 2) / sim.frame_rate_hz
+    rng = np.random.default_rng(1)
+    keypoints = Keypoints(sim.pixels, (rng.random(sim.pixels.shape[:2]) > 0.1).astype(float))
+    starts = find_starts(keypoints.pixels, keypoints.weights, times, sim.focal_px, prior())
+    objective = Objective(prior(), Setting(times, sim.focal_px, overground), starts.starts[0].frequency_hz)
+    x = initial_unknowns(prior(), starts.starts[0], starts.path, sim.focal_px, TRUNK)
+    x[:SIZE] += rng.normal(scale=8.0, size=SIZE)
+    sizes = np.array([20, 20, 50, 50, 50, 0.05, 0.03, 0.05, 0.02, 30, 30, 0.05])
+    x[SIZE:] += rng.normal(size=12) * sizes
+    return objective, x, keypoints
+
+
+@pytest.mark.parametrize("overground", [True, False])
+def test_the_gradient_is_that_of_the_cost(overground: bool) -> None:
+    objective, x, keypoints = _case(overground)
+    found = objective.quadratic(x, keypoints, NOISE)
+    assert found.cost == pytest.approx(objective.cost(x, keypoints, NOISE), rel=1e-12)
+    for index in [0, 26, 27 * 8 + 9, 27 * 13 + 4, SIZE - 1, *range(SIZE, UNKNOWNS)]:
+        step = np.zeros(UNKNOWNS)
+        step[index] = 1e-6 if index in (HEADING, PITCH, PHASE, LOG_F, TURN) else 1e-3
+        numeric = objective.cost(x + step, keypoints, NOISE) - objective.cost(x - step, keypoints, NOISE)
+        slope = 2.0 * found.gradient[index]
+        assert numeric / (2.0 * step[index]) == pytest.approx(
+            slope, rel=1e-4, abs=1e-4 * np.abs(slope) + 1e-3
+        )
+
+
+def test_the_matrix_is_symmetric_and_positive() -> None:
+    objective, x, keypoints = _case(True)
+    matrix = objective.quadratic(x, keypoints, NOISE).matrix
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-8 * np.abs(matrix).max())
+    assert np.linalg.eigvalsh(matrix).min() > 0
+
+
+def test_a_generic_minimiser_finds_nothing_lower() -> None:
+    sim = clip(40.0)
+    times = (np.arange(len(sim.pixels)) - (len(sim.pixels) - 1) / 2) / sim.frame_rate_hz
+    keypoints = Keypoints(sim.pixels, np.ones(sim.pixels.shape[:2]))
+    starts = find_starts(keypoints.pixels, keypoints.weights, times, sim.focal_px, prior())
+    setting = Setting(times, sim.focal_px, True)
+    fit = refine(
+        prior(), setting, keypoints, starts.starts[0], starts.path, TRUNK, relabel=False, most_steps=30
+    )
+    objective = fit.objective
+    # In units in which the curvature is one, so that a method without curvature gets somewhere.
+    here = objective.quadratic(fit.x, keypoints, fit.noise)
+    back = np.linalg.inv(np.linalg.cholesky(here.matrix)).T
+    rng = np.random.default_rng(0)
+
+    def cost(z: np.ndarray) -> tuple[float, np.ndarray]:
+        found = objective.quadratic(fit.x + back @ z, keypoints, fit.noise)
+        return found.cost, 2.0 * back.T @ found.gradient
+
+    generic = minimize(cost, rng.normal(size=UNKNOWNS), jac=True, method="L-BFGS-B", options={"maxiter": 60})
+    assert fit.cost <= generic.fun + 0.2
+    assert generic.fun < cost(rng.normal(size=UNKNOWNS))[0]
+
+
+def test_a_path_that_agrees_with_the_feet_costs_less() -> None:
+    objective, x, _ = _case(True)
+    speed = 2 * np.pi * np.exp(x[LOG_F]) * float(prior().belt @ x[:SIZE])
+    x[[VX, VX + 1]] = speed * np.sin(x[HEADING]), -speed * np.cos(x[HEADING])
+    x[[AX, AX + 1, TURN]] = 0.0
+    agrees = objective.prior_cost(x)
+    x[VX] += 500.0
+    assert objective.prior_cost(x) > agrees + 1.0

@@ -1,0 +1,100 @@
+"""From keypoints to a walk, on synthetic people whom the model does not know."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipeline.core.keypoint_walk import joint_angles, reconstruct, view_angle_deg
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.verdict import Verdict, judge
+from pipeline.synthetic.keypoints import DetectorError, SimulatedKeypoints
+from pipeline.validation import InvalidInput
+from tests.core.keypoint_walk.walkers import clip, prior, walks
+
+
+def _error_mm(sim: SimulatedKeypoints, positions: np.ndarray) -> float:
+    scale = (positions * sim.positions_mm).sum() / (positions**2).sum()
+    return float(np.linalg.norm(scale * positions - sim.positions_mm, axis=-1).mean())
+
+
+@pytest.mark.parametrize("heading", [0.0, -60.0, 90.0, 150.0])
+def test_view_cadence_and_walk_are_found(heading: float) -> None:
+    sim = clip(heading, DetectorError(missing=0.05))
+    found = reconstruct(sim.pixels, np.ones(sim.pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+    turn = (found.fit.x[HEADING] - sim.heading_rad + np.pi) % (2 * np.pi) - np.pi
+    assert abs(np.degrees(turn)) < 8.0
+    assert np.exp(found.fit.x[LOG_F]) == pytest.approx(walks()[0].frequency_hz, rel=0.02)
+    assert not found.labels_exchanged
+    assert _error_mm(sim, found.posterior.positions_mm) < 45.0
+    assert judge(found).verdict != Verdict.not_a_walk
+    truth = joint_angles(sim.positions_mm, np.array([0.0, 1.0, 0.0]))
+    assert np.degrees(np.sqrt(((found.posterior.angles_rad - truth)[:, :2] ** 2).mean())) < 9.0
+
+
+def test_labels_exchanged_throughout_are_found() -> None:
+    sim = clip(30.0)
+    pixels = sim.pixels[:, [0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11]]
+    found = reconstruct(pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+    assert found.labels_exchanged
+    assert abs(np.degrees(found.fit.x[HEADING]) - 30.0) < 8.0
+
+
+def test_frames_with_exchanged_legs_are_found() -> None:
+    sim = clip(60.0)
+    pixels = sim.pixels.copy()
+    pixels[20:28, 9:12], pixels[20:28, 12:15] = sim.pixels[20:28, 12:15], sim.pixels[20:28, 9:12]
+    found = reconstruct(
+        pixels, np.ones(pixels.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False
+    )
+    frames = np.flatnonzero(found.fit.exchanged["legs"])
+    assert set(frames) <= set(range(20, 28))
+    assert len(frames) >= 4  # where the legs pass each other, labels do not matter
+
+
+def test_what_is_missing_has_no_say() -> None:
+    sim = clip(45.0, DetectorError(missing=0.1))
+    weights = np.isfinite(sim.pixels).all(axis=-1).astype(float)
+    filled = np.where(weights[..., None] > 0, sim.pixels, 1e5)
+    options = {"both_labellings": False, "most_starts": 1}
+    one = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), **options)
+    other = reconstruct(filled, weights, sim.frame_rate_hz, sim.focal_px, prior(), **options)
+    np.testing.assert_allclose(one.fit.x, other.fit.x, rtol=1e-9)
+
+
+def test_bars_are_wider_where_nothing_is_seen() -> None:
+    sim = clip(90.0)
+    weights = np.ones(sim.pixels.shape[:2])
+    weights[:, 2:5] = 0.0  # the left arm
+    found = reconstruct(sim.pixels, weights, sim.frame_rate_hz, sim.focal_px, prior(), both_labellings=False)
+    sd = found.posterior.sd_mm.mean(axis=(0, 2))
+    assert sd[4] > 1.2 * sd[7]
+    assert (sd[8] == 0).all()
+
+
+def test_somebody_who_stands_does_not_walk() -> None:
+    sim = clip(0.0)
+    rng = np.random.default_rng(0)
+    still = np.repeat(sim.pixels[:1], len(sim.pixels), axis=0) + rng.normal(scale=2.0, size=sim.pixels.shape)
+    found = reconstruct(still, np.ones(still.shape[:2]), sim.frame_rate_hz, sim.focal_px, prior())
+    assert judge(found).verdict != Verdict.walk
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda pixels: pixels[:5], "the clip is too short"),
+        (lambda pixels: -pixels, "nobody stands upright"),
+        (lambda pixels: pixels * np.nan, "fewer than four joints"),
+        (lambda pixels: pixels[:, :10], "pixels must have shape"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(change, sentence: str) -> None:  # type: ignore[no-untyped-def]
+    pixels = change(clip(0.0).pixels)
+    with pytest.raises(InvalidInput, match=sentence):
+        reconstruct(pixels, np.ones(pixels.shape[:2]), 30.0, 800.0, prior())
+
+
+def test_the_papers_frontal_view_is_seen_from_behind() -> None:
+    assert view_angle_deg(np.pi) == pytest.approx(0.0)
+    assert view_angle_deg(np.pi / 2) == pytest.approx(90.0)

@@ -1,0 +1,172 @@
+"""Readers of keypoints: what each format holds, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.formats import keypoints
+from pipeline.formats.keypoints.people_json import frame_number, identity_of
+from pipeline.validation import InvalidInput
+
+POINTS = np.arange(1.0, 35.0).reshape(17, 2) * 3.0
+
+
+def flat(points: np.ndarray = POINTS, confidence: float = 0.9) -> list[float]:
+    """x, y, confidence in turn."""
+    return np.column_stack([points, np.full(len(points), confidence)]).ravel().tolist()
+
+
+def write(path: Path, content: object) -> Path:
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def test_a_folder_of_openpose_with_empty_people_and_a_gap(tmp_path: Path) -> None:
+    people = [{"person_id": [-1], "pose_keypoints_2d": flat()}]
+    write(tmp_path / "walk_000000000007_keypoints.json", {"people": people})
+    write(tmp_path / "walk_000000000008_keypoints.json", {"people": []})
+    write(tmp_path / "walk_000000000010_keypoints.json", {"people": [{}, *people]})
+    found = keypoints.read(tmp_path)
+    assert (found.format, found.n_frames, found.frame.tolist()) == ("openpose", 4, [0, 3])
+    np.testing.assert_allclose(found.points[0], POINTS)
+    assert found.identity.tolist() == ["", ""]
+    assert any("without people" in note for note in found.notes)
+    assert any("1 frames are missing" in note for note in found.notes)
+
+
+def test_alphapose_with_identities_as_lists(tmp_path: Path) -> None:
+    rows = [
+        {"image_id": f"{frame}.jpg", "keypoints": flat(), "idx": idx, "score": 1.0}
+        for frame, idx in ((10, [2.0]), (9, 1), (10, 1))
+    ]
+    found = keypoints.read(write(tmp_path / "a.json", rows))
+    assert found.frame.tolist() == [0, 1, 1]
+    assert found.identity.tolist() == ["1", "2", "1"]
+
+
+def test_mmpose_with_names_and_scores(tmp_path: Path) -> None:
+    instances = [{"keypoints": POINTS.tolist(), "keypoint_scores": [0.5] * 17}]
+    meta = {"keypoint_id2name": {str(k): f"point{k}" for k in range(17)}}
+    content = {"meta_info": meta, "instance_info": [{"frame_id": 1, "instances": instances}]}
+    found = keypoints.read(write(tmp_path / "a.json", content))
+    assert found.names[:2] == ("point0", "point1")
+    np.testing.assert_allclose(found.confidence, 0.5)
+
+
+def test_mediapipe_as_json(tmp_path: Path) -> None:
+    marks = [{"x": 0.1 + 0.01 * k, "y": 0.5, "z": 0.0, "visibility": 0.9} for k in range(33)]
+    found = keypoints.read(write(tmp_path / "a.json", {"fps": 30, "frames": [{"landmarks": marks}, {}]}))
+    assert (found.format, found.n_frames, found.frame_rate_hz) == ("mediapipe", 2, 30.0)
+    assert found.names == keypoints.MEDIAPIPE
+
+
+def test_wide_and_long_tables_say_the_same(tmp_path: Path) -> None:
+    wide, long = tmp_path / "wide.csv", tmp_path / "long.csv"
+    wide.write_text(
+        "frame,left_knee_x,left_knee_y,left_knee_score\n0,1,2,0.5\n1,,,\n2,3,4,0.7\n", encoding="utf-8"
+    )
+    long.write_text("frame,keypoint,x,y,score\n0,left_knee,1,2,0.5\n2,left_knee,3,4,0.7\n", encoding="utf-8")
+    one, other = keypoints.read(wide), keypoints.read(long)
+    assert one.names == other.names == ("left_knee",)
+    assert one.frame.tolist() == other.frame.tolist() == [0, 2]
+    np.testing.assert_array_equal(one.points, other.points)
+    np.testing.assert_array_equal(one.confidence, other.confidence)
+
+
+def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("left_knee_x,left_knee_y\n1,2\n3,4\n", encoding="utf-8")
+    write(tmp_path / "a.json", {"fps": 25, "width": 640, "height": 480})
+    found = keypoints.read(tmp_path / "a.csv")
+    assert (found.frame_rate_hz, found.image_size) == (25.0, (640, 480))
+
+
+def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
+    head = (
+        "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n30\t30\t2\t1\t{unit}\n"
+        "Frame#\tTime\tLKnee\t\t\n\t\tX1\tY1\tZ1\n1\t0\t5\t6\t0\n2\t0.03\t7\t8\t0\n"
+    )
+    path = tmp_path / "a.trc"
+    path.write_text(head.format(unit="px"), encoding="utf-8")
+    found = keypoints.read(path)
+    assert (found.names, found.frame_rate_hz, found.n_frames) == (("LKnee",), 30.0, 2)
+    path.write_text(head.format(unit="m"), encoding="utf-8")
+    with pytest.raises(InvalidInput, match="not in pixels"):
+        keypoints.read(path)
+
+
+def test_an_array(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.stack([POINTS, POINTS + 1]), allow_pickle=False)
+    assert keypoints.read(tmp_path / "a.npy").points.shape == (2, 17, 2)
+    np.save(tmp_path / "a.npy", POINTS, allow_pickle=False)
+    with pytest.raises(InvalidInput, match="frame, point, 2 or 3"):
+        keypoints.read(tmp_path / "a.npy")
+
+
+@pytest.mark.parametrize("missing", [(0.0, 0.0, 0.9), (-1.0, -1.0, 0.9), (5.0, 5.0, 0.0), (np.nan, 1.0, 1.0)])
+def test_what_is_missing_is_nan(missing: tuple[float, float, float], tmp_path: Path) -> None:
+    values = np.array(flat()).reshape(-1, 3)
+    values[3] = missing
+    row = {"image_id": "1.jpg", "keypoints": np.where(np.isnan(values), None, values).ravel().tolist()}
+    found = keypoints.read(write(tmp_path / "a.json", [row]))
+    assert np.isnan(found.points[0, 3]).all()
+    assert found.confidence[0, 3] == 0
+    assert np.isfinite(found.points[0, [2, 4]]).all()
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ([{"image_id": "1", "keypoints": [1, 2]}], "x, y, confidence in turn"),
+        ([{"image_id": "1", "keypoints": ["a", 2, 3]}], "must be numbers"),
+        ([{"image_id": "1", "keypoints": [0] * 51}], "every keypoint is missing"),
+        (
+            [{"image_id": "1", "keypoints": [1] * 51}, {"image_id": "2", "keypoints": [1] * 54}],
+            "differ in their",
+        ),
+        ({"people": []}, "one frame of OpenPose"),
+        ({"a": 1}, "format is unknown"),
+        ([], "format is unknown"),
+        ({"instance_info": [{"frame_id": 0, "instances": []}]}, "nobody was detected"),
+    ],
+)
+def test_what_is_no_keypoints_is_refused(content: object, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=sentence):
+        keypoints.read(write(tmp_path / "a.json", content))
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text("{", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="not JSON"):
+        keypoints.read(tmp_path / "a.json")
+    with pytest.raises(InvalidInput, match="no such file"):
+        keypoints.read(tmp_path / "b.json")
+    (tmp_path / "a.xyz").write_text("1", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="format is unknown"):
+        keypoints.read(tmp_path / "a.xyz")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InvalidInput, match="no JSON file"):
+        keypoints.read(tmp_path / "empty")
+
+
+@given(cut=st.integers(1, 400))
+def test_a_truncated_file_is_refused_in_a_sentence(
+    cut: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    text = json.dumps([{"image_id": "1.jpg", "keypoints": flat(), "idx": 1}] * 2)
+    path = tmp_path_factory.mktemp("cut") / "a.json"
+    path.write_text(text[: min(cut, len(text) - 1)], encoding="utf-8")
+    with pytest.raises(InvalidInput):
+        keypoints.read(path)
+
+
+def test_numbers_of_frames_and_people() -> None:
+    assert frame_number("walk2_000012_keypoints.json") == 12
+    assert frame_number("walk") is None
+    assert identity_of([[3]]) == "3"
+    assert identity_of(True) == ""

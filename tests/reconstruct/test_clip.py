@@ -1,0 +1,273 @@
+"""From files of keypoints to walks: layouts, people, turns, refusals; the files that are written."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.core.keypoint_walk import compact, moments
+from pipeline.core.keypoint_walk.calibration import Calibration
+from pipeline.formats.keypoints import Detections, detections
+from pipeline.reconstruct import layouts, model_file
+from pipeline.reconstruct.clip import Input, reconstruct_clip
+from pipeline.reconstruct.people import choose, find_tracks
+from pipeline.reconstruct.summary import heading_words
+from pipeline.reconstruct.writing import Output, Reconstruct, run
+from pipeline.storage import tables
+from pipeline.synthetic.keypoints import DetectorError
+from pipeline.validation import InvalidInput
+from tests.core.keypoint_walk.walkers import clip, walks
+from tests.reconstruct.walks import SIZE, alphapose, in_layout
+
+ERROR = DetectorError(white_px=2.0, slow_px=2.0, bias_mm=5.0, missing=0.02, swaps_per_s=0.0)
+
+
+@pytest.fixture(scope="session")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model of the synthetic walkers, its bars not calibrated."""
+    small = compact(moments(walks()[1:], np.arange(len(walks()) - 1)), 6)
+    folder = tmp_path_factory.mktemp("model")
+    calibration = Calibration(np.ones((8, 3, 3)), np.ones((4, 3)))
+    model_file.save(model_file.TrainedModel(small, calibration, {"note": "synthetic"}), folder)
+    return folder
+
+
+def given(path: Path, **more: object) -> Input:
+    options = {"path": str(path), "frame_rate_hz": 30.0, "width": SIZE[0], "height": SIZE[1], "focal_px": 0.0}
+    return Input(**{**options, **more})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("layout", ["coco17", "halpe26"])
+def test_a_walk_is_found_in_a_file(layout: str, model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, layout))
+    walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assert walk.layout.name == layout
+    assert walk.best.judgement.verdict in ("walk", "doubtful")
+    assert walk.best.found is not None
+    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(60.0, abs=12.0)
+    assert any("not measured" in note for note in walk.notes)
+
+
+def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
+    sim = clip(-30.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    options = Reconstruct(
+        input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
+        output=Output(path=str(tmp_path / "out")),
+        model_folder=str(model),
+    )
+    _, summary, folder = run(options)
+    stored = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert stored == json.loads(json.dumps(summary))
+    assert stored["verdict"] in ("walk", "doubtful")
+    low, high = stored["view_angle_deg"]["interval_95"]
+    assert low < stored["view_angle_deg"]["value"] < high
+    assert stored["view_angle_deg"]["heading_deg"] == pytest.approx(-30.0, abs=12.0)
+    assert "towards the camera" in stored["view_angle_deg"]["words"]
+    assert stored["cadence"]["strides_per_s"] == pytest.approx(walks()[0].frequency_hz, rel=0.03)
+    assert 300.0 < stored["step_length"]["mm"] < 1000.0
+    table = tables.read(folder / "joints.csv")
+    assert set(table["joint"]) >= {"left_knee", "pelvis"}
+    legs = [table[a][table["joint"] == "left_knee"] - table[a][table["joint"] == "left_ankle"] for a in "xyz"]
+    assert 300.0 < np.sqrt(np.sum(np.square(legs), axis=0)).mean() < 500.0
+    assert set(table["observed"][table["joint"] == "sternum"]) == {0}
+    assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:
+    one = in_layout(clip(90.0, ERROR), "coco17")
+    other = one[: len(one) // 2] + np.array([600.0, 40.0, 0.0]) * (one[: len(one) // 2, :, 2:] > 0)
+    rows = [{"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": 1} for t, v in enumerate(one)]
+    rows += [{"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": 2} for t, v in enumerate(other)]
+    later = one[:20] + np.array([400.0, 0.0, 0.0]) * (one[:20, :, 2:] > 0)
+    rows += [
+        {"image_id": f"{len(one) + t}.jpg", "keypoints": v.ravel().tolist(), "idx": 1}
+        for t, v in enumerate(later)
+    ]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    walk = reconstruct_clip(given(path, focal_px=clip(90.0, ERROR).focal_px), model)
+    assert len(walk.track.rows) == len(one)
+    assert walk.track.frame[-1] == len(one) - 1
+    assert any("other tracks" in note for note in walk.notes)
+    assert len(reconstruct_clip(given(path, person="2"), model).track.rows) == len(other)
+    with pytest.raises(InvalidInput, match=r"input\.person: there is no such person"):
+        reconstruct_clip(given(path, person="7"), model)
+
+
+def test_shares_of_the_image_need_its_size(model: Path, tmp_path: Path) -> None:
+    sim = clip(45.0, ERROR)
+    values = in_layout(sim, "coco17")
+    values[..., :2] /= np.array(SIZE)
+    path = alphapose(tmp_path / "a.json", values)
+    walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assert any("shares of the image" in note for note in walk.notes)
+    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(45.0, abs=12.0)  # type: ignore[union-attr]
+    with pytest.raises(InvalidInput, match="between 0 and 1"):
+        reconstruct_clip(given(path, width=0), model)
+
+
+def test_rows_counted_upwards_are_turned(model: Path, tmp_path: Path) -> None:
+    sim = clip(45.0, ERROR)
+    values = in_layout(sim, "coco17")
+    values[..., 1] = np.where(values[..., 2] > 0, SIZE[1] - values[..., 1], 0.0)
+    walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", values), focal_px=sim.focal_px), model)
+    assert any("counted upwards" in note for note in walk.notes)
+    assert walk.best.judgement.verdict != "not_a_walk"
+
+
+def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    with pytest.raises(InvalidInput, match="frame rate is not known"):
+        reconstruct_clip(given(path, frame_rate_hz=0.0), model)
+    walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
+    assert any("is the frame rate 60 Hz" in note for note in walk.notes)
+
+
+def test_somebody_who_stands_is_refused_with_the_reason(model: Path, tmp_path: Path) -> None:
+    sim = clip(20.0, ERROR)
+    values = in_layout(sim, "coco17")
+    still = np.repeat(values[10:11], len(values), axis=0)
+    still[..., :2] += np.random.default_rng(0).normal(scale=1.5, size=still[..., :2].shape)
+    path = alphapose(tmp_path / "a.json", np.where(still[..., 2:] > 0, still, 0.0))
+    options = Reconstruct(
+        input=given(path), output=Output(path=str(tmp_path / "out")), model_folder=str(model)
+    )
+    _, summary, folder = run(options)
+    assert summary["verdict"] == "not_a_walk"
+    assert summary["why"]
+    assert "view_angle_deg" not in summary
+    assert not (folder / "joints.csv").exists()
+
+
+def _numbered(layout: str) -> Detections:
+    sim = clip(90.0, ERROR)
+    return detections(
+        "npy", "a.npy", [(t, "", v) for t, v in enumerate(in_layout(sim, layout))], len(sim.pixels)
+    )
+
+
+@pytest.mark.parametrize(
+    "layout", ["coco17", "h36m17", "body25", "coco18", "halpe26", "walker15", "mediapipe33"]
+)
+def test_layouts_are_recognised_by_number_and_place(layout: str) -> None:
+    found, order, why = layouts.recognise(_numbered(layout))
+    assert found.name == layout
+    assert order.tolist() == list(range(len(found.points)))
+    assert layout in why
+
+
+def test_an_unknown_number_of_points_is_refused() -> None:
+    found = detections("npy", "a.npy", [(0, "", np.ones((12, 3)))], 1)
+    with pytest.raises(InvalidInput, match="no layout has this number of points"):
+        layouts.recognise(found)
+    with pytest.raises(InvalidInput, match=r"input\.layout must be one of"):
+        layouts.recognise(found, "coco12")
+
+
+def test_names_decide_where_there_are_some() -> None:
+    names = ["LHip", "RHip", "LKnee", "RKnee", "LAnkle", "RAnkle", "LShoulder", "RShoulder", "Nose"]
+    found = detections("trc", "a.trc", [(0, "", np.ones((len(names), 3)))], 1, names=names)
+    layout, order, _ = layouts.recognise(found)
+    assert order[layout.points.index("left_knee")] == 2
+    short = detections("trc", "a.trc", [(0, "", np.ones((5, 3)))], 1, names=names[:5])
+    with pytest.raises(InvalidInput, match="hips, knees and ankles"):
+        layouts.recognise(short)
+
+
+def test_right_offsets_are_mirror_images() -> None:
+    for layout in layouts.layouts().values():
+        offset = layout.detector.offset_mm
+        np.testing.assert_allclose(offset[2:5], offset[5:8] * [-1, 1, 1])
+        np.testing.assert_allclose(offset[9:12], offset[12:15] * [-1, 1, 1])
+
+
+def test_identities_that_jump_do_not_cut_a_track() -> None:
+    pixels = in_layout(clip(90.0, ERROR), "walker15")[..., :2]
+    identity = np.where(np.arange(len(pixels)) < 20, "1", "2")
+    tracks = find_tracks(np.arange(len(pixels)), identity, pixels, 30.0)
+    assert len(tracks[0].rows) == len(pixels)
+    assert choose(tracks, "") is tracks[0]
+
+
+def test_a_model_that_changed_is_refused(model: Path, tmp_path: Path) -> None:
+    for name in ("model.npz", "manifest.json"):
+        (tmp_path / name).write_bytes((model / name).read_bytes())
+    assert model_file.load(tmp_path).compact.components.shape[0] == 6
+    (tmp_path / "model.npz").write_bytes((model / "model.npz").read_bytes()[:-1])
+    with pytest.raises(InvalidInput, match="not what its manifest says"):
+        model_file.load(tmp_path)
+    with pytest.raises(InvalidInput, match="no model of walkers"):
+        model_file.load(tmp_path / "nowhere")
+
+
+def test_words_for_every_heading() -> None:
+    assert heading_words(np.pi).startswith("away from the camera, seen from behind")
+    assert "image's left" in heading_words(-np.pi / 2)
+
+
+def test_the_command_prints_what_was_found(say: Callable[..., object], model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    said = say(
+        "reconstruct", f"input.path={path}", "input.frame_rate_hz=30", "input.width=1920", "input.height=1080",
+        f"input.focal_px={sim.focal_px}", f"model_folder={model}", f"output.path={tmp_path / 'out'}",
+    )  # fmt: skip
+    assert said.status == 0, said.err  # type: ignore[attr-defined]
+    assert "seen from" in said.out  # type: ignore[attr-defined]
+    wrong = say("reconstruct", f"input.path={path}", "input.frame_rate=30")
+    assert wrong.status == 1  # type: ignore[attr-defined]
+    assert "input.frame_rate" in wrong.err  # type: ignore[attr-defined]
+
+
+# --- recordings -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of keypoints that real detectors gave; tests that ask for it are skipped where there is none."""
+    folder = os.environ.get("KEYPOINTS_RECORDINGS")
+    if not folder:
+        pytest.skip("needs keypoints of real detectors: set KEYPOINTS_RECORDINGS")
+    return Path(folder)
+
+
+def test_towards_the_camera_and_away_again(recordings: Path) -> None:
+    path = recordings / "alphapose_iphone_frontal" / "alphapose-results.json"
+    walk = reconstruct_clip(Input(path=str(path), frame_rate_hz=30.0))
+    headings = [np.degrees(s.found.candidates[0].heading_rad) for s in walk.stretches if s.found]
+    assert len(headings) == 2
+    assert abs(headings[0]) < 12.0
+    assert abs(abs(headings[1]) - 180.0) < 12.0
+    assert all(s.judgement.verdict == "walk" for s in walk.stretches)
+
+
+@pytest.mark.parametrize("path", ["not_walking/openpose_balancing/pose-associated/cam01_json"])
+def test_a_step_on_a_beam_is_no_walk(path: str, recordings: Path) -> None:
+    walk = reconstruct_clip(Input(path=str(recordings / path), frame_rate_hz=60.0))
+    assert walk.best.judgement.verdict == "not_a_walk"
+
+
+def test_frames_of_another_video_are_left_out(recordings: Path) -> None:
+    walk = reconstruct_clip(
+        Input(path=str(recordings / "openpose_body25_side" / "keypoints"), frame_rate_hz=29.97)
+    )
+    assert walk.track.frame[-1] == 343
+    assert walk.best.judgement.verdict != "not_a_walk"
+
+
+def test_the_model_that_ships_is_small_and_holds_no_person() -> None:
+    trained = model_file.load()
+    people = sum(trained.about["people_by_source"].values())
+    assert trained.compact.rest.walkers == people == 33
+    assert len(trained.compact.components) < people / 2
+    assert sum(path.stat().st_size for path in model_file.SHIPPED.iterdir()) < 2_000_000
+    assert (model_file.SHIPPED / "CARD.md").is_file()
+    assert np.linalg.eigvalsh(trained.model.covariance).min() > 0

@@ -1,0 +1,37 @@
+"""Simulated keypoints as files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.reconstruct.layouts import layouts
+from pipeline.skeleton import WALKER15
+from pipeline.synthetic.keypoints import SimulatedKeypoints
+
+SIZE = (1920, 1080)
+
+
+def in_layout(sim: SimulatedKeypoints, name: str) -> np.ndarray:
+    """Points (T, K, 3) of a layout, in pixels with confidence: joints where it has them, their neighbours elsewhere."""
+    layout = layouts()[name]
+    pixels = np.nan_to_num(sim.pixels + np.array(SIZE) / 2.0)
+    values = np.zeros((len(pixels), len(layout.points), 3))
+    for joint, points in layout.joints.items():
+        for point in points:
+            column = layout.points.index(point)
+            values[:, column, :2] = pixels[:, WALKER15.index(joint)]
+            values[:, column, 2] = 0.9
+    values[~np.isfinite(sim.pixels).all(axis=-1).any(axis=1)] = 0.0
+    return values
+
+
+def alphapose(path: Path, values: np.ndarray) -> Path:
+    """Write a file of AlphaPose."""
+    rows = [
+        {"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist(), "idx": [0.0]} for t, v in enumerate(values)
+    ]
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    return path
