@@ -95,8 +95,8 @@ def summarise(
     console.print(figures)
     total: dict[str, float] = {}
     for outcome in outcomes:
-        for stage, seconds in outcome.seconds.items():
-            total[stage] = total.get(stage, 0.0) + seconds
+        for stage, of_stage in outcome.seconds.items():
+            total[stage] = total.get(stage, 0.0) + of_stage
     processor = sum(outcome.processor_s for outcome in outcomes)
     console.print(
         f"Made in {seconds:.1f} s, {processor:.1f} s of processor time (the stages of all figures: "
