@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pipeline import papers
 from pipeline.resources import CONF
 
 
@@ -10,13 +11,19 @@ def presets() -> list[str]:
     return sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
 
 
-PAPERS = ("zhang2007", "zhang2004", "mozerov2006", "park2011")
-"""The papers in the order in which their figures are made: as people read them.  Others come after these."""
+PAPERS = ("zhang2007", "zhang2004"), ("mozerov2006",), ("park2011",)
+"""The papers in the order in which their figures are made: as people read them, those on one subject together."""
 
 
-def place(paper: str, cost_s: float, name: str) -> tuple[int, float, str]:
-    """Return the place of a figure among others: by paper, and of one paper the short before the long."""
-    return (PAPERS.index(paper) if paper in PAPERS else len(PAPERS), cost_s, name)
+def place(paper: str, cost_s: float, name: str) -> tuple[int, bool, int, float, str]:
+    """Return the place of a figure among others.
+
+    By subject, on each the figures of the papers before those of our own, by paper, the short before the long.
+    """
+    subject = next((n for n, keys in enumerate(PAPERS) if paper in keys), len(PAPERS))
+    ours = name in papers.PAPERS[paper].beyond if paper in papers.PAPERS else True
+    first = PAPERS[subject].index(paper) if subject < len(PAPERS) else 0
+    return (subject, ours, first, cost_s, name)
 
 
 def first_comment(name: str) -> str:
