@@ -68,17 +68,20 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-The module `api` is the library in five functions: read, joints, represent, fit, reconstruct.
+The module `api` is the library in five functions: read, joints, represent, fit, from_view.  The package
+`reconstruct` may be called, with a file of keypoints.
 """
 
 import importlib
 from typing import Any
 
-__all__ = ["fit", "joints", "read", "reconstruct", "represent"]
+__all__ = ["fit", "from_view", "joints", "read", "reconstruct", "represent"]
 
 
 def __getattr__(name: str) -> Any:
-    """Return a function of `pipeline.api`, which is not loaded before somebody asks."""
+    """Return a function of `pipeline.api`, or the package `reconstruct`; not loaded before somebody asks."""
+    if name == "reconstruct":
+        return importlib.import_module("pipeline.reconstruct")
     if name in __all__:
         return getattr(importlib.import_module("pipeline.api"), name)
     raise AttributeError(f"module 'pipeline' has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""The library in five functions: read recordings, represent walks, learn eigenwalkers, reconstruct a view."""
+"""The library in five functions: read recordings, represent walks, learn eigenwalkers, complete a view."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> LinearM
     return linear_model.fit(linear_model.flatten(np.stack([walk.coefficients for walk in walks])), components)
 
 
-def reconstruct(
+def from_view(
     model: LinearModel,
     walk: FourierRepresentation,
     view_angle_deg: float,

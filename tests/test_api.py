@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import fit, joints, read, reconstruct, represent
+from pipeline import fit, from_view, joints, read, represent
 from pipeline.core import errors
 from pipeline.formats import c3d
 from pipeline.formats.points import trc
@@ -35,7 +35,7 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
     assert valid.all()
     walks = [represent(path) for path in files]
     model = fit(walks[1:])
-    found = reconstruct(model, walks[0], 30.0)
+    found = from_view(model, walks[0], 30.0)
     off = np.sqrt(errors.absolute_error(np.moveaxis(found - walks[0].coefficients, -1, 0)).sum(axis=0).mean())
     average = model.mean.reshape(5, 15, 3)
     without = np.sqrt(

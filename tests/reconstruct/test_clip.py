@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pipeline
 from pipeline.core.keypoint_walk import compact, moments
 from pipeline.core.keypoint_walk.calibration import Calibration
 from pipeline.formats.keypoints import Detections, detections
@@ -222,6 +223,11 @@ def test_the_command_prints_what_was_found(say: Callable[..., object], model: Pa
     )  # fmt: skip
     assert said.status == 0, said.err  # type: ignore[attr-defined]
     assert "seen from" in said.out  # type: ignore[attr-defined]
+    written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    _, summary = pipeline.reconstruct(
+        path, frame_rate_hz=30, width=1920, height=1080, focal_px=sim.focal_px, model_folder=model
+    )
+    assert json.loads(json.dumps(summary)) == written
     wrong = say("reconstruct", f"input.path={path}", "input.frame_rate=30")
     assert wrong.status == 1  # type: ignore[attr-defined]
     assert "input.frame_rate" in wrong.err  # type: ignore[attr-defined]
