@@ -1,9 +1,12 @@
 """The same performances with nothing to synchronize: what the methods of mozerov2006 do all the same.
 
-Where the true course of the action is known, every performance is brought to that of the median sequence, and then
-synchronized again, by key-frames and automatically: whatever these still take off follows differences of posture, not
-of time.  Of recorded people the true course is not known; there the null is no synchronization, linear normalisation
-alone, which takes nothing off.
+Every performance is brought to a common time, and then synchronized again, by key-frames and automatically: whatever
+these still take off follows differences of posture, not of time.
+
+Where the true course of the action is known, the common time is that of the median sequence by the true course.  Of
+recorded people it is not known; there each performance's deviation from the mean synchronized performance changes its
+sign, which keeps mean, size and smoothness, and leaves nothing that the path was chosen by.  On synthetic performances
+both leave about as much (0.70 and 0.75 of the variance).
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 
 @dataclass(frozen=True)
 class WithoutMistiming:
-    """Performances without mistiming (or, where that is unknown, linearly normalised), and synchronized again.
+    """Performances without mistiming, and synchronized again.
 
     Attributes
     ----------
@@ -44,25 +47,25 @@ class WithoutMistiming:
 
 def without_mistiming(dataset: Postures, action: Action, options: ActionSpaceModel) -> WithoutMistiming:
     """Return the performances without mistiming, and what synchronization makes of them."""
-    linear, median = action.linear, action.median
+    samples, median = action.linear.shape[1], action.median
     if dataset.phase is None:
-        apart = ((linear - linear[median]) ** 2).sum(axis=(1, 2))
-        still = np.zeros(linear.shape[:2], dtype=int)
-        return WithoutMistiming(linear, linear, linear, still, apart, apart)
-    frames, _ = dataset.true_course(median, linear.shape[1])
-    true = np.stack([interpolate(x, at) for x, at in zip(action.sequences("raw"), frames, strict=True)])
+        common = 2.0 * action.synchronized.mean(axis=0) - action.synchronized
+    else:
+        frames, _ = dataset.true_course(median, samples)
+        raw = action.sequences("raw")
+        common = np.stack([interpolate(x, at) for x, at in zip(raw, frames, strict=True)])
     found = [
-        synchronization.synchronize(true[median], x, smoothness=action.smoothness, **options.path_options)
-        for x in true
+        synchronization.synchronize(common[median], x, smoothness=action.smoothness, **options.path_options)
+        for x in common
     ]
     disparity = np.stack([f.disparity for f in found])
     return WithoutMistiming(
-        linear=true,
+        linear=common,
         keyframe=action_model.by_key_frames(
-            list(true), samples=linear.shape[1], count=options.key_frames
+            list(common), samples=samples, count=options.key_frames
         ).sequences,
-        synchronized=synchronization.warp(true, disparity),
+        synchronized=synchronization.warp(common, disparity),
         disparity=disparity,
         distances=np.array([f.cost for f in found]),
-        distances_linear=((true - true[median]) ** 2).sum(axis=(1, 2)),
+        distances_linear=((common - common[median]) ** 2).sum(axis=(1, 2)),
     )
