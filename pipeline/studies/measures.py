@@ -74,23 +74,50 @@ def values(table: Table, column: str, where: str = "") -> np.ndarray:
 def holds(table: Table, expression: str) -> np.ndarray:
     """Return for each row whether an expression over the columns holds; an empty expression holds for all rows.
 
-    A comparison with NaN, or of a text with a number, does not hold.
+    A comparison with NaN does not hold.
 
     Raises
     ------
     InvalidInput
-        If the expression is invalid or names a column that the table lacks.
+        If the expression is invalid, names a column that the table lacks, or compares texts with numbers.
     """
     if not expression:
         return np.ones(len(table), dtype=bool)
     require_columns(table, *columns_of(expression))
     if table.empty:
         return np.zeros(0, dtype=bool)
-    try:
-        with np.errstate(all="ignore"):
-            return np.asarray(table.eval(expression, engine="python"), dtype=bool)
-    except (TypeError, ValueError, NotImplementedError):  # as pandas and arrow say that types do not compare
-        return np.zeros(len(table), dtype=bool)
+    _require_alike(table, expression)
+    with np.errstate(all="ignore"):
+        return np.asarray(table.eval(expression, engine="python"), dtype=bool)
+
+
+def _require_alike(table: Table, expression: str) -> None:
+    """Require both sides of every comparison to be numbers, or both texts; a column without an entry is either."""
+
+    def is_text(node: ast.expr) -> bool | None:
+        if isinstance(node, ast.Constant):
+            return isinstance(node.value, str)
+        if isinstance(node, ast.Name):
+            entries = table[node.id].dropna()
+            return None if entries.empty else not pd.api.types.is_numeric_dtype(entries.infer_objects())
+        parts = node.args if isinstance(node, ast.Call) else ast.iter_child_nodes(node)
+        if True in {is_text(part) for part in parts if isinstance(part, ast.expr)}:
+            raise _not_alike(table, expression)
+        return False
+
+    for node in ast.walk(ast.parse(expression, mode="eval")):
+        if isinstance(node, ast.Compare):
+            sides = {is_text(side) for side in (node.left, *node.comparators)} - {None}
+            if len(sides) > 1:
+                raise _not_alike(table, expression)
+
+
+def _not_alike(table: Table, expression: str) -> InvalidInput:
+    return InvalidInput(
+        f"{expression!r} compares texts with numbers",
+        where=f"table {table.attrs.get('name', '')}".rstrip(),
+        received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
+    )
 
 
 def columns_of(expression: str) -> list[str]:
@@ -260,10 +287,17 @@ def mean_step(table: Table, column: str) -> Count:
     return Count(float(np.ptp(found) / (found.size - 1.0)) if found.size > 1 else np.nan)
 
 
-def variation_percent(table: Table, column: str) -> float:
+def variation_percent(table: Table, column: str) -> Number:
     """Standard deviation of a column (divisor n - 1) in per cent of its mean."""
-    found = values(table, column)
-    return float(ratio_percent(found.std(ddof=1), found.mean())) if found.size > 1 else np.nan
+    rows = rows_of(table)
+    found = values(rows.frame, column)
+    if not _whole(found) or found.size < 2:
+        return rows.no_number
+    count = rows.weights @ np.bincount(rows.cluster, minlength=rows.weights.shape[1])
+    middle = found.mean()  # against cancellation
+    away = rows.mean(found - middle)
+    spread = np.sqrt(np.maximum(rows.mean((found - middle) ** 2) - away**2, 0.0) * count / (count - 1.0))
+    return rows.number(np.asarray(ratio_percent(spread, middle + away)))
 
 
 def distinct(table: Table, columns: list[str]) -> Count:
@@ -337,6 +371,11 @@ def difference(of: Number, less: Number) -> Number:
 def scaled(of: Number, by: Number) -> Number:
     """Product of a number and a factor."""
     return _number(np.multiply(of, by))
+
+
+def root(of: Number) -> Number:
+    """Square root: of a mean square, or of a ratio of two."""
+    return _number(np.sqrt(of))
 
 
 def total(of: list[Number]) -> Number:

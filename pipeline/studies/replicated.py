@@ -3,7 +3,8 @@
 A table with a column ``population`` holds several synthetic populations, and a replicate is one of them.  Otherwise one
 with a column ``person`` is resampled by person, all rows of a person together.  The table ``X_populations`` or
 ``X_people`` holds the rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and
-takes its place in replicates.
+takes its place in replicates.  ``X_draws``, with a column ``draw``, is ``X`` of people drawn again, for numbers that do
+not follow from rows of single people.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import pandas as pd
 from pipeline.core import bootstrap
 from pipeline.seeding import derive_generator
 
-POPULATION, PERSON = "population", "person"
+POPULATION, PERSON, DRAW = "population", "person", "draw"
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def replicate(
     Returns
     -------
     dict or None
-        None if no table has replicates, or some are of people and others of populations.
+        None if no table has replicates, or those of two tables are of different kinds.
     """
     found = {name: _rows_behind(name, tables) for name in names}
     kinds = {kind for kind, _ in found.values() if kind}
@@ -74,7 +75,7 @@ def replicate(
     labels = np.unique(np.concatenate([rows[kind].astype(str) for k, rows in found.values() if k]))
     if len(labels) < 2:
         return None
-    if kind == POPULATION:
+    if kind != PERSON:
         weights = np.eye(len(labels), dtype=int)
     else:
         weights = bootstrap.resampling_weights(len(labels), derive_generator(seed, "people"))
@@ -104,9 +105,9 @@ def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd
     """Return the kind of the clusters of a table, empty if it has none, and the rows that are drawn."""
     stem = name if "/" in name else f"{name}/table"
     stem = stem.removesuffix("_people")
-    for candidate in (f"{stem}_populations", f"{stem}_people", name):
+    for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):
         rows = tables.get(candidate)
-        for kind in (POPULATION, PERSON):
+        for kind in (POPULATION, DRAW, PERSON):
             if rows is not None and kind in rows.columns and len(rows):
                 return kind, rows
     return "", tables[name]

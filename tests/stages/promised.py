@@ -187,12 +187,18 @@ ENTITIES |= {
 STAGES = ["raw", "linear", "keyframe", "synchronized"]
 LEFT = ["variance_left", "variance_left_to_linear"]
 ERRORS = ["error_frames", "error_sd_frames", "error_moving_frames", "error_moving_sd_frames"]
+PAIRS = [
+    "performance", "person", "other", "other_person", *STAGES, "null_linear", "null_keyframe", "null_synchronized",
+]  # fmt: skip
+SPACE = ["components", "held_by_16", "components_uncorrelated", "held_by_16_uncorrelated"]
 PROMISED |= {
     "mozerov2006_fig1": {
         "table_rates": [
-            "performance", "duration_s", "disparity_max_abs", "rate_min", "rate_max", "rate_sd",
-            "at_rate_limit_fraction", "at_rate_limit_longest", "distance", "distance_linear",
+            "performance", "person", "duration_s", "disparity_max_abs", "rate_min", "rate_max", "rate_sd",
+            "at_rate_limit_fraction", "at_rate_limit_longest", "distance", "distance_linear", "rate_sd_null",
+            "distance_null", "distance_linear_null",
         ],
+        "table_pairs": PAIRS,
     },
     "mozerov2006_fig2": {
         "table_path": ["sample", "disparity", "rate_to_rate", "accumulated_cost"],
@@ -206,14 +212,22 @@ PROMISED |= {
         "table_spectrum": ["component", "eigenvalue", "variance_fraction", "cumulative_fraction", "kept"],
         "table_performances": [
             "performance", "person", "frames", "duration_s", "global_distance", "is_median", "disparity_max_abs",
-            "acceptance_linear", "acceptance_keyframe", "acceptance_synchronized",
+            *(f"acceptance_{kind}{s}" for kind in ("", "person_") for s in STAGES[1:]),
+            "distance_from_median_of_others", "distance_from_any_of_others", "variance_along_modes_of_others",
+            "variance_along_numbers_of_others", "squared_from_keyframe_linear", "squared_from_keyframe_synchronized",
+            "squared_deviation", "cosine_change_max", "angle_change_max",
         ],
+        "table_pairs": PAIRS,
+        "table_space": SPACE,
+        "table_space_draws": ["draw", *SPACE],
         "table_stages": [
             "stage", *LEFT, "acceptance", "acceptance_person", "rms_from_keyframe", "rms_from_keyframe_sd",
             "rms_of_mean_from_keyframe", "rms_from_keyframe_to_deviation", "warp_from_keyframe_frames",
             "warp_from_keyframe_sd_frames",
         ],
-        "table_model": ["sample", "component", "mean", "standard_deviation", "floored"],
+        "table_model": [
+            "sample", "component", "mean", "standard_deviation", "floored", "mean_linear", "standard_deviation_linear",
+        ],
         "table_timing": ["what", "performances", "samples", "dimensions", "seconds"],
         "table_posture": [
             "limbs", "joints", "numbers", "numbers_per_limb", "asymmetry", "limb_norm_error_max", "cosine_change_max",
@@ -221,7 +235,7 @@ PROMISED |= {
     },
     "mozerov2006_warp_error": {
         "table_starts": ["start", "penalty", "smoothness", *ERRORS],
-        "table_performances": ["performance", "stage", "error_moving_frames"],
+        "table_performances": ["performance", "person", "stage", "error_moving_frames", "is_median"],
     },
     "mozerov2006_variance_left": {
         "table_stages": ["stage", *LEFT],
@@ -255,10 +269,11 @@ PROMISED |= {
             "frame", "kind", "draws", "acceptance", "nearest_training_mm", "nearest_training_max_mm", "spread_mm",
             "limb_direction_norm_min", "limb_direction_norm_max", "bounds_held_fraction",
         ],
+        "table_samples_draws": ["draw", "frame", "kind", "nearest_training_mm", "spread_mm"],
     },
     "mozerov2006_tracking": {
         "table_performances": [
-            "performance", "leave_out", "varied", "method", "particles", "noise_mm", "occluded", "error_mm",
+            "performance", "person", "leave_out", "varied", "method", "particles", "noise_mm", "occluded", "error_mm",
             "aspace_error_mm", "lost_fraction",
         ],
     },

@@ -218,6 +218,7 @@ def test_every_replicate_is_what_its_rows_give() -> None:
         Measure("median", {"table": "fig", "column": "x"}),
         Measure("largest", {"table": "fig", "column": "x"}),
         Measure("smallest", {"table": "fig", "column": "x"}),
+        Measure("variation_percent", {"table": "fig", "column": "x"}),
         Measure("percent", {"table": "fig", "of": "x > 1", "where": f"method == '{MAP}'"}),
         Measure("at_smallest", {"table": "fig", "column": "view_angle_deg", "of": "x"}),
         Measure("mean_in_band", {"table": "fig", "column": "x", "method": LS, "band": "frontal"}),
@@ -225,10 +226,11 @@ def test_every_replicate_is_what_its_rows_give() -> None:
         Measure("angle_spread_deg", {"table": "fig", "method": LS}),
         Measure("angle_error_median_deg", {"table": "fig", "method": LS}),
     ]
-    one, two = wanted[0], wanted[4]
+    one, two = wanted[0], wanted[5]
     wanted += [Measure(name, {"of": one, "to": two}) for name in ("ratio", "ratio_percent")] + [
         Measure("percent_less", {"of": one, "than": two}),
         Measure("larger", {"of": (one, two)}),
+        Measure("root", {"of": one}),
     ]
     for measure in wanted:
         fast = measures.evaluate(measure, MEASURES, drawn, len(rows.weights))
@@ -241,12 +243,24 @@ def test_every_replicate_is_what_its_rows_give() -> None:
 
 
 def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() -> None:
-    table = pd.DataFrame({"person": ["a", "b", "c"], "x": [1.0, 2.0, 4.0]})
+    table = pd.DataFrame({"person": ["a", "b", "c"], "sample": [0, 1, 2], "rate_to_rate": [0.0, 2.0, 1.0]})
     drawn = replicate(["fig"], {"fig": table})
     assert drawn is not None
-    variation = Measure("variation_percent", {"table": "fig", "column": "x"})
-    found = np.asarray(measures.evaluate(variation, MEASURES, drawn, 2000))
+    broken = Measure("broken_time_constraints", {"table": "fig"})
+    found = np.asarray(measures.evaluate(broken, MEASURES, drawn, 2000))
     assert found.shape == (2000,)
     rows = drawn["fig"]
     assert isinstance(rows, Replicated)
-    assert found[7] == pytest.approx(measures.evaluate(variation, MEASURES, {"fig": rows.drawn(7)}))
+    assert found[7] == pytest.approx(measures.evaluate(broken, MEASURES, {"fig": rows.drawn(7)}))
+
+
+def test_people_drawn_again_already_are_the_replicates() -> None:
+    space = {"components": [4.0]}
+    draws = {"draw": np.arange(1, 6), "components": [3.0, 4.0, 5.0, 4.0, 3.0]}
+    frames = {"fig/table_space": pd.DataFrame(space), "fig/table_space_draws": pd.DataFrame(draws)}
+    drawn = replicate(["fig/table_space"], frames)
+    assert drawn is not None
+    found = measures.evaluate(
+        Measure("mean", {"table": "fig/table_space", "column": "components"}), MEASURES, drawn, 5
+    )
+    assert np.asarray(found).tolist() == [3.0, 4.0, 5.0, 4.0, 3.0]

@@ -13,6 +13,7 @@ from pipeline.studies import measures
 from pipeline.studies.actions import measures as of_actions
 from pipeline.studies.limbs import measures as of_limbs
 from pipeline.studies.registry import MEASURES
+from pipeline.studies.replicated import Replicated, replicate
 from pipeline.validation import InvalidInput
 
 LS, MAP = "least_squares", "map"
@@ -66,19 +67,43 @@ def test_an_entry_that_is_missing_or_there_twice_is_no_number() -> None:
     assert of_actions.free_numbers(numbers, "numbers_per_limb", "limb_norm_error_max") == 3.0
 
 
-def test_variance_between_performances_asks_for_whole_ones_in_any_order() -> None:
-    whole = table(
-        performance=["a"] * 4 + ["b"] * 4,
-        stage=["raw"] * 8,
-        sample=[0, 0, 1, 1] * 2,
-        component=[1, 2] * 4,
-        value=[0.0, 0.0, 3.0, 4.0, 2.0, 0.0, 3.0, 8.0],  # variances 2, 0, 0 and 8
-    )
-    assert of_actions.variance_between(whole, "raw") == 2.5
-    assert of_actions.variance_between(whole.iloc[::-1], "raw") == 2.5
-    for rows in ([0, 1, 2, 4, 5, 6, 7], [0, 1, 2, 3, 3, 4, 5, 6, 7], [0, 1, 2, 3], []):
-        assert np.isnan(of_actions.variance_between(whole.iloc[rows], "raw"))
-    assert np.isnan(of_actions.variance_between(whole.assign(value=[np.nan, *[0.0] * 7]), "raw"))
+def pairs_of(sequences: np.ndarray, person: list[str]) -> pd.DataFrame:
+    """Squared distances of all ordered pairs of sequences (M, P)."""
+    n, m = np.nonzero(~np.eye(len(person), dtype=bool))
+    names = np.array(person)
+    apart = ((sequences[n] - sequences[m]) ** 2).mean(axis=1)
+    columns = {"performance": [f"clip {i}" for i in n], "other": [f"clip {i}" for i in m]}
+    return pd.DataFrame({**columns, "person": names[n], "other_person": names[m], "x": apart})
+
+
+def test_variance_left_is_the_variance_of_the_sequences_also_of_people_drawn_again() -> None:
+    sequences = np.random.default_rng(2).normal(size=(6, 5))
+    person = ["a", "a", "b", "c", "c", "c"]
+    pairs = pairs_of(sequences, person)
+    wanted = sequences.var(axis=0, ddof=1).mean()
+    assert of_actions.variance_left(pairs, "x") == pytest.approx(wanted)
+    assert of_actions.variance_left(pairs[::-1], "x") == pytest.approx(wanted), "in any order"
+    assert np.isnan(of_actions.variance_left(pairs[:0], "x"))
+    assert np.isnan(of_actions.variance_left(pairs.assign(x=np.nan), "x"))
+    drawn = replicate(["t"], {"t": pairs})
+    assert drawn is not None
+    rows = drawn["t"]
+    assert isinstance(rows, Replicated)
+    found = np.asarray(of_actions.variance_left(rows, "x"))
+    for b in range(20):
+        times = np.repeat(np.arange(6), rows.weights[b, [0, 0, 1, 2, 2, 2]])
+        assert found[b] == pytest.approx(sequences[times].var(axis=0, ddof=1).mean(), nan_ok=True)
+
+
+def test_a_text_compared_with_a_number_is_refused_by_name() -> None:
+    mixed = table(method=[LS, MAP], x=[1.0, 2.0], empty=[np.nan, np.nan], shown=[True, False])
+    mixed.attrs["name"] = "some_figure"
+    for wrong in ("method > 1", "method == 1", "x == 'map'", "x > 0 and 3 == method", "2 * method > x"):
+        with pytest.raises(InvalidInput, match=r"table some_figure: .*compares texts with numbers"):
+            measures.holds(mixed, wrong)
+    assert measures.holds(mixed, f"method == {LS!r} and x < 2").tolist() == [True, False]
+    assert measures.holds(mixed, "shown == 1").tolist() == [True, False]
+    assert measures.holds(mixed, "empty == 'a' or empty > 0").tolist() == [False, False], "of either kind"
 
 
 def reconstructibilities(eta: list[float], error: list[float]) -> pd.DataFrame:

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.studies.measures import Table, only, values
+from pipeline.studies.measures import Number, Table, only, require_columns, rows_of, values
 
 
-def variance_between(table: Table, stage: str) -> float:
-    """Variance between performances (divisor M - 1), mean over samples and components.
+def variance_left(table: Table, column: str) -> Number:
+    """Variance between performances (divisor M - 1): half the mean of a column of squared distances over pairs.
 
-    NaN if there are fewer than two, or one lacks a sample or has one twice.
+    Of all ordered pairs of two performances; a performance that is drawn twice is no distance from itself.
     """
-    chosen = f"stage == {stage!r}"
-    rows = table.assign(value=values(table, "value"))[
-        ["performance", "stage", "sample", "component", "value"]
-    ]
-    rows = rows[rows["stage"] == stage].drop(columns="stage")
-    place = ["sample", "component"]
-    if not values(table, "value", chosen).size or rows.duplicated(["performance", *place]).any():
-        return np.nan
-    wide = rows.pivot(index=place, columns="performance", values="value").to_numpy(dtype=float)
-    return (
-        float(np.var(wide, axis=1, ddof=1).mean())
-        if wide.shape[1] > 1 and np.isfinite(wide).all()
-        else np.nan
-    )
+    rows = rows_of(table)
+    require_columns(rows.frame, "performance", "person", "other_person")
+    found = values(rows.frame, column)
+    of_person = dict(zip(rows.frame["person"].astype(str), rows.cluster, strict=True))
+    other = rows.frame["other_person"].astype(str).map(of_person)
+    if not (found.size and np.isfinite(found).all()) or other.isna().any():
+        return rows.no_number
+    size = rows.weights.shape[1]
+    apart = np.zeros((size, size))
+    np.add.at(apart, (rows.cluster, other.to_numpy(dtype=int)), found)
+    first = ~rows.frame["performance"].duplicated().to_numpy()
+    count = rows.weights @ np.bincount(rows.cluster[first], minlength=size)
+    drawn = ((rows.weights @ apart) * rows.weights).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return rows.number(0.5 * drawn / (count * (count - 1.0)))
 
 
 def broken_time_constraints(table: Table) -> float:

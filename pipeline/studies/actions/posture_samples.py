@@ -11,16 +11,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.core import action_model, posture
+from pipeline.core import action_model, bootstrap, posture
 from pipeline.core.action_model import ActionModel
 from pipeline.processes import map_processes
+from pipeline.seeding import derive_generator
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action
 from pipeline.studies.study import Sweep, SweepInputs
 from pipeline.validation import require_distinct, require_range
 
-KINDS = ("accepted", "outside", "training")
-"""Drawn within the bounds; every coordinate drawn beyond them; recorded, synchronized, at this frame."""
+KINDS = ("accepted", "outside", "training", "unsynchronized")
+"""Drawn within the bounds; every coordinate drawn beyond them; recorded, synchronized, at this frame; drawn within the
+bounds of a model learnt of linearly normalised performances, without synchronization."""
 
 BEYOND = (1.0, 3.0)
 """How many standard deviations beyond the bounds the rejected postures are drawn."""
@@ -49,6 +51,8 @@ class SampledPostures:
     spread_mm : (N, K)
         Median distance from the mean posture.
     limb_direction_norm_min, limb_direction_norm_max : (N, K)
+    drawn_nearest_training_mm, drawn_spread_mm : (B, N, K)
+        The medians above, by models learnt of people drawn again, and of fewer postures; B is 0 for one person alone.
     """
 
     frames: np.ndarray
@@ -64,6 +68,8 @@ class SampledPostures:
     limb_direction_norm_min: np.ndarray
     limb_direction_norm_max: np.ndarray
     bounds_held_fraction: np.ndarray
+    drawn_nearest_training_mm: np.ndarray
+    drawn_spread_mm: np.ndarray
 
 
 @dataclass(kw_only=True)
@@ -75,17 +81,22 @@ class PostureSampling(Sweep):
     frames: list[int] = field(default_factory=lambda: [10, 40])  # of the mean performance, counted from 1
     samples: int = 8  # of them shown
     measured: int = 2000  # drawn at each frame
+    resamples: int = 40  # models of people drawn again, for intervals
+    measured_again: int = 64  # postures drawn at each frame of each of these
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         for frame in require_distinct("sweep.frames", self.frames):
             require_range("sweep.frames", frame, at_least=1)
         require_range("sweep.samples", self.samples, at_least=1, at_most=self.measured)
+        require_range("sweep.resamples", self.resamples, at_least=1)
+        require_range("sweep.measured_again", self.measured_again, at_least=1)
 
     def measure(self, inputs: SweepInputs[None, Postures, Action]) -> SampledPostures:
         """Return postures drawn at each frame, as joints, and what is said of them."""
         action, bound = inputs.model, float(inputs.model_options.bound)
         performances, learnt = action.synchronized, action.model
+        unsynchronized = action_model.learn(action.linear)
         body = inputs.dataset.mean_body()
 
         def joints(coordinates: np.ndarray) -> np.ndarray:
@@ -100,6 +111,9 @@ class PostureSampling(Sweep):
                 "accepted": action_model.sample(learnt, self.measured, generator, at=at, bound=bound),
                 "outside": beyond(learnt, self.measured, generator, at=at, bound=bound),
                 "training": performances[:, at],
+                "unsynchronized": action_model.sample(
+                    unsynchronized, self.measured, generator, at=at, bound=bound
+                ),
             }
             samples.append(joints(drawn["accepted"][: self.samples]))
             for kind in KINDS:
@@ -110,7 +124,8 @@ class PostureSampling(Sweep):
                     # The nearest of the other performances: its own posture is no distance away.
                     np.fill_diagonal(distances, np.inf)
                 closest = distances.min(axis=1)
-                from_mean = np.linalg.norm(bodies - joints(learnt.mean[at]), axis=-1).mean(axis=-1)
+                about = unsynchronized if kind == "unsynchronized" else learnt
+                from_mean = np.linalg.norm(bodies - joints(about.mean[at]), axis=-1).mean(axis=-1)
                 cosines = action.space.postures(coordinates)[:, 1:].reshape(len(coordinates), -1, 3)
                 norms = np.linalg.norm(cosines, axis=-1)
                 within = np.abs(coordinates - learnt.mean[at]) <= bound * learnt.standard_deviation[at]
@@ -125,7 +140,35 @@ class PostureSampling(Sweep):
                     "bounds_held_fraction": within.mean(),
                 }
                 rows.append(row)
+        people, place = np.unique(inputs.dataset.person, return_inverse=True)
+        weights = bootstrap.resampling_weights(len(people), derive_generator(0, "people"))
+        weights = weights[(weights > 0).sum(axis=1) > 1][: self.resamples]  # one person alone may not vary
+
+        def again(draw: int) -> np.ndarray:
+            """Nearest and spread (2, N, K) of people drawn again."""
+            held = np.repeat(np.arange(len(performances)), weights[draw, place])
+            models = action_model.learn(performances[held]), action_model.learn(action.linear[held])
+            found = np.empty((2, len(self.frames), len(KINDS)))
+            for f, number in enumerate(self.frames):
+                at, generator = number - 1, np.random.default_rng([inputs.seed, _STREAM, number, draw])
+                for k, kind in enumerate(KINDS):
+                    model = models[kind == "unsynchronized"]
+                    if kind == "training":
+                        coordinates = performances[held, at]
+                    else:
+                        draws = beyond if kind == "outside" else action_model.sample
+                        coordinates = draws(model, self.measured_again, generator, at=at, bound=bound)
+                    bodies = joints(coordinates)
+                    distances = nearest(bodies, training, 1)
+                    if kind == "training":
+                        distances[np.arange(len(held)), held] = np.inf
+                    from_mean = np.linalg.norm(bodies - joints(model.mean[at]), axis=-1).mean(axis=-1)
+                    found[:, f, k] = np.median(distances[:, held].min(axis=1)), np.median(from_mean)
+            return found
+
         shape = (len(self.frames), len(KINDS))
+        drawn_again = np.array(map_processes(again, range(len(weights)), inputs.workers))
+        drawn_again = drawn_again.reshape(-1, 2, *shape)
         return SampledPostures(
             frames=np.array(self.frames),
             mean_joints=mean_performance[np.array(self.frames) - 1],
@@ -133,6 +176,8 @@ class PostureSampling(Sweep):
             mean_performance=mean_performance,
             kinds=np.array(KINDS),
             **{name: np.array([row[name] for row in rows]).reshape(shape) for name in rows[0]},
+            drawn_nearest_training_mm=drawn_again[:, 0],
+            drawn_spread_mm=drawn_again[:, 1],
         )
 
 

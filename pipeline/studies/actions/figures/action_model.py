@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pipeline.core import action_model
 from pipeline.core.posture import PARAMETERS
 from pipeline.palette import Style
 from pipeline.skeleton import POSTURE12, WALKER15
@@ -23,9 +24,12 @@ from pipeline.studies.actions.figures.alignments import (
     sequence_rows,
     skeleton,
 )
-from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared
+from pipeline.studies.actions.figures.key_frame_agreement import alignments_compared, sequence_differences
+from pipeline.studies.actions.figures.new_people import patterns_of_others, space_tables, variance_along_modes
+from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
+from pipeline.studies.actions.without_mistiming import without_mistiming
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import entity_name
@@ -61,18 +65,22 @@ class ActionModelFigure(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.
 
+        ``table_pairs``, ``table_space`` and ``table_space_draws`` are what the claims and their intervals rest on;
         ``table_timing`` depends on the machine.
         """
         action, timings = inputs.model, inputs.sweep
         n, m = np.indices(action.distances.shape)
         distances = {"n": n.ravel(), "m": m.ravel(), "distance": action.distances.ravel()}
         sample, component = np.indices(action.model.mean.shape)
+        without = action_model.learn(action.linear)
         model = {
             "sample": sample.ravel(),
             "component": component.ravel() + 1,
             "mean": action.model.mean.ravel(),
             "standard_deviation": action.model.standard_deviation.ravel(),
             "floored": action.model.floored.ravel(),
+            "mean_linear": without.mean.ravel(),
+            "standard_deviation_linear": without.standard_deviation.ravel(),
         }
         timing = {
             "what": timings.what,
@@ -82,6 +90,9 @@ class ActionModelFigure(Figure):
             "seconds": timings.seconds,
         }
         rows = sequence_rows(inputs, range(1, self._shown(inputs) + 1))
+        null = without_mistiming(inputs.dataset, action, options_of(inputs))
+        postures = inputs.dataset.split(inputs.dataset.postures)
+        space, space_draws = space_tables(postures, inputs.dataset.person)
         columns = ["performance", "stage", "sample", "component", "value"]
         return {
             "table": tidy(rows[columns], by=["performance"]),
@@ -89,6 +100,9 @@ class ActionModelFigure(Figure):
             "table_spectrum": _spectrum(action),
             "table_performances": _performances(inputs),
             "table_stages": alignments_compared(action, options_of(inputs)),
+            "table_pairs": pairs_table(inputs, null),
+            "table_space": space,
+            "table_space_draws": space_draws,
             "table_model": tidy(model, by=["sample", "component"]),
             "table_timing": pd.DataFrame(timing),
             "table_posture": _posture(inputs),
@@ -103,8 +117,12 @@ class ActionModelFigure(Figure):
         for k in range(1, shown + 1):
             model = tables["table_model"].query("component == @k")
             reach = bound * model["standard_deviation"]
+            unsynchronized = bound * model["standard_deviation_linear"]
             edge = partial(pictures.Series, x=model["sample"], colour="black", width=0.75)
+            dashed = partial(edge, colour="grey", line="dashed")
             learnt = [
+                dashed(y=model["mean_linear"] - unsynchronized, label="the same without synchronization"),
+                dashed(y=model["mean_linear"] + unsynchronized),
                 edge(y=model["mean"] - reach, label=f"±{bound:g} standard deviations"),
                 edge(y=model["mean"] + reach),
                 edge(y=model["mean"], label="mean performance", colour="orange", width=1.1),
@@ -136,7 +154,7 @@ class ActionModelFigure(Figure):
             letters=False,
             panel_size=(1.83, 1.56),
             caption=f"{inputs.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, "
-            "and the performances of (b).",
+            "and the performances of (b); grey, the bounds learnt without synchronization, by linear normalisation.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -209,24 +227,56 @@ def _spectrum(action: Action) -> pd.DataFrame:
 
 
 def _performances(inputs: Inputs) -> pd.DataFrame:
-    action = inputs.model
+    """Each performance by itself, and as one of a person who was not learnt from."""
+    action, data = inputs.model, inputs.dataset
+    postures = data.split(data.postures)
+    chosen, arbitrary = patterns_of_others(action.distances, data.person)
+    along, null = variance_along_modes(postures, data.person)
+    unseen = np.full((len(data.person), 1), np.nan)
+    deviation = action.linear - action.linear.mean(axis=(0, 1))
     columns = {
         "performance": inputs.samples,
-        "person": inputs.dataset.person,
+        "person": data.person,
         "frames": np.diff(action.first),
-        "duration_s": inputs.dataset.duration_s,
+        "duration_s": data.duration_s,
         "global_distance": action.distances.sum(axis=1),
         "is_median": np.arange(len(inputs.samples)) == action.median,
         "disparity_max_abs": np.abs(action.disparity).max(axis=1),
         **{f"acceptance_{s}": action.accepted[s].mean(axis=1) for s in ALIGNMENTS[1:]},
+        **{
+            f"acceptance_person_{s}": action.accepted_person.get(s, unseen).mean(axis=1)
+            for s in ALIGNMENTS[1:]
+        },
+        "distance_from_median_of_others": chosen,
+        "distance_from_any_of_others": arbitrary,
+        "variance_along_modes_of_others": along,
+        "variance_along_numbers_of_others": null,
+        **{
+            f"squared_from_keyframe_{s}": sequence_differences(action, options_of(inputs), s)[0] ** 2
+            for s in ("linear", "synchronized")
+        },
+        "squared_deviation": (deviation**2).mean(axis=(1, 2)),
+        "cosine_change_max": [np.abs(np.diff(_cosines(p), axis=0)).max() for p in postures],
+        "angle_change_max": [_angle_change_max(_cosines(p)) for p in postures],
     }
     return tidy(columns, by=["performance"])
+
+
+def _cosines(postures: np.ndarray) -> np.ndarray:
+    """Direction cosines (F, 12, 3) of postures (F, 37)."""
+    return postures[:, 1:].reshape(len(postures), len(POSTURE12.limbs), 3)
+
+
+def _angle_change_max(cosines: np.ndarray) -> float:
+    """Largest change from frame to frame of a limb's azimuth, as a share of half a turn: from 0 to 2 as of cosines."""
+    azimuth = np.arctan2(cosines[..., 1], cosines[..., 0])
+    return float(np.abs(np.diff(azimuth, axis=0)).max() / np.pi)
 
 
 def _posture(inputs: Inputs) -> pd.DataFrame:
     """What a posture is made of, how smoothly its cosines run, and how unequal C(n, m) and C(m, n) are."""
     data, distances = inputs.dataset, inputs.model.distances
-    cosines = data.postures[:, 1:].reshape(-1, len(POSTURE12.limbs), 3)
+    cosines = _cosines(data.postures)
     within = np.delete(np.arange(1, len(cosines)), data.first[1:-1] - 1)  # not from one clip to the next
     apart = ~np.eye(len(distances), dtype=bool)
     row = {

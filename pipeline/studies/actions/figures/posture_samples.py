@@ -15,6 +15,7 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.posture_samples import PostureSampling, SampledPostures
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.replicated import DRAW
 from pipeline.studies.study import Figure
 from pipeline.validation import require_range
 
@@ -46,7 +47,10 @@ class PostureSamples(Figure):
             require_range("sweep.frames", frame, at_least=1, at_most=samples)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """Return ``table``: joints of mean postures (draw -1) and of the samples shown; ``table_samples``: all."""
+        """Return ``table``: joints of mean postures (draw -1) and of the samples shown; ``table_samples``: all.
+
+        ``table_samples_draws``: the same by models learnt of people drawn again.
+        """
         sweep = inputs.sweep
         bodies = _bodies(inputs)
         frame, draw, joint = (i.ravel() for i in np.indices(bodies.shape[:3]))
@@ -62,9 +66,18 @@ class PostureSamples(Figure):
             "kind": sweep.kinds[of_kind],
             **{name: getattr(sweep, name).ravel() for name in MEASURES},
         }
+        draw, of_frame, of_kind = (i.ravel() for i in np.indices(sweep.drawn_spread_mm.shape))
+        again = {
+            DRAW: draw + 1,
+            "frame": sweep.frames[of_frame],
+            "kind": sweep.kinds[of_kind],
+            "nearest_training_mm": sweep.drawn_nearest_training_mm.ravel(),
+            "spread_mm": sweep.drawn_spread_mm.ravel(),
+        }
         return {
             "table": tidy(joints, by=["frame", "draw"]),
             "table_samples": tidy(samples, by=["frame", "kind"]),
+            "table_samples_draws": tidy(again, by=[DRAW, "frame", "kind"]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:

@@ -53,6 +53,7 @@ class TrackingError(Figure):
         lost[..., : sweep.lost_fraction.shape[-1]] = sweep.lost_fraction
         rows = {
             "performance": np.array(inputs.samples)[sweep.tracked[m]],
+            "person": np.asarray(inputs.dataset.person)[sweep.tracked[m]],
             "leave_out": sweep.leave_out[way],
             "varied": sweep.varied[condition],
             "method": sweep.methods[method],

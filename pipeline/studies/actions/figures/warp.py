@@ -18,7 +18,9 @@ from pipeline.studies.actions.figures.alignments import (
     sequence_rows,
     skeleton,
 )
+from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
+from pipeline.studies.actions.without_mistiming import WithoutMistiming, without_mistiming
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.study import Figure
@@ -49,7 +51,8 @@ class Warp(Figure):
         require_range("figure.performances", self.performances, at_least=1)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant.
+        """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant;
+        ``table_pairs``: squared distance of each two in that dimension.
 
         Samples of ``table`` are timed by the performance itself if raw, else by the mean duration.
         """
@@ -66,7 +69,12 @@ class Warp(Figure):
         last = rows.groupby(["stage", "performance"])["sample"].transform("max")
         rows["time_s"] *= rows["sample"] / last
         columns = ["performance", "stage", "component", "sample", "time_s", "value"]
-        return {"table": tidy(rows[columns], by=["performance"]), "table_rates": _rates(inputs)}
+        null = without_mistiming(inputs.dataset, inputs.model, options_of(inputs))
+        return {
+            "table": tidy(rows[columns], by=["performance"]),
+            "table_rates": _rates(inputs, null),
+            "table_pairs": pairs_table(inputs, null, slice(self.dimension - 1, self.dimension)),
+        }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw a panel for each alignment, with the median sequence among some performances."""
@@ -176,11 +184,12 @@ class Warp(Figure):
             rec.blueprint(recordings.Columns(recordings.Rows(*bodies), right), playing=True)
 
 
-def _rates(inputs: Inputs) -> pd.DataFrame:
+def _rates(inputs: Inputs, null: WithoutMistiming) -> pd.DataFrame:
     """Rates of each rate-to-rate function, relative to the median sequence and a constant rate.
 
     A sample is at the rate limit if time runs as fast there as the steps of the trellis allow, twice as fast as at a
-    constant rate [mozerov2006 13]; where it stands still is the limit of any monotone function.
+    constant rate [mozerov2006 13]; where it stands still is the limit of any monotone function.  `_null`: the same of
+    performances without mistiming.
     """
     action = inputs.model
     disparity = np.asarray(action.disparity, dtype=int)
@@ -188,6 +197,7 @@ def _rates(inputs: Inputs) -> pd.DataFrame:
     limit = rates == 1 - min(options_of(inputs).steps)
     columns = {
         "performance": inputs.samples,
+        "person": inputs.dataset.person,
         "duration_s": inputs.dataset.duration_s,
         "disparity_max_abs": np.abs(disparity).max(axis=1),
         "rate_min": rates.min(axis=1),
@@ -197,6 +207,9 @@ def _rates(inputs: Inputs) -> pd.DataFrame:
         "at_rate_limit_longest": [_longest_run(row) for row in limit],
         "distance": action.distances[action.median],
         "distance_linear": ((action.linear - action.linear[action.median]) ** 2).sum(axis=(1, 2)),
+        "rate_sd_null": np.diff(synchronization.rate_to_rate(null.disparity), axis=1).std(axis=1, ddof=1),
+        "distance_null": null.distances,
+        "distance_linear_null": null.distances_linear,
     }
     return tidy(columns, by=["performance"])
 
