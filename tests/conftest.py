@@ -10,6 +10,7 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 import getpass
+import signal
 import sys
 import tempfile
 from collections.abc import Callable
@@ -33,6 +34,9 @@ from pipeline.storage import tables
 from pipeline.storage.store import Store
 from tests.processes import python
 
+# A shell starts what runs in its background deaf to SIGINT, and children inherit that: tests that interrupt would wait.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # Failing examples are remembered between runs, but outside of the tree.
 set_hypothesis_home_dir(Path(tempfile.gettempdir()) / f"gait-pipeline-hypothesis-{getpass.getuser()}")
 # No example fails because the machine is busy.
