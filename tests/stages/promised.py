@@ -71,6 +71,14 @@ PROMISED: dict[str, dict[str, list[str]]] = {
     },
     "zhang2007_fig5": VIEW_ERRORS,
     "zhang2007_fig6": VIEW_ANGLES,
+    "zhang2007_joint_angles": {
+        "table_walkers": ["method", "angle", "person", "walker", "rmse_deg", "offset_free_rmse_deg"],
+        "table_summary": [
+            "method", "angle", "walkers",
+            *(f"{e}{suffix}" for e in ("rmse", "offset_free_rmse")
+              for suffix in ("_deg", "_deg_low", "_deg_high", "_median_deg", "_worst_deg")),
+        ],
+    },
 }  # fmt: skip
 ENTITIES = {
     "zhang2004_fig2": {"world/average", "world/eigenwalker_1/plus_2_sd", "cumulative/variance_percent"},
@@ -95,6 +103,10 @@ ENTITIES = {
         for method in ("least_squares", "map")
     },
 }  # fmt: skip
+ENTITIES["zhang2007_joint_angles"] = {
+    *(f"world/{who}" for who in ("truth", "least_squares", "map", "average_walker")),
+    *(f"curves/{angle}_deg/map" for angle in ("hip", "knee", "shoulder", "elbow")),
+}
 ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
 for _ours, _theirs in (("fig3", "fig4"), ("fig4", "fig5"), ("fig5", "fig6")):
     ENTITIES[f"zhang2004_{_ours}"] = {e for e in ENTITIES[f"zhang2007_{_theirs}"] if "/map" not in e}

@@ -3,11 +3,13 @@
 from pipeline.studies.study import Study
 from pipeline.studies.walks import measures
 from pipeline.studies.walks.dataset import FourierDataset
+from pipeline.studies.walks.figures.joint_angles import JointAngleFigure
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
 from pipeline.studies.walks.figures.postures import Postures
 from pipeline.studies.walks.figures.spectrum import Spectrum
 from pipeline.studies.walks.figures.view_angles import ViewAngleEstimates
 from pipeline.studies.walks.figures.view_errors import ViewErrors
+from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView
@@ -16,13 +18,14 @@ STUDY = Study(
     "walks",
     datasets={"fourier": FourierDataset},
     models={"eigenwalkers": EigenwalkersModel},
-    sweeps={"known_view": KnownView, "unknown_view": UnknownView},
+    sweeps={"known_view": KnownView, "unknown_view": UnknownView, "joint_angles": JointAngles},
     figures={
         "spectrum": Spectrum,
         "noise_variance": NoiseVariance,
         "postures": Postures,
         "view_errors": ViewErrors,
         "view_angles": ViewAngleEstimates,
+        "joint_angles": JointAngleFigure,
     },
     measures=measures,
 )
