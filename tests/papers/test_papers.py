@@ -414,6 +414,12 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             rms_least_squares_from_average_walker_mm=[14.0] * 6,
             rms_map_from_average_walker_mm=[7.0] * 6,
         ),
+        "zhang2007_fig4/table_identification": columns(
+            person=["a", "b"] * 3,
+            walker=["a", "b"] * 3,
+            method=[LS] * 2 + [MAP] * 2 + [AVERAGE] * 2,
+            identified=[1, 0, 1, 1, 0, 0],
+        ),
         "zhang2007_fig5": columns(
             method=[LS] * 5 + [MAP] * 5 + [AVERAGE] * 5 + [MAP_1] * 5,
             view_angle_deg=VIEWS * 4,
@@ -753,6 +759,7 @@ WORKED = {
     "zhang2007_knee_reasonable": 4,
     "zhang2007_joint_angles_reasonable_without_offset": 2,
     "zhang2007_joint_angles_better_by_the_prior": 100 * (1 - 5 / 8),
+    "zhang2004_identified_from_another_view": 50,
     "zhang2004_four_limbs_asymmetric": 20,
     "zhang2004_legs_half_a_period_apart": 0.49,
     "zhang2004_variance_covered_in_profile": -0.25,

@@ -46,6 +46,7 @@ VIEW_ANGLES = {
         "absolute_angle_error_max_deg", "failures", "runner_up_cost_ratio_min", "not_converged",
     ],
 }  # fmt: skip
+IDENTIFICATION = ["person", "walker", "method", "view_angle_deg", "among_view_angle_deg", "identified"]
 PROMISED: dict[str, dict[str, list[str]]] = {
     "zhang2004_fig2": SPECTRUM,
     "zhang2004_fig3": {
@@ -53,6 +54,7 @@ PROMISED: dict[str, dict[str, list[str]]] = {
             "person", "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_average_walker_mm",
             "rms_least_squares_from_average_walker_mm",
         ],
+        "table_identification": IDENTIFICATION,
     },
     "zhang2004_fig4": VIEW_ERRORS,
     "zhang2004_fig5": VIEW_ANGLES,
@@ -68,6 +70,7 @@ PROMISED: dict[str, dict[str, list[str]]] = {
             "rms_between_methods_mm", "rms_error_average_walker_mm", "rms_least_squares_from_average_walker_mm",
             "rms_map_from_average_walker_mm",
         ],
+        "table_identification": IDENTIFICATION,
     },
     "zhang2007_fig5": VIEW_ERRORS,
     "zhang2007_fig6": VIEW_ANGLES,
