@@ -414,6 +414,12 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             rms_least_squares_from_average_walker_mm=[14.0] * 6,
             rms_map_from_average_walker_mm=[7.0] * 6,
         ),
+        "zhang2007_fig4/table_identification": columns(
+            person=["a", "b"] * 3,
+            walker=["a", "b"] * 3,
+            method=[LS] * 2 + [MAP] * 2 + [AVERAGE] * 2,
+            identified=[1, 0, 1, 1, 0, 0],
+        ),
         "zhang2007_fig5": columns(
             method=[LS] * 5 + [MAP] * 5 + [AVERAGE] * 5 + [MAP_1] * 5,
             view_angle_deg=VIEWS * 4,
@@ -455,6 +461,13 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             hidden=["feet", "head"] * 2,
             method=["average_walker"] * 2 + ["map_tuned"] * 2,
             hidden_error_mm=[90.0, 70.0, 50.0, 54.0],
+        ),
+        "zhang2007_joint_angles/table_walkers": columns(
+            person=["a", "b"] * 6,
+            method=([LS] * 2 + [MAP] * 2 + [AVERAGE] * 2) * 2,
+            angle=["knee"] * 6 + ["hip"] * 6,
+            rmse_deg=[6.0, 8.0, 3.0, 5.0, 9.0, 9.0, 8.0, 10.0, 5.0, 7.0, 9.0, 9.0],
+            offset_free_rmse_deg=[2.0, 2.0, 1.0, 1.0, 3.0, 3.0, 4.0, 4.0, 3.0, 3.0, 5.0, 5.0],
         ),
         "zhang2007_fig6": columns(method=[LS], walkers=[2]),
         "zhang2007_fig6/table_people": columns(
@@ -748,6 +761,11 @@ WORKED = {
     "zhang2007_reasonable_reconstruction": 15,
     "zhang2007_map_better_for_most_walkers": 50,
     "zhang2007_view_angle_high_accuracy": 1,
+    "zhang2007_joint_angles_reasonable": 5,
+    "zhang2007_knee_reasonable": 4,
+    "zhang2007_joint_angles_reasonable_without_offset": 2,
+    "zhang2007_joint_angles_better_by_the_prior": 100 * (1 - 5 / 8),
+    "zhang2004_identified_from_another_view": 50,
     "zhang2004_four_limbs_asymmetric": 20,
     "zhang2004_legs_half_a_period_apart": 0.49,
     "zhang2004_variance_covered_in_profile": -0.25,

@@ -46,6 +46,7 @@ VIEW_ANGLES = {
         "absolute_angle_error_max_deg", "failures", "runner_up_cost_ratio_min", "not_converged",
     ],
 }  # fmt: skip
+IDENTIFICATION = ["person", "walker", "method", "view_angle_deg", "among_view_angle_deg", "identified"]
 PROMISED: dict[str, dict[str, list[str]]] = {
     "zhang2004_fig2": SPECTRUM,
     "zhang2004_fig3": {
@@ -53,6 +54,7 @@ PROMISED: dict[str, dict[str, list[str]]] = {
             "person", "walker", "view_angle_deg", "rms_error_least_squares_mm", "rms_error_average_walker_mm",
             "rms_least_squares_from_average_walker_mm",
         ],
+        "table_identification": IDENTIFICATION,
     },
     "zhang2004_fig4": VIEW_ERRORS,
     "zhang2004_fig5": VIEW_ANGLES,
@@ -68,9 +70,18 @@ PROMISED: dict[str, dict[str, list[str]]] = {
             "rms_between_methods_mm", "rms_error_average_walker_mm", "rms_least_squares_from_average_walker_mm",
             "rms_map_from_average_walker_mm",
         ],
+        "table_identification": IDENTIFICATION,
     },
     "zhang2007_fig5": VIEW_ERRORS,
     "zhang2007_fig6": VIEW_ANGLES,
+    "zhang2007_joint_angles": {
+        "table_walkers": ["method", "angle", "person", "walker", "rmse_deg", "offset_free_rmse_deg"],
+        "table_summary": [
+            "method", "angle", "walkers",
+            *(f"{e}{suffix}" for e in ("rmse", "offset_free_rmse")
+              for suffix in ("_deg", "_deg_low", "_deg_high", "_median_deg", "_worst_deg")),
+        ],
+    },
 }  # fmt: skip
 ENTITIES = {
     "zhang2004_fig2": {"world/average", "world/eigenwalker_1/plus_2_sd", "cumulative/variance_percent"},
@@ -95,6 +106,10 @@ ENTITIES = {
         for method in ("least_squares", "map")
     },
 }  # fmt: skip
+ENTITIES["zhang2007_joint_angles"] = {
+    *(f"world/{who}" for who in ("truth", "least_squares", "map", "average_walker")),
+    *(f"curves/{angle}_deg/map" for angle in ("hip", "knee", "shoulder", "elbow")),
+}
 ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
 for _ours, _theirs in (("fig3", "fig4"), ("fig4", "fig5"), ("fig5", "fig6")):
     ENTITIES[f"zhang2004_{_ours}"] = {e for e in ENTITIES[f"zhang2007_{_theirs}"] if "/map" not in e}

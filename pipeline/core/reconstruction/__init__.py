@@ -21,7 +21,7 @@ from pipeline.core.reconstruction.known_view import (
     least_squares,
     maximum_a_posteriori,
 )
-from pipeline.core.reconstruction.noise_path import error_path
+from pipeline.core.reconstruction.noise_path import NoisePath, error_path
 from pipeline.core.reconstruction.unknown_phase import (
     PhasedViews,
     TurnedObservations,
@@ -33,6 +33,7 @@ from pipeline.core.reconstruction.unknown_phase import (
 __all__ = [
     "Gram",
     "KnownViews",
+    "NoisePath",
     "PhasedViews",
     "Spectrum",
     "TurnedObservations",

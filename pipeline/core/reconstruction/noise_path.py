@@ -18,6 +18,73 @@ _TERMS = 37.0
 """Natural logarithm of what the Chebyshev series of a path leaves out: e^-37 is rounding."""
 
 
+class NoisePath:
+    """Errors of walkers along a path of noise variances, by one model from the same views.
+
+    What depends on model and views alone is computed once, for all walkers.
+
+    Parameters
+    ----------
+    model : LinearModel
+    view_angles_rad : (A,)
+    noise_variances : (S,)
+        sigma² in mm².
+
+    Raises
+    ------
+    InvalidInput
+        If a noise variance is not positive and finite.
+
+    Notes
+    -----
+    With A = V diag(s) V^T the coefficients are z = V y, y = (V^T h) / (s + sigma²), and the error is the
+    quadratic form c0 - 2 r·y + y^T Q y: no reconstruction is formed.
+    """
+
+    def __init__(self, model: LinearModel, view_angles_rad: np.ndarray, noise_variances: np.ndarray) -> None:
+        noise_variances = np.asarray(noise_variances, dtype=float)
+        for value in noise_variances[~(np.isfinite(noise_variances) & (noise_variances > 0.0))]:
+            require_noise_variance(value)
+        self._model, self._white = model, whiten(model)
+        self._cosine, self._sine = np.cos(view_angles_rad), np.sin(view_angles_rad)
+        c, s, white = self._cosine, self._sine, self._white
+        spectrum = Gram(white).spectrum(c, s)
+        self._vectors = spectrum.vectors
+        # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
+        joints = len(WALKER15.joints)
+        self._weights = np.repeat(errors.parseval_weights(len(white.bx) // joints), joints)[:, None] / joints
+        self._wx, self._wy = self._weights * white.bx, self._weights * white.by
+        cross = self._wx.T @ white.by
+        self._turn = np.stack([s**2, -s * c, c**2], axis=-1)
+        parts = np.stack([self._wx.T @ white.bx, cross + cross.T, self._wy.T @ white.by])
+        quadratic = np.tensordot(self._turn, parts, axes=1)
+        self._rotated = np.swapaxes(self._vectors, 1, 2) @ quadratic @ self._vectors
+        nodes, self._between = _interpolation(noise_variances)
+        self._inverse = spectrum.inverse(nodes)
+
+    def error(self, sample: np.ndarray) -> np.ndarray:
+        """E_a of a walker (225,) or (226,) whom the model has not seen, for every view and sigma², (A, S) mm².
+
+        Raises
+        ------
+        InvalidInput
+            If the walker does not fit the model or is not finite.
+        """
+        d = deviation(self._model, self._white, sample)
+        h = right_hand_side(self._white, d, self._cosine, self._sine)
+        projected = np.einsum("anm,an->am", self._vectors, h)
+        wx, wy = self._wx, self._wy
+        linear = self._turn @ np.stack([wx.T @ d.x, wx.T @ d.y + wy.T @ d.x, wy.T @ d.y])
+        flat = self._weights[:, 0]
+        constant = self._turn @ np.array([flat @ d.x**2, 2 * (flat * d.x) @ d.y, flat @ d.y**2])
+        rotated_linear = np.einsum("anm,an->am", self._vectors, linear)
+        y = projected[:, None] * self._inverse
+        form = y @ self._rotated
+        form -= 2.0 * rotated_linear[:, None]
+        path = constant[:, None] + np.einsum("akn,akn->ak", form, y)
+        return np.asarray(path @ self._between)
+
+
 def error_path(
     model: LinearModel,
     sample: np.ndarray,
@@ -38,41 +105,13 @@ def error_path(
     Raises
     ------
     InvalidInput
-        If the walker does not fit the model or is not finite, or a noise variance is not positive.
+        As `NoisePath`.
 
     Notes
     -----
-    With A = V diag(s) V^T the coefficients are z = V y, y = (V^T h) / (s + sigma²), and the error is the
-    quadratic form c0 - 2 r·y + y^T Q y: no reconstruction is formed.  Add the residual power of the walker for
-    errors against the motion itself.
+    Add the residual power of the walker for errors against the motion itself.
     """
-    noise_variances = np.asarray(noise_variances, dtype=float)
-    for value in noise_variances:
-        require_noise_variance(value)
-    white = whiten(model)
-    d = deviation(model, white, sample)
-    c, s = np.cos(view_angles_rad), np.sin(view_angles_rad)
-    spectrum = Gram(white).spectrum(c, s)
-    vectors = spectrum.vectors
-    projected = np.einsum("anm,an->am", vectors, right_hand_side(white, d, c, s))
-    # Parseval weights, repeated for the joints of each block, and the mean over joints [zhang2007 4.2].
-    joints = len(WALKER15.joints)
-    weights = np.repeat(errors.parseval_weights(len(d.x) // joints), joints)[:, None] / joints
-    wx, wy = weights * white.bx, weights * white.by
-    cross = wx.T @ white.by
-    turn = np.stack([s**2, -s * c, c**2], axis=-1)
-    quadratic = np.tensordot(turn, np.stack([wx.T @ white.bx, cross + cross.T, wy.T @ white.by]), axes=1)
-    linear = turn @ np.stack([wx.T @ d.x, wx.T @ d.y + wy.T @ d.x, wy.T @ d.y])
-    flat = weights[:, 0]
-    constant = turn @ np.array([flat @ d.x**2, 2 * (flat * d.x) @ d.y, flat @ d.y**2])
-    rotated = np.swapaxes(vectors, 1, 2) @ quadratic @ vectors
-    rotated_linear = np.einsum("anm,an->am", vectors, linear)
-    nodes, between = _interpolation(noise_variances)
-    y = projected[:, None] * spectrum.inverse(nodes)
-    form = y @ rotated
-    form -= 2.0 * rotated_linear[:, None]
-    path = constant[:, None] + np.einsum("akn,akn->ak", form, y)
-    return path @ between
+    return NoisePath(model, view_angles_rad, noise_variances).error(sample)
 
 
 def _interpolation(noise_variances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

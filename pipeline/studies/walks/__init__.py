@@ -5,6 +5,7 @@ from pipeline.studies.walks import measures
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.dataset import FourierDataset
 from pipeline.studies.walks.figures.coverage import BarCoverage
+from pipeline.studies.walks.figures.joint_angles import JointAngleFigure
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
 from pipeline.studies.walks.figures.observed_noise import NoiseTolerance
 from pipeline.studies.walks.figures.occlusion import HiddenJointErrors
@@ -14,6 +15,7 @@ from pipeline.studies.walks.figures.structure import StructureLadder
 from pipeline.studies.walks.figures.view_angles import ViewAngleEstimates
 from pipeline.studies.walks.figures.view_errors import ViewErrors
 from pipeline.studies.walks.figures.view_posterior import ViewPosterior
+from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.studies.walks.sweeps.coverage import Coverage
@@ -30,6 +32,7 @@ STUDY = Study(
     sweeps={
         "known_view": KnownView,
         "unknown_view": UnknownView,
+        "joint_angles": JointAngles,
         "structure": Structure,
         "coverage": Coverage,
         "occlusion": Occlusion,
@@ -47,6 +50,7 @@ STUDY = Study(
         "occlusion": HiddenJointErrors,
         "noise": NoiseTolerance,
         "view_posterior": ViewPosterior,
+        "joint_angles": JointAngleFigure,
     },
     measures=measures,
 )

@@ -62,11 +62,9 @@ def nested_choice(
 
     def tried(fold: tuple[linear_model.LinearModel, int, int]) -> tuple[int, int, np.ndarray, np.ndarray]:
         model, g, h = fold
+        path = reconstruction.NoisePath(model, views, noise_variances)
         of_g, of_h = (
-            sum(
-                reconstruction.error_path(model, samples[r], views, noise_variances).mean(axis=0)
-                for r in np.flatnonzero(groups == group)
-            )
+            sum(path.error(samples[r]).mean(axis=0) for r in np.flatnonzero(groups == group))
             for group in (g, h)
         )
         return g, h, np.asarray(of_g), np.asarray(of_h)

@@ -47,3 +47,12 @@ def test_the_path_of_errors_is_that_of_single_reconstructions() -> None:
         one = reconstruction.from_known_views(model, people[0], view, noise_variance=noise_variance)
         expected = errors.walker_error(errors.absolute_error(one.delta))
         np.testing.assert_allclose(path[:, s], expected, rtol=1e-9)
+
+
+def test_what_depends_on_the_model_alone_serves_all_walkers_bit_by_bit() -> None:
+    people = flatten(walkers(np.random.default_rng(5), 20))
+    model, view, sweep = fit(people[3:], 12), np.radians([-60.0, 10.0]), np.arange(1.0, 200.0)
+    path = reconstruction.NoisePath(model, view, sweep)
+    for person in people[:3]:
+        alone = reconstruction.error_path(model, person, view, sweep)
+        np.testing.assert_array_equal(path.error(person), alone)

@@ -121,7 +121,10 @@ class ActionModelFigure(Figure):
             edge = partial(pictures.Series, x=model["sample"], colour="black", width=0.75)
             dashed = partial(edge, colour="grey", line="dashed")
             learnt = [
-                dashed(y=model["mean_linear"] - unsynchronized, label="the same without synchronization"),
+                dashed(
+                    y=model["mean_linear"] - unsynchronized,
+                    label=f"±{bound:g} standard deviations, unsynchronized",
+                ),
                 dashed(y=model["mean_linear"] + unsynchronized),
                 edge(y=model["mean"] - reach, label=f"±{bound:g} standard deviations"),
                 edge(y=model["mean"] + reach),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ class Postures(Figure):
 
     model = EigenwalkersModel
     sweep = KnownView
-    over_people = ("table_demonstrations",)
+    over_people = ("table_demonstrations", "table_identification")
 
     walker: int = 0
     instants: int = 5
@@ -53,7 +54,10 @@ class Postures(Figure):
         require_range("figure.instants", self.instants, at_least=1)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view."""
+        """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
+
+        ``table_identification``: whether a walker seen from one view is told among all seen from another.
+        """
         sweep, data = inputs.sweep, inputs.dataset
         methods = inputs.sweep.methods.tolist()
         require_range("figure.walker", self.walker, at_most=len(inputs.samples) - 1)
@@ -112,6 +116,7 @@ class Postures(Figure):
                 by=["view_angle_deg", "method", "instant"],
             ),
             "table_demonstrations": tidy(demonstrations, by=["walker", "view_angle_deg"]),
+            "table_identification": _identification(inputs),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
@@ -209,3 +214,39 @@ class Postures(Figure):
                 ),
                 playing=True,
             )
+
+
+def _identification(inputs: Inputs) -> pd.DataFrame:
+    """Whether the nearest of all reconstructions from another view is the same person's, for every pair of views.
+
+    The same walk is seen from both views: identification over walks of a person is harder.
+    """
+    sweep, data = inputs.sweep, inputs.dataset
+    person = np.unique(data.person, return_inverse=True)[1]
+    nothing = sweep.nulls.tolist().index(Null.average_walker)
+    names = [*sweep.methods.tolist(), str(Null.average_walker)]
+    missing = np.concatenate([sweep.missing, sweep.null_missing[[nothing]]])
+    views = sweep.demonstration_view_deg
+    turned = np.radians(views)[None, :, None, None]
+    across = camera.horizontal(data.coefficients[:, None], turned)
+    up = np.broadcast_to(camera.vertical(data.coefficients[:, None]), across.shape)
+    blocks = []
+    for name, depth in zip(names, missing, strict=True):
+        walkers = camera.combine(np.stack([across, up], axis=-1), depth, turned)
+        flat = walkers.reshape(*walkers.shape[:2], -1)
+        for one, other in permutations(range(len(views)), 2):
+            apart = ((flat[:, one, None] - flat[None, :, other]) ** 2).sum(axis=-1)
+            blocks.append(
+                pd.DataFrame(
+                    {
+                        "person": data.person,
+                        "walker": inputs.samples,
+                        "method": name,
+                        "view_angle_deg": views[one],
+                        "among_view_angle_deg": views[other],
+                        "identified": (person[apart.argmin(axis=1)] == person).astype(int),
+                    }
+                )
+            )
+    columns = ["walker", "method", "view_angle_deg", "among_view_angle_deg"]
+    return tidy(pd.concat(blocks), by=columns)

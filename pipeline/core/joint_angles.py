@@ -1,0 +1,103 @@
+"""Flexion of hips, knees, shoulders and elbows from joint centres: what gait researchers read of a walk.
+
+Joint centres show no twist, so these are the angles that they do show.  Knee and elbow: by how much the limb departs
+from straight, in whatever plane it bends.  Hip and shoulder: the angle of thigh or upper arm about the axis through
+both hips or both shoulders, from hanging along the trunk; forwards is positive.  The pelvis has no tilt of its own
+here, so a hip's angle is against the trunk.
+
+Symbols
+-------
+``x, f, u``  unit vectors of the trunk: to its right, forwards, upwards; ``u`` is the trunk's direction less its part
+             along ``x``
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.skeleton import WALKER15
+from pipeline.validation import require_shape
+
+JOINT_ANGLES = ("hip", "knee", "shoulder", "elbow")
+"""Order of the angles; of each first the left, then the right one."""
+
+SIDES = ("left", "right")
+
+LIMBS = {"hip": ("hip", "knee", "ankle"), "shoulder": ("shoulder", "elbow", "wrist")}
+"""Joints along a limb, by the angle at its root; the middle one has the other angle."""
+
+_TRUNK = ("pelvis", "sternum")
+
+
+def joints_of(angle: str) -> tuple[int, ...]:
+    """Return the joints of WALKER15 that an angle of either side is read from.
+
+    Examples
+    --------
+    >>> [WALKER15.joints[j] for j in joints_of("elbow")][:3]
+    ['left_shoulder', 'left_elbow', 'left_wrist']
+    """
+    root = angle if angle in LIMBS else next(root for root, limb in LIMBS.items() if limb[1] == angle)
+    chain = LIMBS[root] if angle not in LIMBS else LIMBS[root][:2]
+    named = [f"{side}_{joint}" for side in SIDES for joint in chain]
+    return tuple(WALKER15.index(name) for name in (*named, *(_TRUNK if angle in LIMBS else ())))
+
+
+def flexion(positions: np.ndarray) -> np.ndarray:
+    """Return flexion (…, 4, 2) in radians, as `JOINT_ANGLES` and left before right; 0 where all hangs straight.
+
+    Parameters
+    ----------
+    positions : (…, 15, 3)
+        Joints of WALKER15 in any unit, anywhere and headed anywhere.
+
+    Returns
+    -------
+    flexion : (…, 4, 2)
+        Hip and shoulder from -π to π, knee and elbow from 0 to π.  NaN where a segment has no length, or the trunk
+        lies along the axis of hips or shoulders.
+    """
+    positions = np.asarray(positions, dtype=float)
+    require_shape("positions", positions, (*positions.shape[:-2], len(WALKER15.joints), 3))
+    at = {name: positions[..., number, :] for number, name in enumerate(WALKER15.joints)}
+    trunk = at["sternum"] - at["pelvis"]
+    result = np.empty((*positions.shape[:-2], len(JOINT_ANGLES), len(SIDES)))
+    for pair, (root, limb) in enumerate(LIMBS.items()):
+        right = _unit(at[f"right_{root}"] - at[f"left_{root}"])
+        up = _unit(trunk - (trunk * right).sum(axis=-1, keepdims=True) * right)
+        forwards = np.cross(up, right)
+        for number, side in enumerate(SIDES):
+            start, middle, end = (at[f"{side}_{joint}"] for joint in limb)
+            upper, lower = _unit(middle - start), _unit(end - middle)
+            result[..., 2 * pair, number] = np.arctan2(
+                (upper * forwards).sum(axis=-1), -(upper * up).sum(axis=-1)
+            )
+            # Of the half angle: accurate for a straight limb, too.
+            result[..., 2 * pair + 1, number] = 2.0 * np.arctan2(
+                np.linalg.norm(upper - lower, axis=-1), np.linalg.norm(upper + lower, axis=-1)
+            )
+    return result
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0.0, length, np.nan))
+
+
+def angle_errors(found: np.ndarray, true: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the root mean square error (…) over a cycle, and the same without the constant offset.
+
+    Parameters
+    ----------
+    found, true : (…, T)
+        Angles in radians at T instants; differences are taken around the circle.
+
+    Examples
+    --------
+    >>> rmse, offset_free = angle_errors(np.array([0.3, 0.5]), np.array([0.1, 0.3]))
+    >>> float(np.round(rmse, 12)), float(np.round(offset_free, 12))
+    (0.2, 0.0)
+    """
+    off = np.angle(np.exp(1j * (np.asarray(found) - np.asarray(true))))
+    square, mean = (off**2).mean(axis=-1), off.mean(axis=-1)
+    return np.sqrt(square), np.sqrt(np.maximum(((off - mean[..., None]) ** 2).mean(axis=-1), 0.0))

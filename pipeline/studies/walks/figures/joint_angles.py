@@ -1,0 +1,151 @@
+"""Errors of joint angles against view angle, in degrees; after zhang2007 figure 5, ours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pipeline import pictures, recordings
+from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
+from pipeline.palette import Style
+from pipeline.skeleton import WALKER15
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.presentation import lift
+from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.study import Figure
+from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.figures.presentation import CURVES, VIEW_AXIS
+from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
+from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
+
+Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
+
+
+@dataclass(kw_only=True)
+class JointAngleFigure(Figure):
+    """Errors of hip, knee, shoulder and elbow flexion against view angle."""
+
+    model = EigenwalkersModel
+    sweep = JointAngles
+    over_people = ("table_walkers",)
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.
+
+        Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
+        worst walker, over all views.
+        """
+        sweep, person = inputs.sweep, np.asarray(inputs.dataset.person)
+        errors = {
+            "rmse_deg": np.degrees(sweep.error_rad),
+            "offset_free_rmse_deg": np.degrees(sweep.offset_free_rad),
+        }
+        over, walkers, summary = [], [], []
+        for (m, method), (k, angle) in (
+            (m, k) for m in enumerate(sweep.methods.tolist()) for k in enumerate(JOINT_ANGLES)
+        ):
+            who = np.flatnonzero(sweep.measured[:, k])
+            if not len(who):
+                continue
+            which = {"method": method, "angle": angle}
+            by_view: dict[str, np.ndarray] = {"view_angle_deg": sweep.view_angle_deg}
+            each: dict[str, object] = {"person": person[who], "walker": np.array(inputs.samples)[who]}
+            row: dict[str, object] = {"walkers": len(who)}
+            for name, values in errors.items():
+                found = values[m, who, :, k]
+                by_view[name], by_view[name.replace("_deg", "_sd_deg")] = found.mean(axis=0), sd(found, 0)
+                by_view[f"{name}_low"], by_view[f"{name}_high"] = interval_over_people(person[who], found)
+                of_walker = found.mean(axis=1)
+                low, high = interval_over_people(person[who], of_walker)
+                each[name] = of_walker
+                row |= {name: of_walker.mean(), f"{name}_low": low, f"{name}_high": high}
+                row |= {name.replace("_deg", "_median_deg"): np.median(of_walker)}
+                row |= {name.replace("_deg", "_worst_deg"): of_walker.max()}
+            over.append(pd.DataFrame({**which, **by_view}))
+            walkers.append(pd.DataFrame({**which, **each}))
+            summary.append({**which, **row})
+        return {
+            "table": tidy(pd.concat(over), by=["method", "angle", "view_angle_deg"]),
+            "table_walkers": tidy(pd.concat(walkers), by=["walker", "method", "angle"]),
+            "table_summary": tidy(pd.DataFrame(summary), by=["method", "angle"]),
+        }
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+        """Draw a column for each angle: its error, and below it the error without the constant offset."""
+        rows = {"rmse_deg": "RMSE (degree)", "offset_free_rmse_deg": "without offset (degree)"}
+        table = tables["table"]
+        panels = [
+            partial(pictures.Panel, from_zero=True, xticks=45)(
+                y=column,
+                band=(f"{column}_low", f"{column}_high"),
+                where={"angle": angle},
+                title=angle if column == "rmse_deg" else "",
+                ylabel=label if number == 0 else "",
+            )
+            for column, label in rows.items()
+            for number, angle in enumerate(_measured(table))
+        ]
+        pictures.draw_lines(
+            stem,
+            panels,
+            table,
+            x="view_angle_deg",
+            by="method",
+            styles=CURVES,
+            xlabel=VIEW_AXIS,
+            columns=len(_measured(table)),
+            legend="figure",
+            share_y="row",
+            caption=f"{inputs.caption} Root mean square over a cycle, mean of left and right and over walkers; bands: "
+            "95 % interval of the mean over people. Average walker: its depth, the image kept.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+        """Log one walker over a cycle, own and reconstructed, with its joint angles."""
+        sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
+        count = len(sweep.shown_angle_rad[0])
+        seconds = np.arange(count) / (count * sweep.stride_hz)
+        index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
+        shown = {"truth": Style("original", "original"), **{m: CURVES[m] for m in methods}}
+        with inputs.recording(
+            folder,
+            f"\nThe walker of median error, {inputs.samples[int(sweep.shown[0])]}, over one cycle: original and "
+            f"reconstructed from {sweep.shown_view_deg:g} degrees (0 is the frontal view). Curves: flexion of the left "
+            "side in degrees.\n",
+        ) as rec:
+            for number, (name, style) in enumerate(shown.items()):
+                rec.skeleton(
+                    f"world/{name}",
+                    sweep.shown_joints_mm[number] + ground,
+                    WALKER15.bones,
+                    index=index,
+                    colour=style.colour,
+                )
+                for k, angle in enumerate(JOINT_ANGLES):
+                    left = np.degrees(sweep.shown_angle_rad[number, :, k, SIDES.index("left")])
+                    entity = f"curves/{angle}_deg/{name}"
+                    rec.curve(entity, seconds, left, label=style.label, colour=style.colour)
+            plots = [
+                recordings.Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg")
+                for angle in JOINT_ANGLES
+            ]
+            rec.blueprint(
+                recordings.Columns(
+                    recordings.Rows(
+                        recordings.Space3D(name="original and reconstructed"),
+                        recordings.Notes(),
+                        shares=(3, 1),
+                    ),
+                    recordings.Rows(*plots),
+                ),
+                playing=True,
+            )
+
+
+def _measured(table: pd.DataFrame) -> list[str]:
+    """The angles of which there are errors, in their order."""
+    return [angle for angle in JOINT_ANGLES if (table["angle"] == angle).any()]
