@@ -18,12 +18,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
+from pipeline.core.refinement.poles import farthest_pole
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
 """Directions that leave a plane by less are taken as lying in it."""
+
+_DETERMINED = 1e-10
+"""Smallest pivot, in units of the largest, with which triangular factors determine all coefficients."""
 
 _AT_POLE = 1e-9
 """Sine of the inclination below which a direction has no azimuth."""
@@ -141,12 +144,16 @@ def farthest_chart(directions: np.ndarray) -> np.ndarray:
     Notes
     -----
     The pole p has the least ``max |p . d|``: with the opposite of each direction added, the normal of the face of
-    their convex hull that is nearest to the origin, so it is found exactly.  It turns with the world, and so does
+    their convex hull that is nearest to the origin, found exactly by `poles`.  It turns with the world, and so does
     the zero of azimuth, which looks to the mean direction; only a limb that never turns has a perpendicular that is
     nearest to an axis of the world.  Ties go by fixed rules, so that rounding does not choose the axes.
     """
     units = unit_vectors(directions)
-    units = units[np.isfinite(units[:, 0])]
+    return _farthest_chart(units[np.isfinite(units[:, 0])])
+
+
+def _farthest_chart(units: np.ndarray) -> np.ndarray:
+    """The same of unit vectors (n, 3) all of which are known."""
     # Two rows of zeros: three axes even of a single direction.
     _, spread, axes = np.linalg.svd(np.concatenate([units, np.zeros((2, 3))]), full_matrices=False)
     if spread[1] <= _FLAT * spread[0]:
@@ -155,9 +162,8 @@ def farthest_chart(directions: np.ndarray) -> np.ndarray:
     elif spread[2] <= _FLAT * spread[0]:
         pole = axes[2]
     else:
-        faces = ConvexHull(np.concatenate([units, -units])).equations
-        near = faces[faces[:, 3] >= faces[:, 3].max() - _FLAT, :3]
-        pole = min(near, key=lambda normal: tuple(normal.round(6)))
+        # The largest product with a unit vector is at least the root of the mean square.
+        pole = farthest_pole(units, axes[2], spread[2] / np.sqrt(len(units)), _FLAT)
     mean = units.mean(axis=0)
     pole = _pointing(pole, mean)
     ahead = mean - (mean @ pole) * pole
@@ -167,7 +173,8 @@ def farthest_chart(directions: np.ndarray) -> np.ndarray:
         left = first if np.linalg.norm(first) > 0.5 else second
         ahead = _pointing(left, mean)
     ahead = ahead / np.linalg.norm(ahead)
-    return np.stack([ahead, np.cross(pole, ahead), pole])
+    aside = pole[[1, 2, 0]] * ahead[[2, 0, 1]] - pole[[2, 0, 1]] * ahead[[1, 2, 0]]
+    return np.stack([ahead, aside, pole])
 
 
 def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
@@ -206,10 +213,10 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     of costs is needed.  A direction at the pole itself has no azimuth and takes it from its neighbours.
     """
     units = unit_vectors(directions)
-    chart = farthest_chart(units) if chart is None else np.asarray(chart, dtype=float)
+    frames = np.flatnonzero(np.isfinite(units[:, 0]))
+    chart = _farthest_chart(units[frames]) if chart is None else np.asarray(chart, dtype=float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
         raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=str(chart.tolist()))
-    frames = np.flatnonzero(np.isfinite(units[:, 0]))
     x, y, z = (units[frames] @ chart.T).T
     across = np.hypot(x, y)
     inclination, azimuth = np.arctan2(across, z), np.arctan2(y, x)
@@ -281,16 +288,17 @@ def fit(
     used = np.isfinite(angles.theta)
     if not used.any():
         raise InvalidInput("no direction is known", expected="one frame or more")
-    rows, ridge = basis[used], np.diag(np.sqrt(extra))[extra > 0]
-    nothing = np.zeros(len(ridge))
-
-    def solved(angle: np.ndarray, scale: np.ndarray) -> np.ndarray:
-        matrix = np.concatenate([scale[:, None] * rows, ridge])
-        return np.linalg.lstsq(matrix, np.concatenate([scale * angle[used], nothing]), rcond=None)[0]
-
-    across = np.abs(np.sin(angles.theta[used]))
-    return SphericalTrajectory(
-        solved(angles.theta, np.ones(len(rows))),
-        solved(angles.phi, across),
-        np.array(angles.chart, dtype=float),
-    )
+    # Of theta and of phi: rows of the basis above those of the penalty, and beside both what they ask for.
+    rows, count = basis[used], basis.shape[1]
+    problems = np.zeros((2, len(rows) + count, count + 1))
+    problems[:, : len(rows), :count] = rows
+    problems[:, : len(rows), count] = angles.theta[used], angles.phi[used]
+    problems[1, : len(rows)] *= np.abs(np.sin(angles.theta[used]))[:, None]
+    problems[:, len(rows) + np.arange(count), np.arange(count)] = np.sqrt(extra)
+    factors = np.asarray(np.linalg.qr(problems, mode="r"))
+    determined = np.abs(np.diagonal(factors, axis1=1, axis2=2)[:, :count])
+    if (determined.min(axis=1) > _DETERMINED * determined.max(axis=1)).all():
+        theta, phi = np.linalg.solve(factors[:, :count, :count], factors[:, :count, count:])[..., 0]
+    else:
+        theta, phi = (np.linalg.lstsq(each[:, :count], each[:, count], rcond=None)[0] for each in problems)
+    return SphericalTrajectory(theta, phi, np.array(angles.chart, dtype=float))

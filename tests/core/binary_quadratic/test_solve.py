@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numba.core.caching
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
@@ -230,6 +230,7 @@ def test_parallel_rays_do_not_tell_the_mirrors_apart(noise_px: float) -> None:
 
 
 @given(seed=seeds, frames=st.integers(6, 40), style=st.sampled_from(STYLES), kind=st.sampled_from(BASES))
+@example(seed=452947, frames=19, style="parallel", kind="hard")
 @settings(max_examples=60)
 def test_the_mirror_is_a_minimum_on_the_other_side(seed: int, frames: int, style: str, kind: str) -> None:
     generator = np.random.default_rng(seed)

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import dct
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from pipeline.core.refinement.spherical import (
@@ -115,6 +116,24 @@ def test_no_pole_is_farther_from_the_path(seed: int, style: str) -> None:
     near = unit_vectors(chart[2] + 10.0 ** generator.uniform(-6, -1, (200, 1)) * poles[:200])
     others = np.abs(np.concatenate([poles, near]) @ directions.T).max(axis=1)
     assert others.min() >= here - 1e-8
+
+
+@given(seed=seeds, style=st.sampled_from(("generic", "everywhere", "turned corners", "twice")))
+def test_the_pole_is_the_nearest_face_of_the_hull(seed: int, style: str) -> None:
+    """Also where faces tie, as a cube's, and where frames are repeated; against Quickhull."""
+    generator = np.random.default_rng(seed)
+    directions = path(seed, style if style == "everywhere" else "generic", int(generator.integers(4, 130)))
+    if style == "turned corners":
+        corners = np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]), axis=-1).reshape(-1, 3)
+        directions = unit_vectors(Rotation.random(rng=generator).apply(corners[generator.permutation(8)]))
+    elif style == "twice":
+        directions = np.concatenate([directions, -directions, directions + 1e-15])
+    faces = ConvexHull(np.concatenate([directions, -directions])).equations
+    pole = farthest_chart(directions)[2]
+    here, nearest = np.abs(directions @ pole).max(), -faces[:, 3].max()
+    assert here == pytest.approx(nearest, abs=2e-12)
+    same = np.abs(faces[:, :3] @ pole - 1.0) < 1e-9
+    assert (faces[same, 3] > -nearest - 1e-9).any()
 
 
 def test_the_printed_pole_has_steps_of_a_radian_where_ours_has_none() -> None:
