@@ -1,9 +1,10 @@
 """Tables whose rows are drawn again: how often every replicate counts each person, or each population.
 
 A table with a column ``population`` holds several synthetic populations, and a replicate is one of them.  Otherwise one
-with a column ``person`` is resampled by person, all rows of a person together.  The table ``X_populations`` or
-``X_people`` holds the rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and
-takes its place in replicates.
+with a column ``person`` is resampled by person, all rows of a person together, and one with neither but a column
+``clip`` by clip: limbs, trials and cameras of a clip together.  The table ``X_populations`` or ``X_people`` holds the
+rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and takes its place in
+replicates.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import pandas as pd
 from pipeline.core import bootstrap
 from pipeline.seeding import derive_generator
 
-POPULATION, PERSON = "population", "person"
+POPULATION, PERSON, CLIP = "population", "person", "clip"
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_people", name):
         rows = tables.get(candidate)
-        for kind in (POPULATION, PERSON):
+        for kind in (POPULATION, PERSON, CLIP):
             if rows is not None and kind in rows.columns and len(rows):
                 return kind, rows
     return "", tables[name]
