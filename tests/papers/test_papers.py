@@ -665,6 +665,7 @@ WORKED = {
     "park2011_small_radius_reliable": 0.01,
     "park2011_small_radius_reliable_from_a_shaky_camera": 1,
     "park2011_large_radius_unreliable": 1,
+    "park2011_large_radius_unreliable_from_a_shaky_camera": 30,
     "park2011_error_with_missing_data": 16,
     "park2011_error_with_missing_data_up_to_mirror": 12.5,
     "park2011_missing_points_imputed": 40 / 25,
