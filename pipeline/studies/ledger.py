@@ -23,6 +23,9 @@ Tables = Mapping[str, Any]
 SMOKE = "smoke"
 """Scale whose results decide nothing."""
 
+MOST_SILENT = 0.05
+"""Share of the replicates that may have no value, for there to be an interval."""
+
 TIMING = "table_timing"
 """Table of times on the machine that made a figure; no claim uses it."""
 
@@ -103,10 +106,16 @@ def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> mea
 
 
 def _estimate(value: float, replicates: measures.Number) -> papers.Estimate:
-    """Return a value with the interval of its replicates, widened to hold the value; without one if there is none."""
-    if np.ndim(replicates) == 0 or not np.isfinite(replicates).all():
+    """Return a value with the interval of its replicates, widened to hold the value; without one if there is none.
+
+    A replicate may hold none of the rows that a measure reads, such as no clip of walking: those few say nothing.
+    """
+    if np.ndim(replicates) == 0:
         return papers.Estimate(float(value))
-    low, high = bootstrap.percentile_interval(np.asarray(replicates))
+    said = np.asarray(replicates)[np.isfinite(replicates)]
+    if not said.size or said.size < (1.0 - MOST_SILENT) * np.size(replicates):
+        return papers.Estimate(float(value))
+    low, high = bootstrap.percentile_interval(said)
     return papers.Estimate(float(value), float(np.minimum(low, value)), float(np.maximum(high, value)))
 
 

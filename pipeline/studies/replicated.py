@@ -1,10 +1,11 @@
 """Tables whose rows are drawn again: how often every replicate counts each person, or each population.
 
 A table with a column ``population`` holds several synthetic populations, and a replicate is one of them.  Otherwise one
-with a column ``person`` is resampled by person, all rows of a person together.  The table ``X_populations`` or
-``X_people`` holds the rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and
-takes its place in replicates.  ``X_draws``, with a column ``draw``, is ``X`` of people drawn again, for numbers that do
-not follow from rows of single people.
+with a column ``person`` is resampled by person, all rows of a person together, and one with neither but a column
+``clip`` by clip: limbs, trials and cameras of a clip together.  The table ``X_populations`` or ``X_people`` holds the
+rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and takes its place in
+replicates.  ``X_draws``, with a column ``draw``, is ``X`` of people drawn again, for numbers that do not follow from
+rows of single people.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import pandas as pd
 from pipeline.core import bootstrap
 from pipeline.seeding import derive_generator
 
-POPULATION, PERSON, DRAW = "population", "person", "draw"
+POPULATION, PERSON, DRAW, CLIP = "population", "person", "draw", "clip"
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd
     stem = stem.removesuffix("_people")
     for candidate in (f"{stem}_populations", f"{stem}_draws", f"{stem}_people", name):
         rows = tables.get(candidate)
-        for kind in (POPULATION, DRAW, PERSON):
+        for kind in (POPULATION, DRAW, PERSON, CLIP):
             if rows is not None and kind in rows.columns and len(rows):
                 return kind, rows
     return "", tables[name]

@@ -313,8 +313,8 @@ PROMISED |= {
     "park2011_face_off": {
         "table_joints": ["method", "camera", "view_angle_deg", "joint", "error_mm", "error_sd_mm"],
         "table_summary": [
-            "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "error_mm", "error_sd_mm",
-            "missing_dimension_error_mm", "walkers",
+            "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "heading_error_deg", "error_mm",
+            "error_sd_mm", "missing_dimension_error_mm", "walkers",
         ],
     },
     "park2011_fig3a": {
@@ -326,6 +326,7 @@ PROMISED |= {
             "camera", "spearman_vector", "spearman_angle", "spearman_margin", "success", "success_up_to_mirror",
             "trials",
         ],
+        "table_starts": ["start", "camera", "trial", "clip", "limb_error", "converged"],
         "table_matrices": ["camera", "numerically_singular_share", "trials"],
         "table_refinement": [
             "start", "limb_error_median", "reprojection_error_px_median", "converged_share", "success", "trials",
@@ -336,34 +337,54 @@ PROMISED |= {
         "table_cameras": [
             "camera", "root_error_ratio", "trials", "child_error_median", "child_error_low", "child_error_high",
             "child_error_sd", "share_above_parent_error", "limb_error_median", "error_up_to_mirror_median",
+            "hanging_error_median", "mean_pose_error_median",
+        ],
+        "table_trials": [
+            "trial", "clip", "limb", "camera", "root_error_ratio", "child_error_ratio", "parent_error_ratio",
+            "limb_error", "error_up_to_mirror", "hanging_error", "mean_pose_error",
         ],
         "table_points": [
             "camera", "root_error_ratio", "trials", "child_error_median", "child_error_low", "child_error_high",
             "child_error_sd", "share_above_parent_error", "limb_error_median", "error_up_to_mirror_median",
+            "hanging_error_median", "mean_pose_error_median",
         ],
     },
     "park2011_fig3c": {
         "table_cameras": [
             "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
             "adjusted_share", "error_up_to_mirror_median",
+            "hanging_error_median", "mean_pose_error_median",
+        ],
+        "table_trials": [
+            "trial", "clip", "limb", "camera", "radius_scale", "adjust", "limb_error", "error_up_to_mirror",
+            "radius_ratio", "hanging_error", "mean_pose_error",
         ],
         "table_points": [
             "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
             "adjusted_share", "error_up_to_mirror_median",
+            "hanging_error_median", "mean_pose_error_median",
         ],
     },
     "park2011_fig3d": {
         "table_points": [
             "missing_fraction", "pattern", "trials", "relative_error_mean", "relative_error_sd",
             "limb_error_median", "joint_error_mm_median", "imputed_error_mm_median", "seen_error_mm_median",
-            "relative_error_up_to_mirror_mean", "limb_error_up_to_mirror_median",
+            "relative_error_up_to_mirror_mean", "hanging_relative_error_mean", "mean_pose_relative_error_mean",
+            "limb_error_up_to_mirror_median",
         ],
+        "table_hinges": ["trial", "clip", "missing_fraction", "relative_error", "joint_error_mm"],
     },
     "park2011_fig4": {
         "table_clips": [
             "clip", "action", "camera", "lengths", "error_mm", "error_sd_mm", "error_up_to_mirror_mm",
-            "length_change_max", "acceleration_ratio", "reprojection_error_px", "proved_share", "confidence",
+            "length_change_max", "acceleration_ratio", "hanging_error_mm", "mean_pose_error_mm",
+            "reprojection_error_px", "proved_share", "confidence",
             "mirror_margin_median", "reconstructibility",
+        ],
+        "table_papers": [
+            "clip", "action", "camera", "error_mm", "error_sd_mm", "error_up_to_mirror_mm", "length_change_max",
+            "acceleration_ratio", "hanging_error_mm", "true_root_error_mm", "camera_outside_basis",
+            "mean_pose_error_mm",
         ],
         "table_limbs": [
             "clip", "action", "camera", "limb", "reconstructibility", "mirror_margin", "confidence", "mirrored",
@@ -393,7 +414,7 @@ ENTITIES |= {
     "park2011_fig3b": {"curves/child_error/parent", "world/truth", "world/estimate", "world/sphere"},
     "park2011_fig3c": {
         "world/truth", "world/estimate", "world/sphere",
-        *(f"curves/log10_limb_error/{adjust}" for adjust in ("global", "per_frame", "robust")),
+        *(f"curves/log10_limb_error/{adjust}" for adjust in ("refined", "global", "per_frame", "robust")),
     },
     "park2011_fig3d": {
         "image/observed", "world/original", "world/reconstructed", "world/imputed", "curves/error_mm/imputed",
@@ -422,7 +443,7 @@ ENTITIES |= {
             for camera in ("still", "moving", "shaky")
             for method in (
                 "articulated", "articulated_hinges", "articulated_mirrors", "mean_walker",
-                *(("least_squares", "map") if camera == "still" else ()),
+                *(("least_squares", "map", "image_and_average") if camera == "still" else ()),
             )
         ),
     },
@@ -434,11 +455,13 @@ MAY_BE_EMPTY = {
     },
     ("mozerov2006_warp_error", "table"): {"smoothness"},
     ("mozerov2006_warp_error", "table_starts"): {"smoothness"},
-    ("park2011_fig3d", "table"): {"imputed_error_mm"},
+    ("park2011_fig3d", "table"): {"imputed_error_mm", "hanging_imputed_error_mm", "mean_pose_imputed_error_mm"},
     ("park2011_fig3d", "table_points"): {"imputed_error_mm_median"},
 }  # fmt: skip
 """Columns with rows that have no such number."""
-PROMISED["park2011_mirrors"] = PROMISED["park2011_fig4"]
+PROMISED["park2011_mirrors"] = {
+    name: columns for name, columns in PROMISED["park2011_fig4"].items() if name != "table_papers"
+}
 ENTITIES["park2011_mirrors"] = ENTITIES["park2011_fig4"]
 for _figure, _tables in PROMISED.items():
     _header = (GOLDEN / f"{_figure}.csv").read_text(encoding="utf-8").partition("\n")[0]

@@ -34,10 +34,10 @@ from pipeline.core.refinement.inputs import (
 from pipeline.core.refinement.reprojection import Observations
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import soft_ridge
-from pipeline.validation import InvalidInput, require_shape
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 LENGTH_FACTOR = 2.0
-"""How far a free length may go from the given one, up or down."""
+"""How far a free length may go from the given one, up or down, unless told otherwise."""
 
 
 _PINNED = 1e12
@@ -103,6 +103,7 @@ def refine(
     charts: np.ndarray | None = None,
     paths: Sequence[SphericalTrajectory] | None = None,
     free_lengths: bool = False,
+    length_factor: float = LENGTH_FACTOR,
     cutoff: float | None = None,
     components: Sequence[int] | None = None,
     max_iterations: int = 500,
@@ -133,7 +134,9 @@ def refine(
     paths : sequence of SphericalTrajectory, optional
         The limbs' starts in the basis, as `inputs.starting_path` makes them of the directions, where they are known.
     free_lengths : bool
-        Whether the logarithms of lengths are unknowns too, within a factor of `LENGTH_FACTOR`.
+        Whether the logarithms of lengths are unknowns too.
+    length_factor : float
+        How far a free length may go from the given one, up or down.
     cutoff : float, optional
         k0 of a soft basis: each coefficient k is drawn to zero with weight (k / k0)^6, in units of the square of
         pixels to the radian; a hard basis by default.
@@ -164,6 +167,7 @@ def refine(
     lengths = np.array(lengths, dtype=float)
     check_lengths(lengths, called)
     check_options({"cutoff": cutoff, "tolerance": tolerance}, max_iterations)
+    require_range("length_factor", length_factor, above=1.0)
     rows = basis_rows(basis, frames)
     turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
     if paths is None:
@@ -195,7 +199,7 @@ def refine(
         penalty[:, : beyond.shape[1]][beyond] = _PINNED
         given = replace(given, penalty=penalty)
     bound = np.full_like(unknowns, np.inf)
-    bound[:, start.shape[1] :] = np.log(LENGTH_FACTOR)
+    bound[:, start.shape[1] :] = np.log(length_factor)
     before = _distances(given, unknowns)
     unknowns, lowest, converged, iterations = minimise(
         given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance

@@ -1,8 +1,8 @@
 """Eigenwalkers against articulated trajectories on the same projections of walks: of no paper, ours.
 
 Each of some walkers is left out of the model and seen by a perspective camera, still, walking around or shaking,
-from several views; then with more noise, and with more joints hidden, from one view.  All methods are scored in the
-same frames against the recorded motion (residual included), relative to the pelvis.
+from several views; then with more noise, with more joints hidden, and with a wrong heading, from one view.  All methods
+are scored in the same frames against the recorded motion (residual included), relative to the pelvis.
 
 The camera stands at azimuth view angle + 180 degrees of `pipeline.core.camera_paths`: far away its image is then just
 the horizontal of [zhang2007 B.2].  At 0 degrees it therefore stands behind the walker, at +90 on the right side; a
@@ -11,7 +11,7 @@ parallel projection cannot tell the back from the front seen in a mirror.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,7 +22,14 @@ from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.observed_joints import occlusion, require_occlusion
 from pipeline.studies.actions.tracking_conditions import tracked
-from pipeline.studies.face_off.methods import PELVIS, SeenWalk, by_articulation, by_eigenwalkers, mean_walker
+from pipeline.studies.face_off.methods import (
+    PELVIS,
+    SeenWalk,
+    by_articulation,
+    by_eigenwalkers,
+    by_image_and_average,
+    mean_walker,
+)
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.studies.walks.dataset import FourierSamples
@@ -37,7 +44,10 @@ ARTICULATED = {
 }
 """Whether hinges are used, and mirrors tried."""
 
-METHODS = (*EIGENWALKERS, "mean_walker", *ARTICULATED)
+KEEP_THE_IMAGE = (*EIGENWALKERS, "image_and_average")
+"""For a still camera alone."""
+
+METHODS = (*KEEP_THE_IMAGE, "mean_walker", *ARTICULATED)
 
 CHILDREN = np.delete(np.arange(15), PELVIS)
 """All joints but the pelvis, whose place is given."""
@@ -54,6 +64,7 @@ class Condition:
     view_angle_deg: float
     noise_px: float
     occluded: float
+    heading_error_deg: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,8 +79,8 @@ class MethodErrors:
         Of the data set.
     frames : (W,) int
     varied : (D,) text
-        ``none``, ``noise`` or ``occlusion``.
-    view_angle_deg, noise_px, occluded : (D,)
+        ``none``, ``noise``, ``occlusion`` or ``heading``.
+    view_angle_deg, noise_px, occluded, heading_error_deg : (D,)
     error_mm : (W, D, C, M, 15)
         Mean over frames of the distance from the truth about the pelvis; NaN where a method cannot be used.
     missing_dimension_error_mm : (W, D, C, M)
@@ -94,6 +105,7 @@ class MethodErrors:
     view_angle_deg: np.ndarray
     noise_px: np.ndarray
     occluded: np.ndarray
+    heading_error_deg: np.ndarray
     error_mm: np.ndarray
     missing_dimension_error_mm: np.ndarray
     shown: np.ndarray
@@ -115,7 +127,10 @@ class FaceOffSweep(CameraSweep):
     noise_px: list[float] = field(default_factory=lambda: [0.0, 1.0, 3.0])
     occluded: list[float] = field(default_factory=lambda: [0.0, 0.1, 0.3])  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
-    varied_view_deg: float = 30.0  # where noise and occlusion are varied
+    heading_error_deg: list[float] = field(
+        default_factory=lambda: [0.0, 5.0, 10.0, 20.0]
+    )  # of what was learnt
+    varied_view_deg: float = 30.0  # where noise, occlusion and heading are varied
     components: int = 20  # 0: each limb chooses its own
     softness: float = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
     refine: bool = False  # of articulated trajectories, in the end: costs time, moves errors by 3 %
@@ -133,6 +148,7 @@ class FaceOffSweep(CameraSweep):
         require_increasing("sweep.view_angle_deg", self.view_angle_deg, at_least=-180, at_most=180)
         require_increasing("sweep.noise_px", self.noise_px, at_least=0)
         require_increasing("sweep.occluded", self.occluded)
+        require_increasing("sweep.heading_error_deg", self.heading_error_deg, at_least=0, at_most=180)
         require_occlusion(self.occluded, self.occlusion_frames)
         require_range("sweep.varied_view_deg", self.varied_view_deg, at_least=-180, at_most=180)
         for name, least in (
@@ -147,12 +163,13 @@ class FaceOffSweep(CameraSweep):
         require_range("sweep.noise_variance_mm2", self.noise_variance_mm2, above=0, unit="mm²")
 
     def conditions(self) -> list[tuple[str, Condition]]:
-        """Return what is varied, and the condition: every view undisturbed, then noise and occlusion at one view."""
+        """Return what is varied, and the condition: every view undisturbed, then one thing varied at one view."""
         view, noise, hidden = self.varied_view_deg, self.noise_px, self.occluded
         return [
             *(("none", Condition(v, noise[0], hidden[0])) for v in self.view_angle_deg),
             *(("noise", Condition(view, v, hidden[0])) for v in noise),
             *(("occlusion", Condition(view, noise[0], v)) for v in hidden),
+            *(("heading", Condition(view, noise[0], hidden[0], v)) for v in self.heading_error_deg),
         ]
 
     def measure(self, inputs: WalkInputs) -> MethodErrors:
@@ -182,6 +199,7 @@ class FaceOffSweep(CameraSweep):
             view_angle_deg=np.array([condition.view_angle_deg for _, condition in wanted]),
             noise_px=np.array([condition.noise_px for _, condition in wanted]),
             occluded=np.array([condition.occluded for _, condition in wanted]),
+            heading_error_deg=np.array([condition.heading_error_deg for _, condition in wanted]),
             error_mm=error,
             missing_dimension_error_mm=np.stack([scores.missing for scores in found])[:, rows],
             shown=chosen[[middle]],
@@ -230,6 +248,7 @@ class _Walk:
         self.phase = float(data.phase_rad[r]) + 2 * np.pi * self.frequency_hz * float(at_s[0])
         cutoff, most = options.softness or None, min(options.components, len(self.truth))
         self.basis = TrajectoryBasis(most, cutoff) if most else TrajectoryBasisByRule(cutoff)
+        self._articulated: dict[tuple[Condition, Camera], list[np.ndarray]] = {}
         self._place = (inputs.seed, f"sweep:face_off:{data.source[r]}:{data.clip[r]}")
 
     def _generator(self, what: str) -> np.random.Generator:
@@ -248,16 +267,34 @@ class _Walk:
         hidden = occlusion(frames, joints, condition.occluded, options.occlusion_frames, hides)
         hidden[:, PELVIS] = False  # its trajectory is given
         images[hidden] = np.nan
-        return SeenWalk(images, camera, root, options.frame_rate_hz, angle)
+        off = float(np.radians(condition.heading_error_deg))
+        return SeenWalk(images, camera, root, options.frame_rate_hz, angle, off)
 
     def motions(self, walk: SeenWalk, kind: Camera, condition: Condition) -> np.ndarray:
         """Return what each method makes of it (M, F, 15, 3), mm; NaN where it cannot be used."""
         options = self.options
         made = np.full((len(METHODS), *self.truth.shape), np.nan)
+        average = mean_walker(
+            self.model,
+            walk.times_s,
+            self.frequency_hz,
+            self.phase,
+            heading_error_rad=walk.heading_error_rad,
+        )
+        made[METHODS.index("mean_walker")] = average
         if kind is Camera.still:
             variances = [None, options.noise_variance_mm2]
             made[:2] = by_eigenwalkers(self.model, walk, variances, harmonics=self.harmonics)
-        made[2] = mean_walker(self.model, walk.times_s, self.frequency_hz, self.phase)
+            made[2] = by_image_and_average(walk, average, harmonics=self.harmonics)
+        same = replace(condition, heading_error_deg=0.0), kind  # they know of no heading
+        if same not in self._articulated:
+            self._articulated[same] = self._by_articulation(walk, condition)
+        made[-len(ARTICULATED) :] = self._articulated[same]
+        return made
+
+    def _by_articulation(self, walk: SeenWalk, condition: Condition) -> list[np.ndarray]:
+        """Return what articulated trajectories make of it, each (F, 15, 3), mm."""
+        options = self.options
         ways = [
             Options(
                 self.basis,
@@ -269,8 +306,7 @@ class _Walk:
             )
             for use_hinges, try_mirrors in ARTICULATED.values()
         ]
-        made[3:] = by_articulation(walk, self.truth, ways)
-        return made
+        return by_articulation(walk, self.truth, ways)
 
     def scores(self, wanted: list[Condition], shown: Condition) -> _Scores:
         """Return the errors under all conditions before all cameras."""

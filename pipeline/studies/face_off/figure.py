@@ -23,23 +23,28 @@ from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 METHODS = {
     "least_squares": pictures.Style("eigenwalkers (least squares)", "least_squares"),
     "map": pictures.Style("eigenwalkers (MAP)", "map", line="dashed"),
+    "image_and_average": pictures.Style("image, average walker's depth", "null", line="dashed"),
     "mean_walker": pictures.Style("average walker", "null", line="dotted"),
     "articulated": pictures.Style("articulated", "purple", line="dashed"),
     "articulated_hinges": pictures.Style("articulated, hinges", "green"),
     "articulated_mirrors": pictures.Style("articulated, mirrors tried", "sky"),
 }
-RECORDED = METHODS | {"mean_walker": pictures.Style("average walker", "yellow")}
+RECORDED = METHODS | {
+    "mean_walker": pictures.Style("average walker", "yellow"),
+    "image_and_average": pictures.Style("image, average walker's depth", "amber"),
+}
 """In recordings the truth is light grey."""
 
 PANELS = (
     ("none", "view_angle_deg", "Viewpoint (degree)", ("least_squares", "map")),
     ("noise", "noise_px", "Noise of the image (px)", ("articulated", "articulated_hinges")),
     ("occlusion", "occluded", "Share of joints hidden", ("articulated_mirrors", "mean_walker")),
+    ("heading", "heading_error_deg", "Error of the heading (degree)", ("image_and_average",)),
 )
 """What is varied, its column, its axis, and which lines the panel of the first row names: all would not fit."""
 
-CONDITION = ["view_angle_deg", "camera", "method", "varied", "noise_px", "occluded"]
-ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded"]
+CONDITION = ["view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "heading_error_deg"]
+ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded", "heading_error_deg"]
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, MethodErrors]
 
@@ -68,6 +73,7 @@ class FaceOffFigure(Figure):
                 "varied": sweep.varied[d],
                 "noise_px": sweep.noise_px[d],
                 "occluded": sweep.occluded[d],
+                "heading_error_deg": sweep.heading_error_deg[d],
             }
         )
         of_joints = joints[:, used]  # (W, rows, 14)
@@ -137,10 +143,11 @@ class FaceOffFigure(Figure):
             columns=len(PANELS),
             caption=f"{inputs.caption} Mean distance of the joints from the recorded motion, relative to the pelvis, "
             f"over {len(inputs.sweep.walkers)} walkers; bands: ±1 standard error. Perspective camera at "
-            f"{options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise and hidden joints at "
-            f"{options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker, frequency and phase "
-            "from the still view alone, none where the camera moves. Articulated: no walk was learnt; true lengths "
-            "of the limbs. Both are given the pelvis. Average walker: with the true frequency and phase.",
+            f"{options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a "
+            f"wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker, "
+            "frequency and phase from the still view alone, none where the camera moves. Articulated: no walk was "
+            "learnt; true lengths of the limbs. Both are given the pelvis. Average walker: with the true frequency and "
+            "phase, by itself and as the depth of the image as it is.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

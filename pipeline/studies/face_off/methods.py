@@ -7,6 +7,10 @@ Eigenwalkers know only parallel projections of a direction that stays [zhang2007
 as one (weak perspective): offsets from the pelvis in px, times the pelvis's depth over the focal length, are offsets
 in mm along the image.  With the pelvis known, they are what `pipeline.core.camera.project` gives, up to perspective.
 Frequency and phase come from that view alone (`phase_source: observed2d`).  A moving camera has no such reading.
+The model also has to be told where the walker heads; a wrong heading turns it about the vertical, not the camera.
+
+Methods that do nothing are given frequency and phase: the average walker; and the image as it is, with the depth that
+the average walker has.
 """
 
 from __future__ import annotations
@@ -40,6 +44,8 @@ class SeenWalk:
     frame_rate_hz : float
     view_angle_rad : float
         Of a still camera, or of a moving one in the middle of its path.
+    heading_error_rad : float
+        By how much the view angle is taken for too large, because the walker's heading is known no better.
     """
 
     images: np.ndarray
@@ -47,6 +53,7 @@ class SeenWalk:
     root: np.ndarray
     frame_rate_hz: float
     view_angle_rad: float
+    heading_error_rad: float = 0.0
 
     @property
     def times_s(self) -> np.ndarray:
@@ -129,6 +136,40 @@ def by_eigenwalkers(
     -----
     Observed coordinates are kept as they are [zhang2007 3.16]; where a joint was not seen its own series stands in.
     """
+    angle = walk.view_angle_rad
+    filled, coefficients, frequency_hz = _image_as_series(walk, harmonics)
+    motions = []
+    for noise_variance in noise_variances:
+        found = reconstruction.from_known_views_unknown_phase(
+            model,
+            coefficients[None],
+            np.array([angle + walk.heading_error_rad]),
+            noise_variance=noise_variance,
+            frequency_hz=np.array([frequency_hz]),
+        )
+        missing = fourier.synthesise(found.missing[0][..., None], frequency_hz, walk.times_s)[..., 0]
+        motions.append(parallel.combine(filled, missing, angle))
+    return motions
+
+
+def by_image_and_average(walk: SeenWalk, average: np.ndarray, *, harmonics: int) -> np.ndarray:
+    """Return the motion (F, 15, 3), mm, that keeps the image and has the depth of the average walker (F, 15, 3).
+
+    Parameters
+    ----------
+    walk : SeenWalk
+        Of a still camera.
+    average : (F, 15, 3)
+        Turned by the error of the heading, as of `mean_walker`, mm.
+    harmonics : int
+    """
+    filled, _, _ = _image_as_series(walk, harmonics)
+    missing = -np.sin(walk.view_angle_rad) * average[..., 0] + np.cos(walk.view_angle_rad) * average[..., 1]
+    return np.asarray(parallel.combine(filled, missing, walk.view_angle_rad))
+
+
+def _image_as_series(walk: SeenWalk, harmonics: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """The image (F, 15, 2), mm, hidden joints filled by their series; its coefficients and fundamental frequency."""
     image, angle, rate_hz = walk.weak_perspective(), walk.view_angle_rad, walk.frame_rate_hz
     filled, frequency_hz = _bridged(image), np.nan
     for _ in range(2):  # the second time with gaps filled by the series itself
@@ -138,18 +179,7 @@ def by_eigenwalkers(
         coefficients = series_of_seen(image, rate_hz, frequency_hz, harmonics=harmonics)
         series = fourier.synthesise(coefficients, frequency_hz, walk.times_s)
         filled = np.where(np.isfinite(image), image, series)
-    motions = []
-    for noise_variance in noise_variances:
-        found = reconstruction.from_known_views_unknown_phase(
-            model,
-            coefficients[None],
-            np.array([angle]),
-            noise_variance=noise_variance,
-            frequency_hz=np.array([frequency_hz]),
-        )
-        missing = fourier.synthesise(found.missing[0][..., None], frequency_hz, walk.times_s)[..., 0]
-        motions.append(parallel.combine(filled, missing, angle))
-    return motions
+    return filled, coefficients, frequency_hz
 
 
 def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Sequence[Options]) -> list[np.ndarray]:
@@ -174,7 +204,13 @@ def by_articulation(walk: SeenWalk, truth: np.ndarray, options: Sequence[Options
 
 
 def mean_walker(
-    model: LinearModel, times_s: np.ndarray, frequency_hz: float, phase_rad: float, *, joints: int = 15
+    model: LinearModel,
+    times_s: np.ndarray,
+    frequency_hz: float,
+    phase_rad: float,
+    *,
+    heading_error_rad: float = 0.0,
+    joints: int = 15,
 ) -> np.ndarray:
     """Return the average walker (F, 15, 3), mm, walking with a known frequency and phase [zhang2007 3.3].
 
@@ -184,9 +220,13 @@ def mean_walker(
     times_s : (F,)
     frequency_hz, phase_rad : float
         Of the walk, the phase at time zero.
+    heading_error_rad : float
+        As of `SeenWalk`: turns the walker about the vertical.
     joints : int
         J.
     """
     numbers = len(model.mean) // (3 * joints) * 3 * joints  # a frequency may be the last number
     average = model.mean[:numbers].reshape(-1, joints, 3)
-    return fourier.synthesise(fourier.shift(average, -phase_rad), frequency_hz, times_s)
+    motion = fourier.synthesise(fourier.shift(average, -phase_rad), frequency_hz, times_s)
+    cos, sin = np.cos(heading_error_rad), np.sin(heading_error_rad)
+    return np.asarray(motion @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]))

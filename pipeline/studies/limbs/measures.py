@@ -2,28 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from pipeline.studies.measures import Expression, Table, mean, require_columns, values
+from pipeline.studies.measures import Expression, Number, Rows, Table, require_columns, rows_of, values
 
-PAPERS_ADJUSTMENT = "global"
-"""How the paper makes a radius longer where a ray misses the sphere: in all frames."""
+ALL = Expression("")
+
+PAPERS_ADJUSTMENT = "refined"
+"""What the paper makes of a radius: longer in all frames where a ray misses the sphere, then refined."""
 
 
-def dividing_reconstructibility(table: Table, found: float) -> float:
+def dividing_reconstructibility(table: Table, found: float, error: str = "limb_error") -> Number:
     """The reconstructibility that best divides limbs whose error is under `found` from the others.
 
     Fewest limbs are on the wrong side of it.  It is the geometric mean of two neighbours; of several that divide
     equally well, the middle one.  NaN if all limbs are found or none is.
     """
-    eta, error = values(table, "reconstructibility"), values(table, "limb_error")
-    right = error < found
-    if not ((eta > 0) & np.isfinite(error)).all() or right.all() or not right.any():
-        return np.nan
+    rows = rows_of(table)
+    eta, off = values(rows.frame, "reconstructibility"), values(rows.frame, error)
     order = np.argsort(eta, kind="stable")
-    eta, right = eta[order], right[order]
+    eta, right = eta[order], (off < found)[order]
+    if not ((eta > 0) & np.isfinite(off)).all():
+        return rows.no_number
+    times = rows.weights[:, rows.cluster[order]]
+    return rows.number(np.array([_dividing(eta[n > 0], right[n > 0], n[n > 0]) for n in times]))
+
+
+def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
+    """The same of limbs in order of reconstructibility, each counted so many times."""
+    if right.all() or not right.any():
+        return np.nan
     # Below the k-th: found ones are wrong; from it on: those that are not.
-    wrong = np.concatenate([[0], np.cumsum(right)]) + np.concatenate([np.cumsum(~right[::-1])[::-1], [0]])
+    below, above = np.cumsum(right * times), np.cumsum((~right * times)[::-1])[::-1]
+    wrong = np.append(0, below) + np.append(above, 0)
     between = np.flatnonzero(np.append(np.diff(eta) > 0, False)) + 1
     if not between.size:
         return np.nan
@@ -32,49 +45,124 @@ def dividing_reconstructibility(table: Table, found: float) -> float:
     return float(np.sqrt(eta[k - 1] * eta[k])) if np.isfinite(eta[k]) else float(eta[k - 1])
 
 
-def _curve(table: Table, at: str, column: str, where: str) -> dict[float, float]:
-    """A column by another, rising; none if a place stands twice or a value is not finite."""
-    places, found = values(table, at, where), values(table, column, where)
-    curve = dict(sorted(zip(places, found, strict=True)))
-    return curve if len(curve) == len(places) and np.isfinite([*curve.items()]).all() else {}
+def rank_correlation_of(table: Table, column: str, by: str) -> Number:
+    """Spearman's rank correlation of two columns, equal values sharing their ranks; 0 where one is constant."""
+    rows = rows_of(table)
+    pair = [values(rows.frame, name) for name in (column, by)]
+    if not len(rows.frame) or any(np.isnan(found).any() for found in pair):
+        return rows.no_number
+    times = rows.weights[:, rows.cluster].astype(float)
+    many = times.sum(axis=1, keepdims=True)
+    apart = []
+    for found in pair:
+        _, group = np.unique(found, return_inverse=True)
+        count = np.zeros((len(times), group.max() + 1))
+        for n, place in enumerate(group):
+            count[:, place] += times[:, n]
+        # The middle of the ranks that equal values share.
+        apart.append((np.cumsum(count, axis=1) - 0.5 * count)[:, group] - 0.5 * many)
+    products = [(times * apart[a] * apart[b]).sum(axis=1) for a, b in ((0, 1), (0, 0), (1, 1))]
+    size = np.sqrt(products[1] * products[2])
+    return rows.number(np.where(size > 0, products[0] / np.where(size > 0, size, 1.0), 0.0))
 
 
-def reliable_root_error(table: Table, camera: str, high: float) -> float:
+def _curve(
+    table: Table, at: str, column: str, where: str, over: Callable[[Rows, np.ndarray], np.ndarray]
+) -> tuple[Rows, np.ndarray, np.ndarray]:
+    """Rows, places (V,) rising, and a statistic (B, V) of a column there; none if a value is not finite."""
+    rows = rows_of(table, where)
+    places, found = values(rows.frame, at), values(rows.frame, column)
+    if not (np.isfinite(places).all() and np.isfinite(found).all()):
+        return rows, np.empty(0), np.empty((len(rows.weights), 0))
+    every = np.unique(places)
+    parts = [(found[places == place], rows.cluster[places == place]) for place in every]
+    curve = [over(Rows(rows.frame, cluster, rows.weights, rows.plain), part) for part, cluster in parts]
+    return rows, every, np.stack(curve, axis=1) if curve else np.empty((len(rows.weights), 0))
+
+
+def _median(rows: Rows, found: np.ndarray) -> np.ndarray:
+    return rows.median(found)
+
+
+def _deviation(rows: Rows, found: np.ndarray) -> np.ndarray:
+    """Standard deviation (B,) over rows, divisor n - 1."""
+    count = rows.weights @ np.bincount(rows.cluster, minlength=rows.weights.shape[1])
+    middle = found.mean()
+    mean, square = rows.mean(found - middle), rows.mean((found - middle) ** 2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.sqrt(np.maximum(square - mean**2, 0.0) * count / np.where(count > 1, count - 1, np.nan))
+
+
+def mean_deviation(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
+    """Standard deviation of a column (divisor n - 1) over the rows of each value of another, its mean over values."""
+    rows, places, curve = _curve(table, by, column, where, _deviation)
+    return rows.number(curve.mean(axis=1)) if places.size else rows.no_number
+
+
+def _root_errors(table: Table, camera: str, error: str) -> tuple[Rows, np.ndarray, np.ndarray]:
+    return _curve(table, "root_error_ratio", error, f"camera == {camera!r}", _median)
+
+
+def reliable_root_error(table: Table, camera: str, high: float, error: str = "child_error_ratio") -> Number:
     """Largest error of the root up to which the child's median error is at most `high`; 0 if none is."""
-    medians = _curve(table, "root_error_ratio", "child_error_median", f"camera == {camera!r}")
-    if not medians:
-        return np.nan
-    unreliable = [at for at, error in medians.items() if error > high]
-    return max((at for at in medians if at < min(unreliable, default=np.inf)), default=0.0)
+    rows, places, curve = _root_errors(table, camera, error)
+    if not places.size:
+        return rows.no_number
+    reliable = np.logical_and.accumulate(curve <= high, axis=1)
+    found = np.max(np.where(reliable, places, 0.0), axis=1)
+    return rows.number(np.where(np.isnan(curve).any(axis=1), np.nan, found))
 
 
-def _reliable_scales(table: Table, camera: str, found: float) -> dict[float, bool]:
-    """By scale of the radius, rising: whether the median error is at most `found` over that at the true radius."""
+def least_unreliable_root_error(
+    table: Table, camera: str, high: float, error: str = "child_error_ratio"
+) -> Number:
+    """Smallest error of the root at which the child's median error is over `high`; NaN if it is nowhere."""
+    rows, places, curve = _root_errors(table, camera, error)
+    if not places.size:
+        return rows.no_number
+    found = np.min(np.where(curve > high, places, np.inf), axis=1)
+    return rows.number(np.where(np.isfinite(found), found, np.nan))
+
+
+def _reliable_scales(
+    table: Table, camera: str, found: float, error: str
+) -> tuple[Rows, np.ndarray, np.ndarray]:
+    """Scales of the radius (V,), rising, and whether the median error (B, V) is at most `found` over that at 1."""
     chosen = f"camera == {camera!r} and adjust == {PAPERS_ADJUSTMENT!r}"
-    medians = _curve(table, "radius_scale", "limb_error_median", chosen)
-    return (
-        {scale: error <= medians[1.0] + found for scale, error in medians.items()} if 1.0 in medians else {}
-    )
+    rows, scales, curve = _curve(table, "radius_scale", error, chosen, _median)
+    if 1.0 not in scales:
+        return rows, np.empty(0), np.empty((len(rows.weights), 0), dtype=bool)
+    return rows, scales, curve <= curve[:, scales == 1.0] + found
 
 
-def least_reliable_scale(table: Table, camera: str, found: float) -> float:
+def least_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
     """Smallest scale of the radius from which up to the true one all are reliable."""
-    scales = {
-        scale: reliable for scale, reliable in _reliable_scales(table, camera, found).items() if scale <= 1.0
-    }
-    unreliable = [scale for scale, reliable in scales.items() if not reliable]
-    return min((scale for scale in scales if scale > max(unreliable, default=0.0)), default=np.nan)
+    rows, scales, reliable = _reliable_scales(table, camera, found, error)
+    if not scales.size:
+        return rows.no_number
+    up, below = reliable[:, scales <= 1.0], scales[scales <= 1.0]
+    all_up = np.logical_and.accumulate(up[:, ::-1], axis=1)[:, ::-1]
+    return rows.number(_finite(np.min(np.where(all_up, below, np.inf), axis=1)))
 
 
-def largest_reliable_scale(table: Table, camera: str, found: float) -> float:
+def largest_reliable_scale(table: Table, camera: str, found: float, error: str = "limb_error") -> Number:
     """Largest scale of the radius that is reliable."""
-    return max(
-        (s for s, reliable in _reliable_scales(table, camera, found).items() if reliable), default=np.nan
-    )
+    rows, scales, reliable = _reliable_scales(table, camera, found, error)
+    if not scales.size:
+        return rows.no_number
+    return rows.number(_finite(np.max(np.where(reliable, scales, -np.inf), axis=1)))
 
 
-def mean_of_walking(table: Table, column: str, camera: str) -> float:
+def _finite(found: np.ndarray) -> np.ndarray:
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def mean_of_walking(table: Table, column: str, camera: str) -> Number:
     """Mean of a column over the clips of walking from one kind of camera."""
-    require_columns(table, "action")
-    walking = table["action"].astype(str).str.contains("walk", case=False)
-    return float(mean(table[walking], column, Expression(f"camera == {camera!r}")))
+    rows = rows_of(table, f"camera == {camera!r}")
+    require_columns(rows.frame, "action")
+    walking = rows.frame["action"].astype(str).str.contains("walk", case=False).to_numpy(dtype=bool)
+    found = values(rows.frame, column)[walking]
+    if not found.size or not np.isfinite(found).all():
+        return rows.no_number
+    return rows.number(Rows(rows.frame[walking], rows.cluster[walking], rows.weights, rows.plain).mean(found))

@@ -1,7 +1,8 @@
 """Error of a whole skeleton against the share of points that are missing from its images: park2011 figure 3d.
 
-As there, lengths, images and root trajectory are wrong as well, and the camera stands still.  Points are missing one
-by one at random, or each joint for a run of frames.  The root is given in 3D and never missing.
+As there, lengths, images and root trajectory are wrong as well, the camera stands still, and nothing is known of the
+joints: errors with knees and elbows that flex one way, which we add, stand beside at one fraction.  Points are missing
+one by one at random, or each joint for a run of frames.  The root is given in 3D and never missing.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pipeline.core.refinement import Refinement
 from pipeline.core.trajectory_basis import coefficients, cosine_basis
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
+from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
@@ -30,6 +32,9 @@ MOST_MISSING = 0.9
 
 SHOWN_FRACTION = 0.2
 """The recording shows the fraction nearest to this one, missing by the first pattern."""
+
+HINGED_FRACTION = 0.05
+"""Hinges are used as well at the fraction nearest to this one, the paper's."""
 
 BETWEEN = 10
 """Instants to a frame at which lengths are looked at."""
@@ -80,6 +85,14 @@ class MissingDataErrors:
     reprojection_error_px : (P, V, T)
     length_violation, cartesian_length_violation : (P, V, T)
         As `length_violations`.
+    hanging_relative_error, mean_pose_relative_error : (P, V, T)
+        As `relative_error`, of skeletons that do nothing (`nulls`) on the same wrong root.
+    hanging_error_mm, mean_pose_error_mm, hanging_imputed_error_mm, mean_pose_imputed_error_mm : (P, V, T)
+        As `joint_error_mm` and `imputed_error_mm`, of the same.
+    hinged_fraction : float
+        At which knees and elbows that flex one way are used as well, points missing by the first pattern.
+    hinged_relative_error, hinged_joint_error_mm : (T,)
+        As `relative_error` and `joint_error_mm`.
     shown : (1,) int
         The skeleton of median error at the fraction shown.
     shown_true, shown_found : (F, 15, 3)
@@ -106,6 +119,14 @@ class MissingDataErrors:
     reprojection_error_px: np.ndarray
     length_violation: np.ndarray
     cartesian_length_violation: np.ndarray
+    hanging_relative_error: np.ndarray
+    mean_pose_relative_error: np.ndarray
+    hanging_error_mm: np.ndarray
+    mean_pose_error_mm: np.ndarray
+    hanging_imputed_error_mm: np.ndarray
+    mean_pose_imputed_error_mm: np.ndarray
+    hinged_relative_error: np.ndarray
+    hinged_joint_error_mm: np.ndarray
     shown: np.ndarray
     shown_true: np.ndarray
     shown_found: np.ndarray
@@ -113,6 +134,7 @@ class MissingDataErrors:
     shown_image: np.ndarray
     shown_fraction: float
     shown_pattern: str
+    hinged_fraction: float
 
 
 @dataclass(frozen=True)
@@ -169,7 +191,6 @@ class MissingDataSweep(ErrorSweep):
     length_error: float = 0.02  # standard deviation over limbs, relative
     root_error_mm: float = 20.0
     noise_px: float = 1.0
-    use_hinges: bool = True
     adjust: Adjustment = Adjustment.per_frame
     share: float = 0.3  # of the trials: each is a skeleton of fourteen limbs
     time_limit_s: float = 0.0  # signs at once, without certificates
@@ -189,7 +210,13 @@ class MissingDataSweep(ErrorSweep):
         seed, trials = inputs.seed, int(np.ceil(self.share * self.trials))
         scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
 
-        def one(item: tuple[Pattern, float, int]) -> tuple[dict[str, Any], np.ndarray]:
+        # Nothing is missing in the same way whatever the pattern.
+        first, hinged = self.patterns[0], self.options(basis, use_hinges=True)
+        beside = min(self.fractions, key=lambda fraction: abs(fraction - HINGED_FRACTION))
+
+        def one(
+            item: tuple[Pattern, float, int],
+        ) -> tuple[dict[str, Any], np.ndarray, dict[str, float] | None]:
             pattern, fraction, number = item
             hidden = scenes[number].hidden(pattern, fraction, seed)
             scene = scenes[number]
@@ -197,10 +224,17 @@ class MissingDataSweep(ErrorSweep):
             skeleton = prepared(left, scene.view, scene.root, scene.lengths, self.options(basis))
             found = skeleton.whole()
             best = better_of_mirrors(scene.positions, skeleton)
-            return self._errors(scene, found, best, hidden, basis), found.positions
+            with_hinges = None
+            if (pattern, fraction) == (first, beside):
+                off = skeleton.under(hinged).whole().positions - scene.positions
+                with_hinges = {
+                    "hinged_relative_error": _relative(off, scene.positions),
+                    "hinged_joint_error_mm": float(
+                        np.linalg.norm(np.delete(off, ROOT, axis=1), axis=-1).mean()
+                    ),
+                }
+            return self._errors(scene, found, best, hidden, basis), found.positions, with_hinges
 
-        # Nothing is missing in the same way whatever the pattern.
-        first = self.patterns[0]
         points = [
             (pattern if fraction else first, fraction, number)
             for pattern in self.patterns
@@ -211,6 +245,7 @@ class MissingDataSweep(ErrorSweep):
         known = dict(zip(distinct, map_processes(one, distinct, inputs.workers), strict=True))
         shape = (len(self.patterns), len(self.fractions), trials)
         errors = stacked([known[point][0] for point in points], shape)
+        of_hinged = [row for number in range(trials) if (row := known[(first, beside, number)][2])]
         value = int(np.abs(np.array(self.fractions) - SHOWN_FRACTION).argmin())
         of_shown = errors["joint_error_mm"][0, value]
         shown = int(np.argsort(of_shown, kind="stable")[trials // 2])
@@ -221,6 +256,8 @@ class MissingDataSweep(ErrorSweep):
             stretch=np.array([scene.stretch for scene in scenes]),
             camera=np.array([scene.camera for scene in scenes]),
             **errors,
+            hinged_fraction=beside,
+            **stacked(of_hinged, (trials,)),
             shown=np.array([shown]),
             shown_true=scenes[shown].positions,
             shown_found=known[(first, self.fractions[value], shown)][1],
@@ -251,13 +288,13 @@ class MissingDataSweep(ErrorSweep):
             true_lengths=lengths,
         )
 
-    def options(self, basis: TrajectoryBasis) -> Options:
+    def options(self, basis: TrajectoryBasis, *, use_hinges: bool = False) -> Options:
         """Return how a skeleton is reconstructed: limb by limb, and all limbs refined together."""
         return Options(
             basis,
             adjust=self.adjust,
             noise_px=self.noise_px,
-            use_hinges=self.use_hinges,
+            use_hinges=use_hinges,
             time_limit_s=self.time_limit_s,
         )
 
@@ -274,19 +311,35 @@ class MissingDataSweep(ErrorSweep):
         limbs, size = np.arange(true.shape[1]) != ROOT, float(scene.true_lengths.mean())
         each = np.linalg.norm(positions - true, axis=-1)
         spherical, cartesian = length_violations(refined, basis)
+        nothing = {
+            "hanging": nulls.hanging(scene.root, scene.lengths),
+            "mean_pose": nulls.mean_pose(scene.root, true),
+        }
+        apart = {name: np.linalg.norm(still - true, axis=-1) for name, still in nothing.items()}
         return {
-            "relative_error": np.linalg.norm(positions - true) / np.linalg.norm(true),
+            "relative_error": _relative(positions - true, true),
             "limb_error": distance(positions[:, limbs], true[:, limbs]) / size,
             "joint_error_mm": each[:, limbs].mean(),
             "imputed_error_mm": each[hidden].mean() if hidden.any() else np.nan,
             "seen_error_mm": each[limbs & ~hidden].mean(),
-            "relative_error_up_to_mirror": np.linalg.norm(best - true) / np.linalg.norm(true),
+            "relative_error_up_to_mirror": _relative(best - true, true),
             "limb_error_up_to_mirror": distance(best[:, limbs], true[:, limbs]) / size,
             "missing_share": hidden[:, limbs].mean(),
             "reprojection_error_px": refined.reprojection_error_px,
             "length_violation": spherical,
             "cartesian_length_violation": cartesian,
+            **{f"{name}_relative_error": _relative(still - true, true) for name, still in nothing.items()},
+            **{f"{name}_error_mm": off[:, limbs].mean() for name, off in apart.items()},
+            **{
+                f"{name}_imputed_error_mm": off[hidden].mean() if hidden.any() else np.nan
+                for name, off in apart.items()
+            },
         }
+
+
+def _relative(off: np.ndarray, true: np.ndarray) -> float:
+    """||X - X_hat|| / ||X|| of what positions (F, 15, 3) are off, in the world's coordinates."""
+    return float(np.linalg.norm(off) / np.linalg.norm(true))
 
 
 def length_violations(refined: Refinement, basis: TrajectoryBasis) -> tuple[float, float]:

@@ -3,6 +3,9 @@
 The paper shows four videos whose truth nobody knows.  Here the images are projections of recorded motion, so that
 beside the pictures there are errors.  Of each clip the stretch is taken whose joints move most.
 
+The paper knows less than we give ourselves: proportions of the human body, no hinges, and before a still camera the
+root's image at one depth.  Errors in its conditions are measured on the same images, beside those in ours.
+
 Signs are the first that the search finds unless `sweep.exact` says otherwise; the certificate of each limb is then
 made beside, under a limit if there is any, and says how much better any signs could be.
 """
@@ -18,6 +21,7 @@ import numpy as np
 from pipeline.core.articulated_trajectory import (
     Articulated,
     Options,
+    Reconstruction,
     TrajectoryBasis,
     TrajectoryBasisByRule,
     choose_limb,
@@ -27,9 +31,10 @@ from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
-from pipeline.core.reconstructibility import Reconstructibility, of_clip, reconstructibility
+from pipeline.core.reconstructibility import Reconstructibility, of_clip, outside, reconstructibility
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
+from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors
@@ -41,6 +46,12 @@ CHILDREN = WALKER14.ends[:, 1]
 """Places of the fourteen joints that are not the root, in the order of the limbs."""
 
 _THIGHS = ("left_knee", "right_knee")
+
+PAPERS = (
+    "papers_error_mm", "papers_error_sd_mm", "papers_error_up_to_mirror_mm", "papers_length_change_max",
+    "papers_acceleration_ratio", "papers_hanging_error_mm", "papers_true_root_error_mm",
+)  # fmt: skip
+"""What is measured in the paper's conditions."""
 
 
 class Lengths(StrEnum):
@@ -87,6 +98,19 @@ class Motions:
     reconstructibility, mirror_margin, limb_error, length_change : (N, C, 14)
     length_ratio : (N, C, 14)
         Of the length that was assumed to the true one.
+    hanging_error_mm, mean_pose_error_mm : (N, C)
+        As the mean of `error_mm` over frames and limbs, of skeletons that do nothing (`nulls`).
+    papers_error_mm, papers_error_sd_mm : (N, C)
+        Mean of `error_mm` over limbs, and over frames its mean and standard deviation, in the paper's conditions; this
+        and what follows NaN if they were not asked for.
+    papers_error_up_to_mirror_mm, papers_length_change_max, papers_acceleration_ratio : (N, C)
+        In the paper's conditions; the last as `acceleration_ratio`.
+    papers_true_root_error_mm : (N, C)
+        As `papers_error_mm`, with the true root before the still camera as well.
+    camera_outside_basis : (N, C)
+        What the trajectory basis leaves of the camera's path about its mean, as part of it; 0 if it stands still.
+    papers_hanging_error_mm : (N, C)
+        As `hanging_error_mm`, with the lengths of the paper's conditions.
     objective, best_objective, lower_bound : (N, C, 14)
         Of what was chosen, of the best that is known, and a bound, on the same programme, mm².
     proved, mirrored : (N, C, 14) bool
@@ -110,6 +134,16 @@ class Motions:
     limb_error: np.ndarray
     length_change: np.ndarray
     length_ratio: np.ndarray
+    hanging_error_mm: np.ndarray
+    mean_pose_error_mm: np.ndarray
+    papers_error_mm: np.ndarray
+    papers_error_sd_mm: np.ndarray
+    papers_error_up_to_mirror_mm: np.ndarray
+    papers_length_change_max: np.ndarray
+    papers_acceleration_ratio: np.ndarray
+    papers_hanging_error_mm: np.ndarray
+    papers_true_root_error_mm: np.ndarray
+    camera_outside_basis: np.ndarray
     objective: np.ndarray
     best_objective: np.ndarray
     lower_bound: np.ndarray
@@ -132,6 +166,7 @@ class MotionsSweep(CameraSweep):
     try_mirrors: bool = False  # of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first
     time_limit_s: float = 0.2  # nominal, of each certificate
+    papers_too: bool = True  # measure errors in the paper's conditions as well
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -152,9 +187,13 @@ class MotionsSweep(CameraSweep):
             noise = derive_generator(inputs.seed, f"sweep:motions:noise:{place}")
             seen = camera.project(truth)
             images = seen + self.noise_px * noise.standard_normal(seen.shape)
-            return _Reconstruction(
-                self, basis, truth, stretches.lengths_mm[number], camera, images, kind
-            ).found()
+            lengths = stretches.lengths_mm[number]
+            ours, papers = (
+                _Reconstruction(options, basis, truth, lengths, camera, images, kind)
+                for options in (self, self.as_in_the_paper())
+            )
+            beside = papers.in_papers_conditions() if self.papers_too else dict.fromkeys(PAPERS, np.nan)
+            return {**ours.found(), **beside}
 
         items = [(int(number), kind) for number in chosen for kind in self.cameras]
         found = map_processes(one, items, inputs.workers)
@@ -163,6 +202,12 @@ class MotionsSweep(CameraSweep):
             stretch=chosen,
             truth=stretches.positions[chosen],
             **stacked(found, (len(chosen), len(self.cameras))),
+        )
+
+    def as_in_the_paper(self) -> MotionsSweep:
+        """Return these options with no more known than in the paper [park2011 section 5.2]."""
+        return replace(
+            self, lengths=Lengths.anthropometric, root=Root.unit_depth, use_hinges=False, try_mirrors=False
         )
 
 
@@ -193,6 +238,7 @@ class _Reconstruction:
         images: np.ndarray,
         kind: Camera,
     ) -> None:
+        self.kind = kind
         self.options, self.basis, self.truth, self.camera, self.images = options, basis, truth, camera, images
         self.true_lengths = self.lengths = lengths
         if options.lengths is Lengths.anthropometric:
@@ -205,8 +251,8 @@ class _Reconstruction:
             depth = float(camera.in_camera(self.root)[len(truth) // 2, 2])
             self.root = camera.back_project(images[:, ROOT], depth)
 
-    def found(self) -> dict[str, Any]:
-        """Return what `Motions` holds of it."""
+    def prepared(self, root: np.ndarray | None = None) -> Reconstruction:
+        """Return what is known of it; another root (F, 3), mm, may be given."""
         options = Options(
             self.basis,
             noise_px=self.options.noise_px,
@@ -214,14 +260,52 @@ class _Reconstruction:
             try_mirrors=self.options.try_mirrors,
             time_limit_s=self.options.time_limit_s if self.options.exact else 0.0,
         )
-        skeleton = prepared(self.images, self.camera, self.root, self.lengths, options)
+        given = self.root if root is None else root
+        return prepared(self.images, self.camera, given, self.lengths, options)
+
+    def in_papers_conditions(self) -> dict[str, float]:
+        """Return `PAPERS` of it, whose options are those of the paper."""
+        true_root = self.root if self.kind is not Camera.still else self.truth[:, ROOT]
+        skeleton = self.prepared()
+        made = skeleton.whole()
+        error = _relative_error(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
+        better = better_of_mirrors(self.truth, skeleton)
+        found = (
+            error.mean(),
+            error.std(ddof=1),
+            self.error_mm(better),
+            _length_changes(made.positions).max(),
+            acceleration_ratio(made.positions, self.truth),
+            self.error_mm(nulls.hanging(self.root, self.lengths)),
+            error.mean()
+            if self.root is true_root
+            else self.error_mm(self.prepared(true_root).whole().positions),
+        )
+        return dict(zip(PAPERS, map(float, found), strict=True))
+
+    def camera_outside_basis(self) -> float:
+        """Return what the basis leaves of the camera's path about its mean, as part of it; 0 if it stands still."""
+        path = np.broadcast_to(self.camera.centre, (len(self.truth), 3))
+        about = path - path.mean(axis=0)
+        size = float(np.linalg.norm(about))
+        if size <= 1e-9 * float(np.abs(path).max()):
+            return 0.0
+        used = np.ones(len(about), dtype=bool)
+        return outside(self.basis.of(about, used).rows(len(used), used), about) / size
+
+    def error_mm(self, positions: np.ndarray) -> float:
+        """Return the mean distance of all joints but the root from the truth, both relative to it."""
+        return float(_relative_error(positions, self.truth)[:, CHILDREN].mean())
+
+    def found(self) -> dict[str, Any]:
+        """Return what `Motions` holds of it."""
+        skeleton = self.prepared()
         made = skeleton.whole()
         self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         true = relative_trajectories(WALKER14, self.truth)
         estimated = relative_trajectories(WALKER14, made.positions)
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
-        sizes = np.linalg.norm(estimated, axis=-1)
-        first_signs = skeleton.under(replace(options, time_limit_s=0.0)).with_lengths(self.lengths)
+        first_signs = skeleton.under(replace(skeleton.options, time_limit_s=0.0)).with_lengths(self.lengths)
         better = better_of_mirrors(self.truth, first_signs)
         eta = self.reconstructibilities()
         middle = self.camera.at(len(self.truth) // 2).centre - self.truth[:, ROOT].mean(axis=0)
@@ -232,14 +316,15 @@ class _Reconstruction:
             "imputed": made.imputed,
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
             "error_mm": _relative_error(made.positions, self.truth),
-            "error_up_to_mirror_mm": _relative_error(better, self.truth)[:, CHILDREN].mean(),
+            "error_up_to_mirror_mm": self.error_mm(better),
             "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
             "reconstructibility": [limb.ratio for limb in eta],
             "reconstructibility_of_clip": of_clip(eta).ratio,
             "limb_error": away / self.true_lengths,
-            "length_change": np.abs(sizes / sizes.mean(axis=0) - 1.0)
-            .max(axis=0)
-            .round(12),  # the rest is rounding
+            "length_change": _length_changes(made.positions),
+            "camera_outside_basis": self.camera_outside_basis(),
+            "hanging_error_mm": self.error_mm(nulls.hanging(self.root, self.true_lengths)),
+            "mean_pose_error_mm": self.error_mm(nulls.mean_pose(self.root, self.truth)),
             "length_ratio": self.lengths / self.true_lengths,
             "components": [made.limbs[limb].basis.components for limb in WALKER14.limbs],
             **self.certificates(made),
@@ -291,6 +376,21 @@ class _Reconstruction:
             rows = self.basis.of(hits.middle, used).rows(len(used), used)
             found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
         return found
+
+
+def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Rms acceleration (…) of reconstructions (…, F, 15, 3) about the pelvis, over that of truths of such shape."""
+    power = [
+        np.square(np.diff(p - p[..., [ROOT], :], n=2, axis=-3)).mean(axis=(-3, -2, -1))
+        for p in (positions, truth)
+    ]
+    return np.asarray(np.sqrt(power[0] / power[1]))
+
+
+def _length_changes(positions: np.ndarray) -> np.ndarray:
+    """Largest relative change of the length of each limb (14,); to twelve decimals, the rest is rounding."""
+    sizes = np.linalg.norm(relative_trajectories(WALKER14, positions), axis=-1)
+    return np.asarray(np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12))
 
 
 def _relative_error(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:

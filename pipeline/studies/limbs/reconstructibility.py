@@ -18,6 +18,7 @@ from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
+from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import distance, limb_score, true_signs
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial, stacked
@@ -25,6 +26,9 @@ from pipeline.validation import require_range
 
 STARTS = ("programme", "random_signs", "mean_direction")
 """Of the refinement: the chosen candidates, candidates by the toss of a coin, one direction for all frames."""
+
+ROUNDING = 1e-12
+"""Part of a matrix's largest element that may be rounding."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,10 @@ class LimbReconstructibilities:
         eta_a by both readings, and J(-s) / J(s).
     limb_error, relative_error, error_up_to_mirror, proved, objective, lower_bound : (C, T)
         As `scores.LimbScore`.
+    hanging_error, mean_pose_error : (C, T)
+        As `nulls.limb_errors`.
+    limb_error_shuffled : (C, T)
+        `limb_error`, dealt out among all trials at random.
     truth_objective, impostor_objective : (C, T)
         Square millimetres.
     confidence : (C, T) text
@@ -48,6 +56,8 @@ class LimbReconstructibilities:
         Whether most of the chosen candidates are the impostor's.
     eigenvalue_ratio : (C, T)
         Smallest to largest eigenvalue of the programme's matrix.
+    positive_off_diagonal : (C, T)
+        Share of its elements beside the diagonal that are positive.
     paths : (C, T, 3, F, 3)
         Relative trajectories of truth, impostor and estimate over the limb's length.
     refined_error, refined_px : (C, R, 3)
@@ -67,11 +77,15 @@ class LimbReconstructibilities:
     proved: np.ndarray
     objective: np.ndarray
     lower_bound: np.ndarray
+    hanging_error: np.ndarray
+    mean_pose_error: np.ndarray
+    limb_error_shuffled: np.ndarray
     truth_objective: np.ndarray
     impostor_objective: np.ndarray
     confidence: np.ndarray
     taken_impostor: np.ndarray
     eigenvalue_ratio: np.ndarray
+    positive_off_diagonal: np.ndarray
     paths: np.ndarray
     refined_error: np.ndarray
     refined_px: np.ndarray
@@ -118,11 +132,15 @@ class ReconstructibilitySweep(LimbSweep):
             inputs.workers,
         )
         first = trials[: self.trials]
+        columns = stacked(found, (len(self.cameras), self.trials))
+        error = columns["limb_error"]
+        dealt = derive_generator(inputs.seed, "sweep:reconstructibility:shuffled").permutation(error.size)
         return LimbReconstructibilities(
             cameras=np.array(self.cameras),
             stretch=np.array([trial.stretch for trial in first]),
             limb=np.array([trial.limb for trial in first]),
-            **stacked(found, (len(self.cameras), self.trials)),
+            **columns,
+            limb_error_shuffled=error.ravel()[dealt].reshape(error.shape),
             **stacked(refined, (len(self.cameras), min(self.refined, self.trials))),
         )
 
@@ -136,7 +154,9 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
     axis = (trial.parent - trial.view.centre)[used]
     truth, impostor = (hits.middle + sign * signs[:, None] * hits.half_chord for sign in (1, -1))
     weight = (half**2).sum(axis=1)
-    spectrum = np.linalg.eigvalsh((np.eye(len(rows)) - rows @ rows.T) * (half @ half.T))
+    matrix = (np.eye(len(rows)) - rows @ rows.T) * (half @ half.T)
+    spectrum = np.linalg.eigvalsh(matrix)
+    beside = matrix[~np.eye(len(matrix), dtype=bool)]
     return {
         "reconstructibility_vector": reconstructibility(rows, middle, half, signs[used]).ratio,
         "reconstructibility_angle": reconstructibility(
@@ -144,11 +164,13 @@ def _compared_with_truth(trial: LimbTrial, choice: LimbChoice) -> dict[str, Any]
         ).ratio,
         "mirror_margin": solution.margin,
         **vars(limb_score(trial, choice)),
+        **nulls.limb_errors(trial),
         "truth_objective": outside(rows, truth[used]) ** 2,
         "impostor_objective": outside(rows, impostor[used]) ** 2,
         "confidence": confidence_of_mirror_margin(solution.margin),
         "taken_impostor": bool((weight * solution.signs * signs[used]).sum() < 0),
         "eigenvalue_ratio": spectrum[0] / spectrum[-1] if spectrum[-1] > 0 else 0.0,
+        "positive_off_diagonal": float((beside > ROUNDING * np.abs(matrix).max()).mean()),
         "paths": np.stack([trial.relative, impostor, choice.relative]) / trial.length,
     }
 

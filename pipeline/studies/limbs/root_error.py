@@ -11,6 +11,7 @@ from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
+from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.scores import distance, limb_score, true_signs
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial, wrong_trajectory
@@ -72,6 +73,7 @@ class RootErrorSweep(ErrorSweep):
         eta = reconstructibility(basis.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs)
         return {
             **vars(limb_score(trial, choice, parent=parent)),
+            **nulls.limb_errors(trial, moved=wrong),
             "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,
             "parent_error_ratio": distance(parent, trial.parent) / trial.length,
             "reconstructibility": eta.ratio,

@@ -25,6 +25,8 @@ class SweptErrors:
         Of the trial, indices into the data set and ``WALKER14.limbs``.
     limb_error, relative_error, error_up_to_mirror, proved, objective, lower_bound : (C, V, …, T)
         As `scores.LimbScore`.
+    hanging_error, mean_pose_error : (C, V, …, T)
+        As `nulls.limb_errors`.
     shown : (1,) int
         The first camera's trial whose errors are, over all values, nearest to the medians.
     paths : (V, 2, F, 3)
@@ -41,6 +43,8 @@ class SweptErrors:
     proved: np.ndarray
     objective: np.ndarray
     lower_bound: np.ndarray
+    hanging_error: np.ndarray
+    mean_pose_error: np.ndarray
     shown: np.ndarray
     paths: np.ndarray
 

@@ -25,7 +25,7 @@ from pipeline.studies.limbs.figures.presentation import increasing
 from pipeline.studies.limbs.missing_data import MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import Basis, TrajectoryBasisModel
 from pipeline.studies.limbs.proofs import ProofSweep
-from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
+from pipeline.studies.limbs.radius_scale import REFINED, RadiusScaleSweep
 from pipeline.studies.limbs.reconstructibility import LimbReconstructibilities, ReconstructibilitySweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.scores import limb_score, true_signs
@@ -159,11 +159,18 @@ def test_a_wrong_parent_makes_the_child_wrong(limbs: LimbStretches) -> None:
 def test_a_radius_too_small_is_harmless_and_too_large_is_not(limbs: LimbStretches) -> None:
     options = RadiusScaleSweep(trials=6, scales=[0.01, 0.1, 1.0, 10.0, 100.0], cameras=SHAKY)
     found = measure(options, limbs, HARD, workers=2, seed=1)
-    error, way = found.limb_error[0], options.adjusts.index(Adjustment["global"])
+    error, ways = found.limb_error[0], found.adjusts.tolist()
+    assert ways == [REFINED, "global", "per_frame", "robust"]
+    way = ways.index("global")
     # Adjusted to the same rays, the radius is the same however small it was.
     np.testing.assert_array_equal(error[0, way], error[1, way])
-    assert (error[3:] > 5.0).all()
+    assert (error[3:, 1:] > 5.0).all()
     assert np.median(error[0, way]) < 1.0
+    # Refined with the trajectory, it finds back from ten times its length, as in the paper's figure.
+    refined = np.median(error[:, 0], axis=-1)
+    assert (refined[:4] < 0.5).all()
+    assert refined[3] < 0.1 * np.median(error[3, way])
+    assert (np.abs(np.median(found.radius_ratio[0, :4, 0], axis=-1) - 1.0) < 0.1).all()
     assert (found.radius_ratio[0, 2:, way] >= 1.0).all()
     assert (found.adjusted_share[0, 0] > 0.9).all()
     assert not found.adjusted_share[0, 3:].any()
@@ -237,7 +244,7 @@ def test_the_scatter_is_whole(figure: Callable[..., Outcome], tmp_path: Path) ->
     ("name", "small", "rows", "entities"),
     [
         ("fig3b", ["sweep.ratios=[0.0,0.2]"], 8, {"curves/child_error/shaky", "curves/child_error/parent"}),
-        ("fig3c", ["sweep.scales=[0.1,1.0,10.0]"], 36, {"curves/log10_limb_error/global", "world/sphere"}),
+        ("fig3c", ["sweep.scales=[0.1,1.0,10.0]"], 48, {"curves/log10_limb_error/refined", "world/sphere"}),
         ("fig3d", ["sweep.fractions=[0.0,0.2]"], 8, {"world/imputed", "image/observed", "bars/block"}),
         ("proofs", ["sweep.frames=[25,50]"], 8, {"curves/proved_share/k10_noise_0_px"}),
     ],

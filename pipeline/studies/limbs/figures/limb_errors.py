@@ -42,6 +42,18 @@ from pipeline.studies.study import Figure
 RootInputs = FigureInputs[LimbStretches, BasisFit, RootErrors]
 RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
 
+NULLS = ("hanging_error", "mean_pose_error")
+"""Errors of limbs that do nothing, as `nulls.limb_errors`."""
+
+NULL_MEDIANS = {f"{name}_median": (name, "median") for name in NULLS}
+
+NULL_LINES = {"hanging_error": "hangs straight down", "mean_pose_error": "mean pose"}
+
+NULL_WORDS = (
+    "Grey, medians of what does nothing: a limb of the assumed length that hangs straight down (dotted), and one that "
+    "keeps its true mean direction (dashed)."
+)
+
 
 @dataclass(kw_only=True)
 class LimbErrors(Figure):
@@ -84,7 +96,7 @@ class RootErrorFigure(Figure):
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         measured = (
             "limb_error", "relative_error", "error_up_to_mirror", "child_error_ratio", "parent_error_ratio",
-            "reconstructibility", "proved", "objective", "lower_bound",
+            "reconstructibility", "proved", "objective", "lower_bound", *NULLS,
         )  # fmt: skip
         swept = {"root_error_ratio": inputs.sweep.values[:, None]}
         every = _every_trial(inputs, swept, measured)
@@ -99,7 +111,9 @@ class RootErrorFigure(Figure):
                 share_above_parent_error=("above_parent", "mean"),
                 limb_error_median=("limb_error", "median"),
                 error_up_to_mirror_median=("error_up_to_mirror", "median"),
+                **NULL_MEDIANS,
             ),
+            ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"],
         )
 
     def draw(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
@@ -121,7 +135,7 @@ class RootErrorFigure(Figure):
                     y="child_error_median",
                     band=("child_error_low", "child_error_high"),
                     ylabel="3D error / limb length",
-                    series=[parent],
+                    series=[parent, *_null_lines(tables["table_points"], "root_error_ratio")],
                 ),
                 panel(y="child_error_sd", ylabel="Its standard deviation", legend=()),
             ],
@@ -133,7 +147,7 @@ class RootErrorFigure(Figure):
             columns=2,
             caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
-            + "; band: quartiles; dotted: the error of the parent itself. (b) Over trials.",
+            + f"; band: quartiles; dotted: the error of the parent itself. {NULL_WORDS} (b) Over trials.",
         )
 
     def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -170,7 +184,7 @@ class RadiusScaleFigure(Figure):
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         measured = (
             "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
-            "objective", "lower_bound",
+            "objective", "lower_bound", *NULLS,
         )  # fmt: skip
         sweep = inputs.sweep
         swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
@@ -183,14 +197,16 @@ class RadiusScaleFigure(Figure):
                 **quartile_columns("limb_error", "limb_error"),
                 adjusted_share=("adjusted_share", "mean"),
                 error_up_to_mirror_median=("error_up_to_mirror", "median"),
+                **NULL_MEDIANS,
             ),
+            ["limb_error", "error_up_to_mirror", "radius_ratio"],
         )
 
     def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the error against the scale of the radius, a panel to a camera."""
         options, table = cast(RadiusScaleSweep, inputs.experiment.sweep), tables["table_cameras"]
         ends = [f"limb_error_{end}" for end in ("median", "low", "high")]
-        first = options.adjusts[0]
+        first = options.ways[0]
         panels = [
             pictures.Panel(
                 y=ends[0],
@@ -200,6 +216,9 @@ class RadiusScaleFigure(Figure):
                 xscale="log",
                 yscale="log",
                 references=[("x", 1.0, ""), ("x", 10.0, "")],
+                series=_null_lines(
+                    table[(table["camera"] == camera) & (table["adjust"] == first)], "radius_scale"
+                ),
             )
             for camera in options.cameras
         ]
@@ -216,14 +235,16 @@ class RadiusScaleFigure(Figure):
                     line="solid" if adjust is first else "dashed",
                     banded=adjust is first,
                 )
-                for adjust in options.adjusts
+                for adjust in options.ways
             },
             xlabel="Assumed radius / true radius",
+            legend="figure",
             columns=2,
             caption=f"{inputs.caption} {_trials(options)} Lines: median for each way of adjusting the radius to rays "
-            "that miss the sphere (global: as long as the farthest ray asks for, as in the paper; robust: as 95 % of "
-            "the rays ask for; per frame: longer in a frame alone); band: quartiles of the first. Dotted: the true "
-            "radius, and ten times that.",
+            "that miss the sphere (global: as long as the farthest ray asks for; robust: as 95 % of the rays ask for; "
+            "per frame: longer in a frame alone), and refined: from the first of these, with the trajectory, as in "
+            "the paper; band: quartiles of the first. Upright dotted lines: the true radius, and ten times that. "
+            + NULL_WORDS,
         )
 
     def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -263,14 +284,28 @@ def _every_trial(
     )
 
 
-def _tables(sweep: SweptErrors, every: pd.DataFrame, over_trials: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """Every trial before the first camera; over trials before the first camera, and before all."""
+def _tables(
+    sweep: SweptErrors, every: pd.DataFrame, over_trials: pd.DataFrame, errors: Sequence[str]
+) -> dict[str, pd.DataFrame]:
+    """Every trial before the first camera, errors before all; over trials before the first, and before all."""
     first, cameras = sweep.cameras[0], over_trials.reset_index()
+    swept = [name for name in over_trials.index.names if name != "camera"]
     return {
         "table": every[every["camera"] == first],
+        "table_trials": every[["trial", "clip", "limb", "camera", *swept, *errors, *NULLS]],
         "table_points": cameras[cameras["camera"] == first].reset_index(drop=True),
         "table_cameras": cameras,
     }
+
+
+def _null_lines(table: pd.DataFrame, x: str) -> list[pictures.Series]:
+    """Medians of limbs that do nothing, over what is swept."""
+    return [
+        pictures.Series(
+            x=table[x].to_numpy(), y=table[f"{name}_median"].to_numpy(), label=label, colour="null", line=line
+        )
+        for (name, label), line in zip(NULL_LINES.items(), ("dotted", "dashed"), strict=True)
+    ]
 
 
 def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:

@@ -71,7 +71,8 @@ class LimbScatter(Figure):
         """Return ``table``: every trial; ``table_bins``, ``table_running``: of all cameras, over reconstructibility.
 
         ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
-        optimisation from other starts; ``table_matrices``: whether the programmes' matrices are positive definite.
+        optimisation from other starts, ``table_starts``: its trials; ``table_matrices``: whether the programmes'
+        matrices are positive definite.
         """
         sweep = inputs.sweep
         cameras, trials = sweep.limb_error.shape
@@ -79,8 +80,10 @@ class LimbScatter(Figure):
         eta, error = np.minimum(given, EDGES[-1]), sweep.limb_error.ravel()
         scores = (
             "mirror_margin", "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective",
-            "lower_bound", "truth_objective", "impostor_objective", "confidence", "taken_impostor",
+            "lower_bound", "truth_objective", "impostor_objective", "confidence", "taken_impostor", "hanging_error",
+            "mean_pose_error", "limb_error_shuffled", "positive_off_diagonal",
         )  # fmt: skip
+        refined = sweep.refined_error.shape  # (C, R, 3)
         starts = {
             "start": STARTS,
             "limb_error_median": np.median(sweep.refined_error, axis=(0, 1)),
@@ -97,6 +100,20 @@ class LimbScatter(Figure):
                     "reconstructibility": given,
                     "reconstructibility_angle": sweep.reconstructibility_angle.ravel(),
                     **{name: getattr(sweep, name).ravel() for name in scores},
+                    "numerically_singular": (sweep.eigenvalue_ratio < ROUNDING).ravel(),
+                },
+                by=["camera", "trial"],
+            ),
+            "table_starts": tidy(
+                {
+                    "start": np.broadcast_to(STARTS, refined).ravel(),
+                    "camera": np.broadcast_to(sweep.cameras[:, None, None], refined).ravel(),
+                    "trial": np.broadcast_to(np.arange(refined[1])[:, None], refined).ravel(),
+                    "clip": np.broadcast_to(
+                        np.array(inputs.samples)[sweep.stretch[: refined[1]], None], refined
+                    ).ravel(),
+                    "limb_error": sweep.refined_error.ravel(),
+                    "converged": sweep.refined_converged.ravel(),
                 },
                 by=["camera", "trial"],
             ),

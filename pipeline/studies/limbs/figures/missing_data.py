@@ -30,7 +30,8 @@ PUBLISHED_FRACTION, PUBLISHED_ERROR = 0.05, 0.13
 OF_SKELETONS = (
     "relative_error", "limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm", "missing_share",
     "relative_error_up_to_mirror", "limb_error_up_to_mirror", "reprojection_error_px", "length_violation",
-    "cartesian_length_violation",
+    "cartesian_length_violation", "hanging_relative_error", "mean_pose_relative_error", "hanging_error_mm",
+    "mean_pose_error_mm", "hanging_imputed_error_mm", "mean_pose_imputed_error_mm",
 )  # fmt: skip
 """What the table takes from the sweep as it is."""
 
@@ -45,7 +46,10 @@ class MissingDataFigure(Figure):
     sweep = MissingDataSweep
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """Return ``table``: every skeleton at every fraction and pattern; ``table_points``: over skeletons."""
+        """Return ``table``: every skeleton at every fraction and pattern; ``table_points``: over skeletons.
+
+        ``table_hinges``: with knees and elbows that flex one way, at the paper's fraction.
+        """
         sweep = inputs.sweep
         shape = sweep.limb_error.shape
         patterns, fractions, trials = shape
@@ -66,10 +70,27 @@ class MissingDataFigure(Figure):
                 f"{name}_median": np.median(getattr(sweep, name), axis=2).ravel()
                 for name in ("limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm")
             },
-            "relative_error_up_to_mirror_mean": sweep.relative_error_up_to_mirror.mean(axis=2).ravel(),
+            **{
+                f"{name}_mean": getattr(sweep, name).mean(axis=2).ravel()
+                for name in (
+                    "relative_error_up_to_mirror",
+                    "hanging_relative_error",
+                    "mean_pose_relative_error",
+                )
+            },
             "limb_error_up_to_mirror_median": np.median(sweep.limb_error_up_to_mirror, axis=2).ravel(),
         }
         return {
+            "table_hinges": tidy(
+                {
+                    "trial": np.arange(trials),
+                    "clip": np.array(inputs.samples)[sweep.stretch],
+                    "missing_fraction": np.full(trials, sweep.hinged_fraction),
+                    "relative_error": sweep.hinged_relative_error,
+                    "joint_error_mm": sweep.hinged_joint_error_mm,
+                },
+                by=["trial"],
+            ),
             "table": tidy(
                 {
                     **{name: np.broadcast_to(values, shape).ravel() for name, values in rows.items()},
@@ -107,6 +128,17 @@ class MissingDataFigure(Figure):
         panel = partial(
             pictures.Panel, xlabel="Missing points (%)", xlim=(0.0, float(table["percent"].max()))
         )
+        nothing = table[table["pattern"] == first]
+        still = [
+            pictures.Series(
+                x=nothing["percent"].to_numpy(),
+                y=nothing[f"{name}_relative_error_mean"].to_numpy(),
+                label=label,
+                colour="null",
+                line=line,
+            )
+            for name, label, line in (("hanging", "hangs", "dotted"), ("mean_pose", "mean pose", "dashed"))
+        ]
         missing = table[np.isfinite(table["imputed_error_mm_median"])]
         high = table["relative_error_mean"] + table["relative_error_sd"]
         errors_mm = table[["imputed_error_mm_median", "seen_error_mm_median"]]
@@ -117,10 +149,11 @@ class MissingDataFigure(Figure):
                     series=[
                         *lines(table, y="relative_error_mean", band="relative_error_sd", styles=styles),
                         *lines(table, y="relative_error_up_to_mirror_mean", styles=dashed),
+                        *still,
                         published,
                     ],
                     ylabel=r"$\Vert X - \hat X\Vert\,/\,\Vert X\Vert$",
-                    ylim=(0.0, 1.05 * float(high.max())),
+                    ylim=(0.0, 1.05 * float(max(high.max(), *(line.y.max() for line in still)))),
                 ),
                 panel(
                     series=[
@@ -141,8 +174,9 @@ class MissingDataFigure(Figure):
             f"{100 * options.length_error:g} % of every length and of {options.root_error_mm:g} mm of the root's "
             "trajectory. (a) Mean over skeletons with points missing at random or in runs of frames, in coordinates of "
             "the recording, on whose origin it depends; band: ±1 standard deviation; dashed: when of every limb and "
-            "its mirror the better one is taken; dot: the paper's 13 % at 5 %. (b) Median over skeletons, of points "
-            "that were missing and of those that were seen.",
+            "its mirror the better one is taken; grey: skeletons that do nothing, on the same root, hanging straight "
+            "down (dotted) or in their true mean pose (dashed); dot: the paper's 13 % at 5 %. (b) Median over "
+            "skeletons, of points that were missing and of those that were seen.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

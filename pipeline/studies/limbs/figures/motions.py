@@ -18,7 +18,7 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
-from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsSweep
+from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsSweep, acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
@@ -58,7 +58,10 @@ class MotionsFigure(Figure):
         require_range("figure.instants", self.instants, at_least=1)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``."""
+        """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
+
+        ``table_papers``: of clips in the paper's conditions, if they were measured.
+        """
         sweep = inputs.sweep
         grid = sweep.error_mm.shape[:2]
         of_limbs = (*grid, len(LIMBS))
@@ -68,7 +71,21 @@ class MotionsFigure(Figure):
         middle_margin = np.median(margin, axis=-1)
         limbs = np.tile(LIMBS, int(np.prod(grid)))
         order = ["clip", "camera"]
+        of_paper = {
+            "error_mm": sweep.papers_error_mm,
+            "error_sd_mm": sweep.papers_error_sd_mm,
+            "error_up_to_mirror_mm": sweep.papers_error_up_to_mirror_mm,
+            "length_change_max": sweep.papers_length_change_max,
+            "acceleration_ratio": sweep.papers_acceleration_ratio,
+            "hanging_error_mm": sweep.papers_hanging_error_mm,
+            "true_root_error_mm": sweep.papers_true_root_error_mm,
+            "camera_outside_basis": sweep.camera_outside_basis,
+            "mean_pose_error_mm": sweep.mean_pose_error_mm,
+        }
+        papers = {name: values.ravel() for name, values in of_paper.items()}
+        beside = {"table_papers": tidy({**_keys(inputs, grid), **papers}, by=order)}
         return {
+            **(beside if _options(inputs).papers_too else {}),
             "table": tidy(
                 {
                     **_keys(inputs, of_limbs),
@@ -87,7 +104,9 @@ class MotionsFigure(Figure):
                     "error_sd_mm": mean.std(axis=-1, ddof=1).ravel(),
                     "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm.ravel(),
                     "length_change_max": sweep.length_change.max(axis=-1).ravel(),
-                    "acceleration_ratio": _acceleration_ratio(sweep.positions, sweep.truth).ravel(),
+                    "acceleration_ratio": acceleration_ratio(sweep.positions, sweep.truth[:, None]).ravel(),
+                    "hanging_error_mm": sweep.hanging_error_mm.ravel(),
+                    "mean_pose_error_mm": sweep.mean_pose_error_mm.ravel(),
                     "reprojection_error_px": sweep.reprojection_error_px.ravel(),
                     "proved_share": sweep.proved.mean(axis=-1).ravel(),
                     "confidence": confidences(middle_margin).ravel(),
@@ -146,7 +165,8 @@ class MotionsFigure(Figure):
                 action = of_clip["action"].split(" - ")[0].split(",")[0]
                 row.append(
                     pictures.MotionBlock(
-                        title=f"{action.capitalize()}, {camera} camera: {of_clip['error_mm']:.0f} mm",
+                        title=f"{action.capitalize()}, {camera} camera: {of_clip['error_mm']:.0f} mm "
+                        f"(hanging {of_clip['hanging_error_mm']:.0f})",
                         image=options.upright_mm(sweep.images[n, c, instants]),
                         truth=np.stack([across(truth[instants], angle) for angle in angles]),
                         reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
@@ -166,9 +186,11 @@ class MotionsFigure(Figure):
             f"the image {options.noise_px:g} px"
             + ("; knees and elbows flex one way" if options.use_hinges else "")
             + ("; mirrors of limbs in doubt tried" if options.try_mirrors else "")
-            + ". Each title gives the mean error of the joints relative to the pelvis; over all "
+            + ". Each title gives the mean error of the joints relative to the pelvis, beside that of a skeleton that "
+            "hangs straight down; over all "
             f"{len(sweep.stretch)} clips it is "
             + ", ".join(f"{means[camera]:.0f} mm ({camera})" for camera in map(str, sweep.cameras))
+            + _without_help(tables)
             + ". Colours: how far the other mirror of a limb is from being as smooth. Right: wrists and ankles from "
             "the first of the other views, true ones thin.",
         )
@@ -246,12 +268,22 @@ def _keys(inputs: Inputs, shape: Sequence[int]) -> dict[str, np.ndarray]:
     return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}
 
 
-def _acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Rms acceleration (N, C) of the reconstruction about the pelvis, over that of the truth."""
-    made = positions - positions[..., [ROOT], :]
-    true = truth - truth[:, :, [ROOT]]
-    power = [np.square(np.diff(p, n=2, axis=-3)).mean(axis=(-3, -2, -1)) for p in (made, true)]
-    return np.asarray(np.sqrt(power[0] / power[1][:, None]))
+def _without_help(tables: dict[str, pd.DataFrame]) -> str:
+    """Words for the caption: errors in the paper's conditions, and of skeletons that do nothing."""
+    papers = tables.get("table_papers")
+    nothing = tables["table_clips"][["hanging_error_mm", "mean_pose_error_mm"]].mean()
+    words = (
+        f"; a skeleton that hangs straight down errs by {nothing['hanging_error_mm']:.0f} mm, the mean pose by "
+        f"{nothing['mean_pose_error_mm']:.0f} mm"
+    )
+    if papers is None:
+        return words
+    means = papers.groupby("camera")["error_mm"].mean()
+    return (
+        "; in the paper's conditions (proportions, root at one depth, no hinges) "
+        + ", ".join(f"{mean:.0f} mm ({camera})" for camera, mean in means.items())
+        + words
+    )
 
 
 def _lines(inputs: Inputs, of_clips: pd.DataFrame, words: dict[int, str]) -> str:

@@ -13,11 +13,12 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 
 ADJUST_NAMES = {
+    "refined": "refined with the trajectory",
     "global": "one radius for all frames",
     "robust": "one for 95 % of the frames",
     "per_frame": "longer where a ray misses",
 }
-ADJUST_COLOURS = {"global": "blue", "robust": "green", "per_frame": "orange"}
+ADJUST_COLOURS = {"refined": "black", "global": "blue", "robust": "green", "per_frame": "orange"}
 
 LEAST = 1e-3
 """On logarithmic axes, errors are drawn as at least so much."""

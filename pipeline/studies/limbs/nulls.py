@@ -1,0 +1,53 @@
+"""Reconstructions by methods that do nothing, which every error of limbs is compared with.
+
+hanging    trunk and head straight up, arms and legs straight down, from the given root and with the given lengths.  No
+           image is used.  Which way the body faces is not known either, so that hips and shoulders stay in the middle.
+mean pose  the mean of the true motion over the clip, standing still: more than any method without the truth can know.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.core.limb_chain import WALKER14, forward
+from pipeline.studies.limbs.scores import distance
+from pipeline.studies.limbs.trials import LimbTrial
+
+_UPWARDS = {"sternum": 1.0, "head": 1.0, "elbow": -1.0, "wrist": -1.0, "knee": -1.0, "ankle": -1.0}
+
+HANGING = np.array(
+    [
+        [0.0, 0.0, _UPWARDS.get(limb.removeprefix("left_").removeprefix("right_"), 0.0)]
+        for limb in WALKER14.limbs
+    ]
+)
+"""Direction (14, 3) of every limb of a skeleton that hangs; none of hips and shoulders."""
+
+
+def hanging(root: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Return positions (F, 15, 3), mm, of a skeleton that hangs from a root (F, 3), its lengths (14,) given."""
+    return forward(WALKER14, root, np.broadcast_to(lengths[:, None] * HANGING, (len(root), *HANGING.shape)))
+
+
+def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Return the mean pose of true positions (F, 15, 3), mm, carried along by a root (F, 3)."""
+    about = truth - truth[:, [WALKER14.joints.index(WALKER14.root)]]
+    return np.asarray(root[:, None] + about.mean(axis=0))
+
+
+def limb_errors(trial: LimbTrial, *, moved: np.ndarray | float = 0.0, scale: float = 1.0) -> dict[str, float]:
+    """Return the mean distance of a limb that does nothing from the truth, over its length.
+
+    Parameters
+    ----------
+    trial : LimbTrial
+    moved : (F, 3), optional
+        Error of the parent's trajectory, mm.
+    scale : float
+        Of the length that is assumed.
+    """
+    found = {
+        "hanging_error": scale * trial.length * HANGING[trial.limb],
+        "mean_pose_error": scale * trial.relative.mean(axis=0),
+    }
+    return {name: distance(moved + still, trial.relative) / trial.length for name, still in found.items()}

@@ -1,0 +1,123 @@
+"""Measures of limbs in replicates, and the methods that do nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.core.limb_chain import WALKER14
+from pipeline.core.statistics import rank_correlation
+from pipeline.papers import Measure
+from pipeline.studies import measures
+from pipeline.studies.limbs import nulls
+from pipeline.studies.limbs.cameras import Camera
+from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.root_error import RootErrorSweep
+from pipeline.studies.limbs.trials import ROOT
+from pipeline.studies.registry import MEASURES
+from pipeline.studies.replicated import Replicated, replicate
+from tests.studies.limbs.inputs import stretches_of
+
+CLIPS = 12
+
+
+def trials() -> pd.DataFrame:
+    """Errors of limbs at four scales and root errors, four trials of each clip, some equal."""
+    rng = np.random.default_rng(5)
+    rows = CLIPS * 16
+    return pd.DataFrame(
+        {
+            "clip": np.repeat([f"clip {n}" for n in range(CLIPS)], 16),
+            "action": np.repeat(["walking", "dance", "a walk"] * (CLIPS // 3), 16),
+            "camera": "still",
+            "adjust": "refined",
+            "radius_scale": np.tile([0.1, 1.0, 2.0, 10.0], rows // 4),
+            "root_error_ratio": np.tile([0.0, 0.1, 0.2, 0.4], rows // 4),
+            "reconstructibility": rng.lognormal(size=rows).round(1) + 0.1,
+            "limb_error": rng.lognormal(-2.0, 1.0, size=rows),
+            "child_error_ratio": 0.1 + np.tile([0.0, 0.1, 0.2, 0.4], rows // 4) * rng.lognormal(size=rows),
+        }
+    )
+
+
+WANTED = [
+    Measure("dividing_reconstructibility", {"table": "fig", "found": 0.1}),
+    Measure("rank_correlation_of", {"table": "fig", "column": "reconstructibility", "by": "limb_error"}),
+    Measure("mean_deviation", {"table": "fig", "column": "limb_error", "by": "radius_scale"}),
+    Measure("reliable_root_error", {"table": "fig", "camera": "still", "high": 0.3}),
+    Measure("least_unreliable_root_error", {"table": "fig", "camera": "still", "high": 0.3}),
+    Measure("least_reliable_scale", {"table": "fig", "camera": "still", "found": 0.01}),
+    Measure("largest_reliable_scale", {"table": "fig", "camera": "still", "found": 0.01}),
+    Measure("mean_of_walking", {"table": "fig", "column": "limb_error", "camera": "still"}),
+]
+
+
+@pytest.mark.parametrize("measure", WANTED, ids=lambda measure: measure.name)
+def test_every_replicate_is_what_its_rows_give(measure: Measure) -> None:
+    drawn = replicate(["fig"], {"fig": trials()}, seed=3)
+    assert drawn is not None
+    rows = drawn["fig"]
+    assert isinstance(rows, Replicated)
+    assert rows.weights.shape == (2000, CLIPS), "all rows of a clip together"
+    fast = np.asarray(measures.evaluate(measure, MEASURES, drawn, len(rows.weights)))
+    assert fast.shape == (2000,)
+    assert len(np.unique(fast[np.isfinite(fast)])) > 1
+    for b in range(8):
+        slow = measures.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
+        assert fast[b] == pytest.approx(slow, rel=1e-9, nan_ok=True)
+
+
+def test_the_correlation_is_spearmans() -> None:
+    table = trials()
+    found = measures.evaluate(WANTED[1], MEASURES, {"fig": table})
+    expected = rank_correlation(table["reconstructibility"].to_numpy(), table["limb_error"].to_numpy())
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_people_are_drawn_and_not_their_clips_where_they_are_known() -> None:
+    table = trials().assign(person="p1")
+    assert replicate(["fig"], {"fig": table}) is None, "a single person"
+
+
+# --- methods that do nothing ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stretches() -> LimbStretches:
+    """Stretches of a few synthetic clips."""
+    return stretches_of("park2011_fig4")
+
+
+def test_a_skeleton_that_hangs_has_its_feet_below_its_root_and_its_head_above(
+    stretches: LimbStretches,
+) -> None:
+    root, lengths = stretches.positions[0][:, ROOT], stretches.lengths_mm[0]
+    found = nulls.hanging(root, lengths) - root[:, None]
+    of = dict(zip(WALKER14.limbs, lengths, strict=True))
+    place = WALKER14.joints.index
+    below = -(of["left_knee"] + of["left_ankle"])
+    np.testing.assert_allclose(found[:, place("left_ankle")], [[0.0, 0.0, below]] * len(root), atol=1e-9)
+    above = of["sternum"] + of["head"]
+    np.testing.assert_allclose(found[:, place("head")], [[0.0, 0.0, above]] * len(root), atol=1e-9)
+
+
+def test_the_mean_pose_is_the_pose_that_stands_still_and_errs_least(stretches: LimbStretches) -> None:
+    truth = stretches.positions[0]
+    root = truth[:, ROOT]
+    found = nulls.mean_pose(root, truth)
+    assert np.ptp(found - root[:, None], axis=0).max() < 1e-9
+    off = np.square(found - truth).sum()
+    rng = np.random.default_rng(2)
+    assert all(np.square(found + rng.normal(0, 5, (1, 15, 3)) - truth).sum() > off for _ in range(5))
+
+
+def test_a_limb_that_does_nothing_is_wrong_by_what_its_parent_is(stretches: LimbStretches) -> None:
+    trial = RootErrorSweep(trials=2, cameras=[Camera.still]).trial(stretches, 1, Camera.still, 1)
+    far = nulls.limb_errors(trial, moved=np.array([1e5, 0.0, 0.0]))
+    for name, error in nulls.limb_errors(trial).items():
+        assert 0.0 < error < 2.0
+        assert far[name] == pytest.approx(1e5 / trial.length, abs=2.5)
+    assert nulls.limb_errors(trial, scale=0.0)["hanging_error"] == pytest.approx(
+        float(np.linalg.norm(trial.relative, axis=1).mean()) / trial.length
+    )
