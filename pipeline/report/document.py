@@ -335,7 +335,7 @@ def _figure_entry(
 def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
     low, high = row.get("value_low"), row.get("value_high")
     return {
-        **{name: row.get(name) for name in ("quote", "section", "published", "ours", "unit", "why", "null")},
+        **{name: row.get(name) for name in ("quote", "section", "published", "value", "unit", "why", "null")},
         "kind": row.get("kind") or "",
         "verdict": str(row["verdict"]),
         "interval": f"{number(low)} to {number(high)}" if low is not None and high is not None else "",

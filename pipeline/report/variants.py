@@ -114,8 +114,8 @@ def compare_variants(run: Path) -> list[Path]:
     columns |= {option: [variant.options.get(option, "") for variant, _, _ in rows] for option in options}
     columns |= {name: [str(claim[name]) for _, _, claim in rows] for name in ("claim", "verdict")}
     columns["unit"] = [claim["unit"] or "" for _, _, claim in rows]
-    for name in ("published", "ours"):
-        columns[name] = [np.nan if claim[name] is None else float(claim[name]) for _, _, claim in rows]
+    for name in ("published", "value", "value_low", "value_high"):
+        columns[name] = [np.nan if claim[name] in (None, "") else float(claim[name]) for _, _, claim in rows]
     tables.write(run / VARIANTS, columns)
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
     written = [run / VARIANTS]
@@ -192,7 +192,7 @@ def _pivot(variants: Sequence[Variant]) -> list[list[str]]:
         cells = [str(claim["claim"]), "" if published is None else f"{published:g}"]
         for variant in variants:
             same = next((row for row in variant.claims if row["claim"] == claim["claim"]), None)
-            ours = "–" if same is None or same["ours"] is None else f"{same['ours']:.4g} {same['unit'] or ''}"
+            ours = "–" if same is None or same["value"] is None else f"{same['value']:.4g} {same['unit'] or ''}"
             cells.append(ours if same is None else f"{ours.strip()}, {same['verdict']}")
         rows.append(cells)
     return rows

@@ -501,7 +501,7 @@ def test_a_listed_recording_that_is_not_here_is_listed_as_such(
     said = say(
         "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}", "data=cmu", "data.sources=[mine]",
         f"data.table={sources(tmp_path, walks, 'gone_1.trc')}", f"data.raw={walks}", "data.mirror=",
-        "+skeleton@data.skeletons.walker15=walker15",
+        "data.skeletons=[walker15]",
     )  # fmt: skip
     assert (said.status, said.err) == (0, "")
     report = ingest_report(tmp_path / "results")
@@ -521,7 +521,7 @@ def test_a_listed_recording_that_was_changed_is_refused_and_the_others_are_used(
     said = say(
         "experiment=zhang2007_fig2", *QUICK, f"results={tmp_path / 'results'}", "data=cmu", "data.sources=[mine]",
         f"data.table={table}", *(f"{option}={folder}" for option, folder in folders.items()),
-        "+skeleton@data.skeletons.walker15=walker15",
+        "data.skeletons=[walker15]",
     )  # fmt: skip
     assert (said.status, said.err) == (0, "")
     report = ingest_report(tmp_path / "results")

@@ -19,7 +19,7 @@ def run(tmp_path: Path) -> Path:
     for job, components in ((10, 30), (2, 20), (0, 10)):
         plant(
             folder / f"{job}_model.components={components}" / "zhang2007_fig5",
-            claims={**CLAIM, "ours": [float(components)], "verdict": ["differs" if job else "reproduced"]},
+            claims={**CLAIM, "value": [float(components)], "verdict": ["differs" if job else "reproduced"]},
             configuration={"model": {"components": components, "divisor": {"<type>": "Divisor", "name": "R-1"}},
                            "results": f"run{job}"},
         )  # fmt: skip
@@ -43,7 +43,7 @@ def test_the_table_has_a_row_for_each_variant_and_claim(run: Path) -> None:
     assert all(path.is_file() for path in written)
     table = tables.read(run / "variants.csv")
     assert table["model.components"].tolist() == [10, 20, 30]
-    assert table["ours"].tolist() == [10.0, 20.0, 30.0]
+    assert table["value"].tolist() == [10.0, 20.0, 30.0]
     assert table["verdict"].tolist() == ["reproduced", "differs", "differs"]
     assert set(table["claim"].tolist()) == {"zhang2007_map_thirty_percent"}
 

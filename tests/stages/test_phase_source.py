@@ -172,6 +172,8 @@ def test_what_cannot_be_is_refused(figure: str, overrides: list[str], words: lis
 def test_a_figure_is_made_with_the_phase_unknown(figure: str, store: Store, tmp_path: Path) -> None:
     experiment = smoke(figure, OBSERVED, "figure.picture=false", "figure.recording=false")
     outcome = make_figure(experiment, tmp_path / figure, store=store)
-    assert len(tables.read(outcome.folder / "table.csv")["view_angle_deg"]) == 2 * 13
+    table = tables.read(outcome.folder / "table.csv")
+    ours = np.isin(table["method"], ["least_squares", "map"])
+    assert ours.sum() == 2 * 13
     with np.load(outcome.folder / "arrays.npz", allow_pickle=False) as arrays:
         assert arrays["phase_error_rad"].shape == (2, 12, 13)

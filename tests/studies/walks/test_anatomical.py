@@ -45,6 +45,7 @@ def samples(seed: int = 0) -> FourierSamples:
         person=person,
         clip=np.array([f"{who}{n}" for n, who in enumerate(person)]),
         source=np.array(["one"] * 4 + ["two"] * 4),
+        unmeasured=np.zeros((COUNT + 1, 15), dtype=bool),
         frequency=False,
         words="",
     )
