@@ -52,7 +52,9 @@ class BinarySolution:
         Whether it is the objective less the gap, or less what rounding hides.
     mirror_signs : (F,) int
         The best found by flips of frames and windows from the other signs of all frames, among those that differ
-        from `signs` in at least half of the squared half chord of the frames whose sign was to be found.
+        from `signs` in at least half of the squared half chord of the frames whose sign was to be found.  Where it is
+        better than what the searches left, the two change places, and the mirror is as they left it: of proved signs
+        a flip may then improve it, but by no more than the gap.
     mirror_objective : float
         J of the mirror, mm²; inf where no frame's sign was to be found.
     margin : float

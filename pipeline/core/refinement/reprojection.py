@@ -167,8 +167,7 @@ def lengths_mm(given: Observations, unknowns: np.ndarray) -> np.ndarray:
 def relative(given: Observations, unknowns: np.ndarray) -> np.ndarray:
     """Relative trajectories (L, F, 3), mm: on spheres about their parents, whatever the unknowns [park2011 4]."""
     theta, phi = angles(given, unknowns)
-    units = [to_directions(t, p, chart) for t, p, chart in zip(theta, phi, given.charts, strict=True)]
-    return lengths_mm(given, unknowns)[:, None, None] * np.stack(units)
+    return lengths_mm(given, unknowns)[:, None, None] * to_directions(theta, phi, given.charts)
 
 
 def forward(given: Observations, limbs: np.ndarray) -> np.ndarray:
@@ -224,7 +223,7 @@ def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
     off = np.where(given.seen[..., None], image - given.images, 0.0)
     theta, phi = angles(given, unknowns)
     lengths = lengths_mm(given, unknowns)[:, None, None, None]
-    movement = lengths * np.stack([tangents(*each) for each in zip(theta, phi, given.charts, strict=True)])
+    movement = lengths * tangents(theta, phi, given.charts[:, None])
     if unknowns.shape[1] > 2 * given.basis.shape[1]:
         movement = np.concatenate([movement, limbs[:, :, None]], axis=2)
     return Linearisation(off, by_position, movement)

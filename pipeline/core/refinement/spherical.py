@@ -78,8 +78,8 @@ def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.n
     ----------
     theta, phi : (…)
         rad.
-    chart : (3, 3)
-        Rotation from the world to the chart.
+    chart : (3, 3) or (L, 3, 3)
+        Rotation from the world to the chart, or one for each limb of angles (L, F).
 
     Examples
     --------
@@ -93,7 +93,7 @@ def to_directions(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.n
 
 
 def tangents(theta: np.ndarray, phi: np.ndarray, chart: np.ndarray) -> np.ndarray:
-    """Derivatives (…, 2, 3) of `to_directions` by theta and by phi."""
+    """Derivatives (…, 2, 3) of `to_directions` by theta and by phi; charts of limbs are (L, 1, 3, 3)."""
     across, along, c, s = np.sin(theta), np.cos(theta), np.cos(phi), np.sin(phi)
     by_theta = np.stack([along * c, along * s, -across], axis=-1)
     by_phi = np.stack([-across * s, across * c, np.zeros_like(across)], axis=-1)
