@@ -8,7 +8,9 @@ A wrong unit, axis, hand or rate in either reader would show as metres, or as le
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,14 +83,20 @@ def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
             return other[point]
         return point if point in ("CLAV", "C7", "PELO", "HEDO") else swap[point[0]] + point[1:]
 
+    def ways(rules: Mapping[str, Any], joint: str) -> list[dict[str, float]]:
+        """The ways to a joint in their order, one of which may stand alone."""
+        found = rules.get(joint, [])
+        return [found] if isinstance(found, dict) else list(found)
+
     for joint in WALKER15.joints:
-        found = [rules[joint] for rules in (mapping.joints, mapping.otherwise) if joint in rules]
+        found = [rule for rules in (mapping.joints, mapping.otherwise) for rule in ways(rules, joint)]
         assert found, joint
         for rule in found:
             assert sum(rule.values()) == pytest.approx(1)
     for rules in (mapping.joints, mapping.otherwise):
-        for joint, rule in rules.items():
-            assert rules[other[joint]] == {mirrored(point): weight for point, weight in rule.items()}
+        for joint in rules:
+            swapped = [{mirrored(point): weight for point, weight in rule.items()} for rule in ways(rules, joint)]
+            assert ways(rules, other[joint]) == swapped
     for joint, lowering in mapping.lowered.items():
         assert mapping.lowered[other[joint]] == lowering
         assert joint in mapping.otherwise

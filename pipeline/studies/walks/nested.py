@@ -17,6 +17,8 @@ from pipeline.studies.walks.model import EigenwalkersModel
 GROUPS = 10
 """Groups of people; fewer if there are fewer people."""
 
+LEAST_PEOPLE = 4
+
 VIEWS = 5
 """View angles at which sigma² is chosen, of those of the sweep."""
 
@@ -42,6 +44,8 @@ def nested_choice(
 ) -> np.ndarray:
     """Return for each walker (R,) the index of the sigma² that others choose, on models without that walker.
 
+    Fewer than four people choose for nobody, for two are left out of each model: the result is then empty.
+
     Phase and frequency are those of the 3D motion, whatever the sweep's source.
 
     Parameters
@@ -57,6 +61,8 @@ def nested_choice(
     samples, how = options.training(data)
     groups = groups_of_people(data.person)
     count = int(groups.max()) + 1
+    if count < LEAST_PEOPLE:
+        return np.empty(0, dtype=int)
     chosen = np.unique(np.linspace(0, len(view_angles_rad) - 1, VIEWS).round().astype(int))
     views = view_angles_rad[chosen]
 
