@@ -53,8 +53,11 @@ FEW_TRIALS = {
     "park2011_fig3c": ["sweep.trials=8", "sweep.time_limit_s=0", "sweep.adjusts=[global]"],
     "park2011_fig3d": ["sweep.trials=3", "sweep.fractions=[0,0.05,0.3]"],
     "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
-}
-"""What keeps the figures of limbs short where their claims are tested: fewer trials, and certificates for one alone."""
+    "mozerov2006_tracking": [
+        "sweep.particles=[200,500]", "sweep.tracked=5", "sweep.noise_mm=[0]", "sweep.occluded=[0]",
+    ],
+}  # fmt: skip
+"""What keeps figures short where their claims are tested: fewer trials, and certificates for one alone."""
 
 
 @dataclass(frozen=True)
