@@ -57,8 +57,11 @@ FEW_TRIALS = {
     "park2011_fig3c": ["sweep.trials=8", "sweep.time_limit_s=0", "sweep.adjusts=[global]"],
     "park2011_fig3d": ["sweep.trials=3", "sweep.fractions=[0,0.05,0.3]"],
     "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
+    "mozerov2006_tracking": [
+        "sweep.particles=[200,500]", "sweep.tracked=5", "sweep.noise_mm=[0]", "sweep.occluded=[0]",
+    ],
     "zhang2007_occlusion": ["scale.walkers=16", "scale.few_views_step_deg=90", "scale.partners=2"],
-}
+}  # fmt: skip
 """What keeps figures short where their claims are tested: fewer trials or people, and certificates for one alone."""
 
 

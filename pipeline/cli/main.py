@@ -144,6 +144,8 @@ def make_all(arguments: Sequence[str]) -> int:
         print_status([status(experiment, folder) for experiment, folder in jobs], console)
         return 0
     refused = make_figures(jobs, console=console)
+    from pipeline.storage.sealed_folders import MANIFEST
+
     if not chosen and _as_presets(jobs) and any((folder / MANIFEST).is_file() for _, folder in jobs):
         from pipeline.cli.commands import built_figures, make_page
 

@@ -40,34 +40,42 @@ class JointAngleFigure(Figure):
         worst walker, over all views.
         """
         sweep, person = inputs.sweep, np.asarray(inputs.dataset.person)
-        errors = {
-            "rmse_deg": np.degrees(sweep.error_rad),
-            "offset_free_rmse_deg": np.degrees(sweep.offset_free_rad),
-        }
+        errors = ("rmse_deg", "offset_free_rmse_deg")
+        both = np.degrees(np.stack([sweep.error_rad, sweep.offset_free_rad]))
         over, walkers, summary = [], [], []
-        for (m, method), (k, angle) in (
-            (m, k) for m in enumerate(sweep.methods.tolist()) for k in enumerate(JOINT_ANGLES)
-        ):
+        for k, angle in enumerate(JOINT_ANGLES):
             who = np.flatnonzero(sweep.measured[:, k])
             if not len(who):
                 continue
-            which = {"method": method, "angle": angle}
-            by_view: dict[str, np.ndarray] = {"view_angle_deg": sweep.view_angle_deg}
-            each: dict[str, object] = {"person": person[who], "walker": np.array(inputs.samples)[who]}
-            row: dict[str, object] = {"walkers": len(who)}
-            for name, values in errors.items():
-                found = values[m, who, :, k]
-                by_view[name], by_view[name.replace("_deg", "_sd_deg")] = found.mean(axis=0), sd(found, 0)
-                by_view[f"{name}_low"], by_view[f"{name}_high"] = interval_over_people(person[who], found)
-                of_walker = found.mean(axis=1)
-                low, high = interval_over_people(person[who], of_walker)
-                each[name] = of_walker
-                row |= {name: of_walker.mean(), f"{name}_low": low, f"{name}_high": high}
-                row |= {name.replace("_deg", "_median_deg"): np.median(of_walker)}
-                row |= {name.replace("_deg", "_worst_deg"): of_walker.max()}
-            over.append(pd.DataFrame({**which, **by_view}))
-            walkers.append(pd.DataFrame({**which, **each}))
-            summary.append({**which, **row})
+            by_view = both[..., k][:, :, who]
+            of_walker = by_view.mean(axis=3, keepdims=True)
+            found = np.moveaxis(np.concatenate([by_view, of_walker], axis=3), 2, 0)  # (R, 2, M, A + 1)
+            low, high = interval_over_people(person[who], found)
+            mean, spread = found.mean(axis=0), sd(found, 0)
+            for m, method in enumerate(sweep.methods.tolist()):
+                which = {"method": method, "angle": angle}
+                views: dict[str, object] = {**which, "view_angle_deg": sweep.view_angle_deg}
+                each: dict[str, object] = {
+                    **which,
+                    "person": person[who],
+                    "walker": np.array(inputs.samples)[who],
+                }
+                row: dict[str, object] = {**which, "walkers": len(who)}
+                for e, name in enumerate(errors):
+                    at = (e, m, slice(None, -1))
+                    views |= {name: mean[at], name.replace("_deg", "_sd_deg"): spread[at]}
+                    views |= {f"{name}_low": low[at], f"{name}_high": high[at]}
+                    each[name] = of_walker[e, m, :, 0]
+                    row |= {
+                        name: mean[e, m, -1],
+                        f"{name}_low": low[e, m, -1],
+                        f"{name}_high": high[e, m, -1],
+                    }
+                    row |= {name.replace("_deg", "_median_deg"): np.median(of_walker[e, m])}
+                    row |= {name.replace("_deg", "_worst_deg"): of_walker[e, m].max()}
+                over.append(pd.DataFrame(views))
+                walkers.append(pd.DataFrame(each))
+                summary.append(row)
         return {
             "table": tidy(pd.concat(over), by=["method", "angle", "view_angle_deg"]),
             "table_walkers": tidy(pd.concat(walkers), by=["walker", "method", "angle"]),
