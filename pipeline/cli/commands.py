@@ -124,14 +124,14 @@ def claims(arguments: Sequence[str]) -> int:
 
 
 def equations(arguments: Sequence[str]) -> int:
-    """Print every numbered equation: in words, the function as printed, the one in use, and the test."""
+    """Print every equation, numbered or not: in words, the function as printed, the one in use, and the test."""
     chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
     out = open_console()
     for paper in chosen:
         out.print(
             Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
         )
-        for equation in paper.equations:
+        for equation in (*paper.equations, *paper.unnumbered):
             printed = _where(equation.printed)
             used = _where(equation.used) if equation.used else "by no result"
             out.print(Text(f"  ({equation.number}) {equation.words}"), soft_wrap=True)

@@ -27,7 +27,7 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.validation import InvalidInput, require_choice, require_range
 
 
 class Reading(StrEnum):
@@ -159,6 +159,28 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
         raise InvalidInput("limbs and axes do not fit", received=f"{directions.shape} and {axis.shape}")
     across = np.linalg.norm(np.cross(axis, directions), axis=-1)
     return np.asarray(np.arctan2(across, (axis * directions).sum(axis=-1)))
+
+
+def view_from_the_camera(gamma: np.ndarray, distance: float) -> np.ndarray:
+    """Angles alpha (…) at which a camera sees the ends of limbs beside their parent, rad (park2011 section 4).
+
+    alpha = atan(sin gamma / (l + cos gamma)) is not linear in gamma, so that a basis that spans gamma does not span
+    alpha; far away it vanishes.
+
+    Parameters
+    ----------
+    gamma : (…)
+        At the parent, between the limb and the line from the camera through the parent, rad.
+    distance : float
+        l, of the camera from the parent, in lengths of the limb; above 1, or the limb may reach behind the camera.
+
+    Examples
+    --------
+    >>> np.degrees(view_from_the_camera(np.array([0.0, np.pi / 2]), 1.0)).round(9).tolist()
+    [0.0, 45.0]
+    """
+    require_range("distance", distance, at_least=1.0, unit="lengths of the limb")
+    return np.asarray(np.arctan2(np.sin(gamma), distance + np.cos(gamma)))
 
 
 def outside(basis: np.ndarray, trajectory: np.ndarray) -> float:

@@ -65,6 +65,8 @@ class Paper:
     figures, beyond : tuple of str
         Presets of its figures; presets of our own that go beyond it.
     equations : tuple of Equation
+    unnumbered : tuple of Equation
+        Formulas that the paper prints without a number; their "number" is what stands on their left.
         In printed order.
     claims : tuple of Claim
     quantities : tuple of Quantity
@@ -78,6 +80,7 @@ class Paper:
     figures: tuple[str, ...]
     beyond: tuple[str, ...]
     equations: tuple[Equation, ...]
+    unnumbered: tuple[Equation, ...]
     claims: tuple[Claim, ...]
     quantities: tuple[Quantity, ...]
 
@@ -223,6 +226,9 @@ def _number(value: Any, where: str) -> float:
 
 def _paper(key: str, entry: _Entry, all_claims: Mapping[str, Any]) -> Paper:
     equations = [_equation(key, item, entry.where) for item in entry.take("equations", list)]
+    unnumbered = [
+        _equation(key, item, entry.where) for item in entry.take("unnumbered", list, [], needed=False)
+    ]
     people = entry.take("people", int, LEAST_PEOPLE, needed=False)
     claims = [_claim(key, name, all_claims, entry.where, people) for name in entry.mapping("claims")]
     quantities = [
@@ -237,6 +243,7 @@ def _paper(key: str, entry: _Entry, all_claims: Mapping[str, Any]) -> Paper:
         figures=entry.names("figures"),
         beyond=entry.names("beyond", needed=False),
         equations=tuple(equations),
+        unnumbered=tuple(unnumbered),
         claims=tuple(claims),
         quantities=tuple(quantities),
     )

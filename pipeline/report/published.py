@@ -133,7 +133,9 @@ class Published:
     @property
     def ours(self) -> dict[str, float]:
         """Our value of each claim that has one."""
-        return {row["claim"]: row["value"] for row in self.claims if isinstance(row.get("value"), int | float)}
+        return {
+            row["claim"]: row["value"] for row in self.claims if isinstance(row.get("value"), int | float)
+        }
 
     def claims_of(self, *, figure: str = "", paper: str = "") -> list[dict[str, Any]]:
         """Return the rows of a figure or of a paper."""

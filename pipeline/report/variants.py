@@ -192,7 +192,9 @@ def _pivot(variants: Sequence[Variant]) -> list[list[str]]:
         cells = [str(claim["claim"]), "" if published is None else f"{published:g}"]
         for variant in variants:
             same = next((row for row in variant.claims if row["claim"] == claim["claim"]), None)
-            ours = "–" if same is None or same["value"] is None else f"{same['value']:.4g} {same['unit'] or ''}"
+            ours = (
+                "–" if same is None or same["value"] is None else f"{same['value']:.4g} {same['unit'] or ''}"
+            )
             cells.append(ours if same is None else f"{ours.strip()}, {same['verdict']}")
         rows.append(cells)
     return rows

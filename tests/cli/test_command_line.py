@@ -205,7 +205,9 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
     assert say(f"experiment={figure}", *QUICK, f"results={smoke_cache}", override).status == 0
 
 
-ANATOMICAL = [f"zhang2007_{name}" for name in ("coverage", "noise", "occlusion", "structure", "view_posterior")]
+ANATOMICAL = [
+    f"zhang2007_{name}" for name in ("coverage", "noise", "occlusion", "structure", "view_posterior")
+]
 
 
 @pytest.mark.parametrize("figure", ANATOMICAL)
@@ -406,7 +408,13 @@ def test_one_bad_clip_among_good_ones_is_listed_with_its_reason(
     ids=["metres", "head_never_seen"],
 )
 def test_an_odd_clip_is_used_and_what_was_decided_is_listed(
-    say: Callable, walks: Path, tmp_path: Path, people: WalkingPopulation, write: Callable, column: str, words: str
+    say: Callable,
+    walks: Path,
+    tmp_path: Path,
+    people: WalkingPopulation,
+    write: Callable,
+    column: str,
+    words: str,
 ) -> None:
     write(people, walks)
     said = say(*of_folder(walks, tmp_path / "results"))

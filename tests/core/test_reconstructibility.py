@@ -22,6 +22,7 @@ from pipeline.core.reconstructibility import (
     of_clip,
     outside,
     reconstructibility,
+    view_from_the_camera,
     viewing_angles,
 )
 from pipeline.synthetic.limbs import angular_limb, cartesian_limb
@@ -45,6 +46,29 @@ def seen(cameras: np.ndarray, chi: np.ndarray, parents: np.ndarray) -> tuple[Ray
         cameras, project_by_matrix(cameras, parents + chi), parents, float(np.linalg.norm(chi, axis=1).max())
     )
     return hits, np.where((chi * hits.rays.direction).sum(axis=1) >= 0.0, 1.0, -1.0)
+
+
+@given(seed=seeds, away=st.floats(1.1, 50.0))
+def test_the_angle_at_the_camera_is_that_of_the_printed_formula(seed: int, away: float) -> None:
+    """Against the angle between the camera's lines to the parent and to the limb's end."""
+    chi = np.random.default_rng(seed).standard_normal((9, 3))
+    chi /= np.linalg.norm(chi, axis=1, keepdims=True)
+    axis = np.tile([0.0, away, 0.0], (9, 1))
+    gamma = viewing_angles(chi, axis)
+    np.testing.assert_allclose(
+        view_from_the_camera(gamma, away), viewing_angles(axis + chi, axis), atol=1e-12
+    )
+
+
+def test_a_basis_that_spans_the_angle_at_the_parent_does_not_span_the_one_at_the_camera() -> None:
+    basis = cosines(40, 4)
+    gamma = 1.5 + basis[:, 1:] @ np.array([1.5, -1.0, 0.5])
+    assert outside(basis, gamma) < 1e-12
+    near, far = (outside(basis, view_from_the_camera(gamma, away)) for away in (1.5, 100.0))
+    assert near > 0.01
+    assert far < 0.1 * near
+    with pytest.raises(InvalidInput, match="distance must be at least 1"):
+        view_from_the_camera(gamma, 0.5)
 
 
 # --- the part outside -------------------------------------------------------------------------------------

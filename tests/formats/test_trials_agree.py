@@ -95,7 +95,9 @@ def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
             assert sum(rule.values()) == pytest.approx(1)
     for rules in (mapping.joints, mapping.otherwise):
         for joint in rules:
-            swapped = [{mirrored(point): weight for point, weight in rule.items()} for rule in ways(rules, joint)]
+            swapped = [
+                {mirrored(point): weight for point, weight in rule.items()} for rule in ways(rules, joint)
+            ]
             assert ways(rules, other[joint]) == swapped
     for joint, lowering in mapping.lowered.items():
         assert mapping.lowered[other[joint]] == lowering

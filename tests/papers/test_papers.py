@@ -31,6 +31,7 @@ from tests.call_graph import CallGraph
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER_FILES = {path.stem: path for path in sorted((ROOT / "conf" / "paper").glob("*.yaml"))}
+UNNUMBERED = [equation for paper in papers.PAPERS.values() for equation in paper.unnumbered]
 EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
 CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]
 JUDGED = [claim for claim in CLAIMS if claim.measure is not None]
@@ -95,6 +96,17 @@ def test_results_pass_through_the_function_that_is_said_to_be_used(
         assert graph.resolve(equation.used) in names, (
             f"{equation.tag}: no stage and no study reaches {equation.used!r}, which conf/paper says is used"
         )
+
+
+@pytest.mark.parametrize("formula", UNNUMBERED, ids=lambda e: f"{e.paper}-{e.number}")
+def test_a_formula_without_a_number_is_registered_like_an_equation(
+    formula: papers.Equation, reached: tuple[CallGraph, set[str]]
+) -> None:
+    graph, names = reached
+    assert len(formula.words) >= 15
+    assert (ROOT / formula.test).is_file(), formula.test
+    papers.locate(formula.printed)
+    assert (graph.resolve(formula.used or formula.printed) in names) == bool(formula.used)
 
 
 def test_the_graph_of_calls_follows_imports_re_exports_and_methods(tmp_path: Path) -> None:

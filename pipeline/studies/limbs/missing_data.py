@@ -7,7 +7,7 @@ one by one at random, or each joint for a run of frames.  The root is given in 3
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -191,6 +191,7 @@ class MissingDataSweep(ErrorSweep):
     length_error: float = 0.02  # standard deviation over limbs, relative
     root_error_mm: float = 20.0
     noise_px: float = 1.0
+    use_hinges: bool = False  # ours, not the paper's
     adjust: Adjustment = Adjustment.per_frame
     share: float = 0.3  # of the trials: each is a skeleton of fourteen limbs
     time_limit_s: float = 0.0  # signs at once, without certificates
@@ -211,7 +212,7 @@ class MissingDataSweep(ErrorSweep):
         scenes = [self.scene(inputs.dataset, basis, number, seed) for number in range(trials)]
 
         # Nothing is missing in the same way whatever the pattern.
-        first, hinged = self.patterns[0], self.options(basis, use_hinges=True)
+        first, hinged = self.patterns[0], replace(self.options(basis), use_hinges=True)
         beside = min(self.fractions, key=lambda fraction: abs(fraction - HINGED_FRACTION))
 
         def one(
@@ -288,13 +289,13 @@ class MissingDataSweep(ErrorSweep):
             true_lengths=lengths,
         )
 
-    def options(self, basis: TrajectoryBasis, *, use_hinges: bool = False) -> Options:
+    def options(self, basis: TrajectoryBasis) -> Options:
         """Return how a skeleton is reconstructed: limb by limb, and all limbs refined together."""
         return Options(
             basis,
             adjust=self.adjust,
             noise_px=self.noise_px,
-            use_hinges=use_hinges,
+            use_hinges=self.use_hinges,
             time_limit_s=self.time_limit_s,
         )
 

@@ -166,7 +166,10 @@ class MotionsSweep(CameraSweep):
     try_mirrors: bool = False  # of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first
     time_limit_s: float = 0.2  # nominal, of each certificate
-    papers_too: bool = True  # measure errors in the paper's conditions as well
+    papers_too: bool = True  # measure errors in the paper's conditions as well, which are:
+    papers_lengths: Lengths = Lengths.anthropometric
+    papers_root: Root = Root.unit_depth
+    papers_hinges: bool = False
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -207,7 +210,11 @@ class MotionsSweep(CameraSweep):
     def as_in_the_paper(self) -> MotionsSweep:
         """Return these options with no more known than in the paper [park2011 section 5.2]."""
         return replace(
-            self, lengths=Lengths.anthropometric, root=Root.unit_depth, use_hinges=False, try_mirrors=False
+            self,
+            lengths=self.papers_lengths,
+            root=self.papers_root,
+            use_hinges=self.papers_hinges,
+            try_mirrors=False,
         )
 
 
@@ -238,7 +245,6 @@ class _Reconstruction:
         images: np.ndarray,
         kind: Camera,
     ) -> None:
-        self.kind = kind
         self.options, self.basis, self.truth, self.camera, self.images = options, basis, truth, camera, images
         self.true_lengths = self.lengths = lengths
         if options.lengths is Lengths.anthropometric:
@@ -265,20 +271,21 @@ class _Reconstruction:
 
     def in_papers_conditions(self) -> dict[str, float]:
         """Return `PAPERS` of it, whose options are those of the paper."""
-        true_root = self.root if self.kind is not Camera.still else self.truth[:, ROOT]
+        true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         made = skeleton.whole()
         error = _relative_error(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
-        better = better_of_mirrors(self.truth, skeleton)
+        lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
+        better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
         found = (
             error.mean(),
             error.std(ddof=1),
             self.error_mm(better),
             _length_changes(made.positions).max(),
             acceleration_ratio(made.positions, self.truth),
-            self.error_mm(nulls.hanging(self.root, self.lengths)),
+            self.error_mm(nulls.hanging(self.root, lengths)),
             error.mean()
-            if self.root is true_root
+            if np.array_equal(self.root, true_root)
             else self.error_mm(self.prepared(true_root).whole().positions),
         )
         return dict(zip(PAPERS, map(float, found), strict=True))

@@ -386,3 +386,19 @@ def test_no_such_adjustment_and_no_such_signs_are_refused() -> None:
     for signs in ([1, -1], [1, 0, -1]):
         with pytest.raises(InvalidInput, match="signs must be"):
             hits.chosen(np.array(signs))
+
+
+@given(seed=seeds)
+def test_rays_are_along_the_printed_direction_of_projection(seed: int) -> None:
+    """v = R^T K^-1 (x, 1), in the text of park2011 3.2, by the matrices themselves and by the camera."""
+    parents, chi = limb(seed)
+    view = camera(seed)
+    pixels = view.project(parents + chi)
+    homogeneous = np.column_stack([pixels, np.ones(FRAMES)])
+    inverse = np.linalg.inv(np.broadcast_to(view.intrinsics, (FRAMES, 3, 3)))
+    printed = np.einsum(
+        "fyx,fyz,fz->fx", np.broadcast_to(view.rotation, (FRAMES, 3, 3)), inverse, homogeneous
+    )
+    np.testing.assert_allclose(view.rays(pixels), printed, rtol=1e-12, atol=1e-12)
+    units = printed / np.linalg.norm(printed, axis=1, keepdims=True)
+    np.testing.assert_allclose(cast_rays(view.matrix, pixels, parents).direction, units, atol=1e-9)

@@ -50,6 +50,7 @@ class NoiseVariance(Figure):
         sweep = inputs.sweep
         sigma2, path, views = sweep.sigma2_mm2, sweep.path_walker_mm2, sweep.view_angle_deg
         person, nested = inputs.dataset.person, sweep.nested
+        chosen = np.arange(len(nested))  # nobody, where people are too few to choose for others
         low, high = interval_over_people(person, path)
         return {
             "table": tidy(
@@ -81,10 +82,10 @@ class NoiseVariance(Figure):
             ),
             "table_nested": tidy(
                 {
-                    "person": person,
-                    "walker": inputs.samples,
+                    "person": person[chosen],
+                    "walker": np.asarray(inputs.samples)[chosen],
                     "sigma2_mm2": sigma2[nested],
-                    "absolute_error_mm2": path[np.arange(len(path)), nested],
+                    "absolute_error_mm2": path[chosen, nested],
                 },
                 by=["walker"],
             ),
