@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pipeline import papers
 from pipeline.resources import CONF
 
 
@@ -20,6 +19,8 @@ def place(paper: str, cost_s: float, name: str) -> tuple[int, bool, int, float, 
 
     By subject, on each the figures of the papers before those of our own, by paper, the short before the long.
     """
+    from pipeline import papers  # here, for help waits for no library
+
     subject = next((n for n, keys in enumerate(PAPERS) if paper in keys), len(PAPERS))
     ours = name in papers.PAPERS[paper].beyond if paper in papers.PAPERS else True
     first = PAPERS[subject].index(paper) if subject < len(PAPERS) else 0

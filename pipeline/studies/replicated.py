@@ -76,7 +76,7 @@ def replicate(
     labels = np.unique(np.concatenate([rows[kind].astype(str) for k, rows in found.values() if k]))
     if len(labels) < 2:
         return None
-    if kind != PERSON:
+    if kind in (POPULATION, DRAW):
         weights = np.eye(len(labels), dtype=int)
     else:
         weights = bootstrap.resampling_weights(len(labels), derive_generator(seed, "people"))

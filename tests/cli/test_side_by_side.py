@@ -19,6 +19,7 @@ from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure
+from pipeline.papers import PAPERS
 from pipeline.processes import CAN_FORK, processes_for
 from pipeline.storage.sealed_folders import is_complete
 from pipeline.studies.walks.known_view import KnownView
@@ -199,8 +200,14 @@ def test_figures_are_begun_by_paper_and_short_before_long(
     papers = list(dict.fromkeys(experiment.paper for experiment in experiments))
     assert papers == ["zhang2007", "zhang2004", "mozerov2006", "park2011"]
     for paper in papers:
-        costs = [experiment.cost_s for experiment in experiments if experiment.paper == paper]
-        assert costs == sorted(costs)
+        beyond = PAPERS[paper].beyond
+        for ours in (False, True):
+            costs = [e.cost_s for e in experiments if e.paper == paper and (e.name in beyond) is ours]
+            assert costs == sorted(costs)
+    names = [experiment.name for experiment in experiments]
+    assert names.index("zhang2007_structure") > names.index("zhang2004_fig5"), (
+        "the papers' figures before ours"
+    )
 
 
 def test_more_workers_than_cores_are_as_many_as_cores() -> None:

@@ -81,7 +81,7 @@ def test_the_mappings_are_symmetric_and_complete(name: str) -> None:
         swap = {"L": "R", "R": "L"}
         if name == "walker15":
             return other[point]
-        return point if point in ("CLAV", "C7", "PELO", "HEDO") else swap[point[0]] + point[1:]
+        return point if point in ("CLAV", "C7", "PELO", "HEDO", "SACR") else swap[point[0]] + point[1:]
 
     def ways(rules: Mapping[str, Any], joint: str) -> list[dict[str, float]]:
         """The ways to a joint in their order, one of which may stand alone."""

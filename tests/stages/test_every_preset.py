@@ -35,10 +35,10 @@ ROWS = {
     "zhang2007_fig3": {"table": VARIANCES, "table_views": VIEWS * VARIANCES, "table_nested": WALKERS},
     "zhang2007_fig4": {"table": 2 * 3 * 5 * 15, "table_demonstrations": 3 * WALKERS},
     "zhang2007_fig5": {"table": METHODS * VIEWS, "table_walkers": METHODS * WALKERS},
-    "zhang2007_fig6": {"table": METHODS * VIEWS, "table_walkers": METHODS * WALKERS},
+    "zhang2007_fig6": {"table": METHODS * VIEWS, "table_walkers": 2 * WALKERS},
     "zhang2004_fig3": {"table": 3 * 5 * 15, "table_demonstrations": 3 * WALKERS},
     "zhang2004_fig4": {"table": 3 * VIEWS, "table_walkers": 3 * WALKERS},
-    "zhang2004_fig5": {"table": 3 * VIEWS, "table_walkers": 3 * WALKERS},
+    "zhang2004_fig5": {"table": 3 * VIEWS, "table_walkers": WALKERS},
 }
 ABSCISSA = {"zhang2007_fig3": "sigma2_mm2"} | dict.fromkeys(
     ("zhang2004_fig4", "zhang2004_fig5", "zhang2007_fig5", "zhang2007_fig6"), "view_angle_deg"

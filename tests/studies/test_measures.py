@@ -144,7 +144,7 @@ def test_scales_are_reliable_against_the_true_radius(
         camera=["still"] * 4,
         adjust=["global"] * 4,
         radius_scale=[0.01, 0.1, 1.0, 100.0],
-        limb_error_median=errors,
+        limb_error=errors,
     )
     assert of_limbs.least_reliable_scale(scales, "still", 0.1) == pytest.approx(least, nan_ok=True)
     assert of_limbs.largest_reliable_scale(scales, "still", 0.1) == pytest.approx(largest, nan_ok=True)

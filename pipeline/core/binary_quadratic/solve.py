@@ -154,10 +154,6 @@ def _solution(
     programme: Programme, values: np.ndarray, bound: float, gap: float, boxes: int, steps: int
 ) -> BinarySolution:
     """What has been found, its mirror, and what the two say of each other."""
-    if programme.weight.any():
-        # The searches leave what is worth less than the gap; as the mirror, were that better, it would stay so.
-        values, _ = descend(programme, values, longest=LONGEST)
-        values = programme.with_relaxed(values)
     objective = programme.objective(values)
     other, other_objective = values, np.inf
     rounding = programme.allowance(objective)

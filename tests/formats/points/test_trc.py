@@ -252,7 +252,7 @@ NAMES = st.text(
 
 
 @given(
-    names=st.lists(NAMES, min_size=1, max_size=4),
+    names=st.lists(NAMES, min_size=1, max_size=4, unique=True),
     frames=st.integers(1, 5),
     rate=st.floats(1, 1e4),
     data=st.data(),
