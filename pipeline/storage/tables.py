@@ -178,8 +178,8 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
         raise InvalidInput(
             f"the column {name!r} is not one-dimensional", where=where, received=f"shape {array.shape}"
         )
-    if array.dtype.kind == "O" and array.size and all(isinstance(value, str) for value in array):
-        array = array.astype(str)  # as a DataFrame holds text
+    if array.dtype.kind == "O" and all(isinstance(value, str) for value in array):
+        array = array.astype(str)  # as a DataFrame holds text, or a column without rows
     mixed = array.dtype.kind == "U" and not all(isinstance(value, str) for value in values)
     if array.dtype.kind not in "biufU" or mixed:
         raise InvalidInput(

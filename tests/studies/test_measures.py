@@ -142,7 +142,7 @@ def test_scales_are_reliable_against_the_true_radius(
 ) -> None:
     scales = table(
         camera=["still"] * 4,
-        adjust=["global"] * 4,
+        adjust=[of_limbs.PAPERS_ADJUSTMENT] * 4,
         radius_scale=[0.01, 0.1, 1.0, 100.0],
         limb_error=errors,
     )

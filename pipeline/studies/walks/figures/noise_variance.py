@@ -82,8 +82,8 @@ class NoiseVariance(Figure):
             ),
             "table_nested": tidy(
                 {
-                    "person": person[chosen],
-                    "walker": np.asarray(inputs.samples)[chosen],
+                    "person": person[chosen].astype(str),
+                    "walker": np.asarray(inputs.samples, dtype=str)[chosen],
                     "sigma2_mm2": sigma2[nested],
                     "absolute_error_mm2": path[chosen, nested],
                 },
