@@ -24,6 +24,9 @@ from pipeline.validation import InvalidInput
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
 
 
+HEADING_LINES = 2
+
+
 def names_quoted(layout: Mapping[str, Any]) -> list[str]:
     """Return the names of the claims and quantities that the tables quote, sorted."""
     templates = [
@@ -117,7 +120,10 @@ def _rendered(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]
         else:
             templates = _templates(row)
         cells = [_filled(templates, of[data_name]) for data_name in table["columns"]]
-        lines.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
+        if any(cells):  # a row of which nothing was published yet would say nothing
+            lines.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
+    if len(lines) == HEADING_LINES:
+        return "Not published yet: `make claims` prints them after `make sweeps`."
     ruled = (f"|{'|'.join(cells)}|" if cells[0] == "---" else f"| {' | '.join(cells)} |" for cells in lines)
     return "\n".join(re.sub(" +", " ", line) for line in ruled)
 
