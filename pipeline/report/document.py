@@ -36,7 +36,7 @@ PAGE = "index.html"
 MOST_BYTES = 5_000_000
 """Largest page: larger ones are slow to open and refused by mail."""
 
-TABLE_BYTES = 72_000
+TABLE_BYTES = 52_000
 """Tables up to this size are in the page as they are; of larger ones the first rows."""
 
 FIRST_ROWS = 50

@@ -158,7 +158,7 @@ def test_a_large_table_is_there_with_its_first_rows(tmp_path: Path) -> None:
     embedded = re.search(r'id="tables-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
     assert embedded is not None
     assert json.loads(embedded[1])["table_many.csv"].count("\n") == 51
-    assert "18,000 rows, 1 columns; the first 50 rows here, all in the folder" in page.text
+    assert f"{TABLE_BYTES // 4:,} rows, 1 columns; the first 50 rows here, all in the folder" in page.text
 
 
 def test_the_same_results_make_the_same_page(results: Path) -> None:
