@@ -63,6 +63,8 @@ TONES = {
     "half": "the paper's direction holds, not its size.",
     "bad": "it does not; the ledger says why.",
     "none": "our data cannot decide.",
+    "met": "a condition of the paper's experiment, a count or a setting, is ours as well.",
+    "unmet": "it is not: see the ledger.",
 }
 """What a verdict means, by the sign that it has on the page."""
 
@@ -186,20 +188,22 @@ def _all_figures(results: Published) -> list[str]:
 
 
 def tone(verdict: str) -> str:
-    """Return the class of a verdict for the style: good, half, bad, empty (the null holds too) or none.
+    """Return the class of a verdict for the style: a key of `TONES`.
 
     Examples
     --------
     >>> [tone(v) for v in ("reproduced", "holds, also of the null", "direction only", "differs", "undecided")]
     ['good', 'empty', 'half', 'bad', 'none']
+    >>> tone("met"), tone("not met")
+    ('met', 'unmet')
     """
     words = verdict.lower()
     if "null" in words:
         return "empty"
-    for start, kind in (("reproduced", "good"), ("holds", "good"), ("direction", "half"), ("differs", "bad")):
-        if words.startswith(start):
-            return kind
-    return "none"
+    beginnings = {
+        "reproduced": "good", "direction": "half", "differs": "bad", "met": "met", "not met": "unmet"
+    }  # fmt: skip
+    return next((kind for start, kind in beginnings.items() if words.startswith(start)), "none")
 
 
 def number(value: Any) -> str:
