@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -80,7 +80,10 @@ claims: $(READY) ## the papers' claims beside our numbers
 sensitivity: $(READY) ## each ambiguity of the papers as a switch: which moves which verdict; ARGS=walks for a group
 	@$(RUN) sensitivity data=$(DATA) scale=$(SCALE) $(ARGS)
 
-readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical renews its rows
+tutorial: $(READY) ## from two commands to a question of your own: tutorial.py, into results/tutorial
+	@$(VENV)/bin/python tutorial.py
+
+readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=synthetic renews its rows (and the pictures)
 	@$(RUN) readme $(ARGS)
 
 check: $(DEV) ## ruff, format, types

@@ -149,15 +149,25 @@ def _where(dotted: str) -> str:
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Write the README's tables from results/published.csv; ``data=...`` first renews the rows of a data set."""
+    """Write the README's tables from results/published.csv.
+
+    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the pictures too.
+    """
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
-        _, folder = _results_folder(arguments)
-        published.renew(path, published.measured(folder, figures_for(arguments), layout))
+        from pipeline.report import draw_first_screen, read_published
+
+        config, folder = _results_folder(arguments)
+        figures = figures_for(arguments)
+        published.renew(path, published.measured(folder, figures, layout))
+        if config.data.name == "synthetic":
+            draw_first_screen(
+                read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
+            )
     document = provenance.PROJECT / "README.md"
     text = document.read_text(encoding="utf-8")
-    made = {"figures": listed(), **published.rendered(layout, tables.read(path))}
+    made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
     document.write_text(published.insert(text, made), encoding="utf-8")
     return 0
 

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import pictures
-from pipeline.report.document import PICTURE_WIDTH, write_page
+from pipeline.report.document import write_page
+from pipeline.report.entries import PICTURE_WIDTH
 from pipeline.report.published import read_published
 from pipeline.storage import archive, crate, provenance
 from pipeline.storage import sealed_folders as folders

@@ -12,8 +12,10 @@ import pytest
 
 from pipeline import papers
 from pipeline.report import PAGE, write_page
-from pipeline.report.document import MOST_BYTES, TABLE_BYTES, charts_of, counts_by_kind
+from pipeline.report.document import MOST_BYTES
+from pipeline.report.entries import TABLE_BYTES, charts_of
 from pipeline.report.published import first_rows, read_published
+from pipeline.report.verdicts import counts_by_kind
 from pipeline.storage import provenance, tables
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant, view_errors
