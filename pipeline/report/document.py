@@ -26,6 +26,8 @@ PAGE = "index.html"
 
 MOST_BYTES = 5_000_000
 """Largest page: larger ones are slow to open and refused by mail."""
+LEAST_WIDTH = 700
+"""Least width of the pictures on it, px, however large the rest is."""
 
 _TEMPLATES = Path(__file__).resolve().parent / "page"
 _SCRIPTS = ("walker.js", "charts.js", "players.js", "page.js")
@@ -71,7 +73,14 @@ def write_page(
     results = read_published(folder, figures)
     to = to or folder
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
-    text, parts = _render(results, layout, variants, to)
+    width = entries.PICTURE_WIDTH
+    text, parts = _render(results, layout, variants, to, width)
+    # Pictures become smaller until it fits; their bytes go with the area.
+    while len(text.encode()) > MOST_BYTES and parts["pictures"] and width > LEAST_WIDTH:
+        room = parts["pictures"] - (len(text.encode()) - MOST_BYTES)
+        share = max(room, 1) / parts["pictures"]
+        width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
+        text, parts = _render(results, layout, variants, to, width)
     content = text.encode()
     if len(content) > MOST_BYTES:
         raise InvalidInput(
@@ -86,7 +95,11 @@ def write_page(
 
 
 def _render(
-    results: Published, layout: Mapping[str, Any], variants: Sequence[Mapping[str, Any]], to: Path
+    results: Published,
+    layout: Mapping[str, Any],
+    variants: Sequence[Mapping[str, Any]],
+    to: Path,
+    width: int,
 ) -> tuple[str, dict[str, int]]:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
@@ -114,7 +127,7 @@ def _render(
     ]
     terms = entries.terms_of(results)
     figures = {
-        name: entries.figure_entry(figure, results, layout, terms, to)
+        name: entries.figure_entry(figure, results, layout, terms, to, width)
         for name, figure in results.figures.items()
     }
     shown = [
@@ -123,6 +136,8 @@ def _render(
         if key in of_papers
     ]
     packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
+    curves = {name: entries.curve_tables(figure, layout) for name, figure in results.figures.items()}
+    packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
     text = environment.get_template("index.html.j2").render(
         results=results,
@@ -147,11 +162,12 @@ def _render(
         walkers_packed=walkers_packed,
         clips_packed=clips_packed,
         tables=packed,
+        curves=packed_curves,
     )
     pictured = sum(len(entry["picture"]["uri"]) for entry in figures.values() if entry["picture"])
     parts = {
         "pictures": pictured + sum(len(p["shot"]["uri"]) for p in shown if p["shot"]),
-        "tables": sum(len(text.encode()) for text in packed.values()),
+        "tables": sum(len(text.encode()) for of in (packed, packed_curves) for text in of.values()),
         "walkers": len(walkers_packed),
         "clips": len(clips_packed),
         "scripts and style": len(script.encode()) + len(style.encode()),

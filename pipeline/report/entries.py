@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pipeline import papers, pictures
+from pipeline.report import players
 from pipeline.report.published import Published, PublishedFigure, Table, first_rows
 from pipeline.report.verdicts import counts_by_kind, tally
 from pipeline.storage import provenance, tables
@@ -72,6 +76,7 @@ def figure_entry(
     layout: Mapping[str, Any],
     terms: Mapping[str, str],
     to: Path,
+    width: int = PICTURE_WIDTH,
 ) -> dict[str, Any]:
     """Return what the page shows of a figure; links are to the files that lie beside a page in `to`."""
     claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]
@@ -90,7 +95,7 @@ def figure_entry(
                 if claim["published"] is not None and claim["kind"] in ("", papers.Kind.RESULT)
             )
         )[:4],
-        "picture": _picture(figure, PICTURE_WIDTH),
+        "picture": _picture(figure, width),
         "charts": [json.dumps(chart, ensure_ascii=False) for chart in charts_of(figure, layout)],
         "claims": claims,
         "open": False,
@@ -123,16 +128,53 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def charts_of(figure: PublishedFigure, layout: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the curves of a figure that its tables have the columns for."""
-    headers = {Path(table.name).stem: table.header for table in figure.tables if _whole(table)}
+    headers = {Path(table.name).stem: table.header for table in figure.tables}
     found = []
     for chart in layout["charts"].get(figure.name, []):
         header = headers.get(chart["table"], [])
-        several = chart["y"] if isinstance(chart["y"], list) else [chart["y"]]
-        there = [name for name in several if name in header]
+        there = [name for name in _listed(chart["y"]) if name in header]
         needed = {chart["x"], *chart.get("by", []), *chart.get("where", {})}
         if there and needed <= set(header):
             found.append({**chart, "y": there if isinstance(chart["y"], list) else chart["y"]})
     return found
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def curve_tables(figure: PublishedFigure, layout: Mapping[str, Any]) -> dict[str, str]:
+    """Return what curves and players read of tables that are too large for the page: those columns of all rows.
+
+    Numbers have six digits; columns of intervals and standard deviations go with their quantity.
+    """
+    needed: dict[str, set[str]] = {}
+    for chart in charts_of(figure, layout):
+        columns = {chart["x"], *chart.get("by", []), *chart.get("where", {}), *_listed(chart["y"])}
+        needed.setdefault(f"{chart['table']}.csv", set()).update(columns, _listed(chart.get("band", [])))
+    for name, wanted in players.COLUMNS.get(figure.name, {}).items():
+        needed.setdefault(name, set()).update(wanted)
+    made = {}
+    for table in figure.tables:
+        if table.name in needed and not _whole(table):
+            of = needed[table.name]
+            kept = [name for name in table.header if name in of or _BESIDE.sub("", name) in of]
+            made[table.name] = _columns(figure, table, kept)
+    return made
+
+
+_BESIDE = re.compile(r"_(low|high|sd|se)(?=_|$)")
+"""What tells the columns beside a quantity from its own: ``absolute_error_sd_mm2``, ``rms_error_mm_low``."""
+
+
+def _columns(figure: PublishedFigure, table: Table, names: Sequence[str]) -> str:
+    rows = figure.table(Path(table.name).stem) or {}
+    texts = [
+        [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name]).tolist()]
+        for name in names
+    ]
+    lines = [names, *zip(*texts, strict=True)]
+    return "".join(f"{','.join(line)}\n" for line in lines)
 
 
 def _table_entry(table: Table) -> dict[str, Any]:
