@@ -111,11 +111,11 @@ digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernel
 golden-kernels: $(DEV) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
-archive: $(READY) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
+archive: $(READY) $(if $(LIGHT),$(if $(filter synthetic,$(DATA)),tutorial)) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
 	@$(RUN) archive data=$(DATA) $(if $(LIGHT),light=1) $(if $(FIGURE),only=$(FIGURE)) $(if $(NAME),name=$(NAME) $(if $(RUN_FOLDER),run=$(RUN_FOLDER)))
 
-verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/…
-	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/)))
+verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/… [RERUN=1: compute it again, and compare]
+	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/))) $(if $(RERUN),rerun=1) $(if $(FIGURE),only=$(FIGURE))
 
 clean: ## remove the cache and scratch results, not figures and archives
 	@rm -rf results/cache results/scratch results/golden

@@ -21,6 +21,7 @@ from pipeline.cli.presets import listed, presets
 from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
+from pipeline.cli.verify import verify
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.studies import published
@@ -245,22 +246,6 @@ def _latest_run(scratch: Path) -> Path:
     if not runs:
         raise InvalidInput("no run with changed options is there", where=str(scratch))
     return runs[-1]
-
-
-def verify(arguments: Sequence[str]) -> int:
-    """Re-hash archives and print every file that changed, is missing or was added."""
-    if not arguments:
-        raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
-    status = 0
-    for name in arguments:
-        complaints = archive.verify(Path(name))
-        for complaint in complaints:
-            print(f"{name}: {complaint}")
-        if complaints:
-            status = 1
-        else:
-            print(f"{name}: every file is as it was kept")
-    return status
 
 
 def look(arguments: Sequence[str]) -> int:

@@ -26,6 +26,9 @@ PAGE = "index.html"
 
 MOST_BYTES = 5_000_000
 """Largest page: larger ones are slow to open and refused by mail."""
+TUTORIAL = "tutorial"
+"""Folder of the tutorial's pictures, beside those of the data sets and in a light archive."""
+
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
 
@@ -154,6 +157,7 @@ def _render(
         options=entries.options_of(results),
         variants=[entries.variant_entry(variant) for variant in variants],
         published=entries.published_tables(results),
+        tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
         roles=packed_json({**{name: name for name in COLOURS}, **ROLES, **layout["colours"]}),
