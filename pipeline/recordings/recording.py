@@ -141,7 +141,7 @@ class Recording:
                 np.asarray(positions_mm)[:, np.asarray(estimated, dtype=bool)],
                 index=index,
                 colour=colour,
-                radius_mm=2.4 * thickness_mm,
+                radius_mm=4.5 * thickness_mm,
             )
 
     def _wire_spheres(
