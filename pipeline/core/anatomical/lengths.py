@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 from scipy.linalg import lapack
 
+from pipeline.core import fourier
 from pipeline.core.anatomical.conditional import Conditional, inverse
-from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior, cycle
+from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior
 from pipeline.validation import require_range, require_shape
 
 LEAST_VARIANCE = 1.0
@@ -118,11 +119,11 @@ class Lengths:
         rows = of[:, self.axes].ravel()
         self.rows = np.flatnonzero(rows)
         self.all_rows = bool(rows.all())
-        self.basis = cycle(self.blocks, PHASES)
+        self.basis = fourier.cycle_basis(fourier.equal_phases(PHASES), self.blocks)
         self.weight = (self.blocks - 1) / PHASES / require_shape("s_b", tolerances.within, (len(BONES),)) ** 2
         self.pair_weight = 1.0 / require_shape("s_p", tolerances.pairs, (len(PAIRS),)) ** 2
-        self.starts, self.ends = np.array(BONES).T
-        self.left, self.right = np.array(PAIRS).T
+        self.starts, self.ends = BONES.T
+        self.left, self.right = PAIRS.T
 
     def _measured(self, walkers: np.ndarray) -> tuple[np.ndarray, ...]:
         of = walkers.reshape(len(walkers), JOINTS, 3, self.blocks)

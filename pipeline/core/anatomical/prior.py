@@ -24,18 +24,18 @@ from pipeline.validation import InvalidInput, require_finite, require_range, req
 
 JOINTS = len(WALKER15.joints)
 
-BONES = (*WALKER15.bones, (9, 12), (2, 5))
-"""The tree's bones, then hip to hip and shoulder to shoulder: pairs of joints, 16 of them."""
+BONES = np.array((*WALKER15.bones, (9, 12), (2, 5)))
+"""(16, 2): the tree's bones as parent and child, then hip to hip and shoulder to shoulder."""
 
 
-def _pairs() -> tuple[tuple[int, int], ...]:
-    place = {frozenset(bone): number for number, bone in enumerate(BONES)}
-    mirrored = [place[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES]
-    return tuple((bone, other) for bone, other in enumerate(mirrored) if bone < other)
+def _pairs() -> np.ndarray:
+    place = {frozenset(bone): number for number, bone in enumerate(BONES.tolist())}
+    mirrored = [place[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES.tolist()]
+    return np.array([(bone, other) for bone, other in enumerate(mirrored) if bone < other])
 
 
 PAIRS = _pairs()
-"""Bones of the left and the right side that are each other's mirror image, as indices into `BONES`."""
+"""(P, 2): bones of the left and the right side that are each other's mirror image, as rows of `BONES`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,32 +145,40 @@ def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> 
     mean = w @ rows
     centred = np.sqrt(w)[:, None] * (rows - mean)
     S = size / (size - 1.0) * (centred.T @ centred)
-    C = (1.0 - a - b) * S
-    if a:
-        whole = S.reshape(JOINTS * 3, blocks, JOINTS * 3, blocks)
-        T = np.zeros_like(whole)
-        for block in range(blocks):
-            same = [block] if block == 0 else [block, block + 1 if block % 2 else block - 1]
-            T[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
-        C += a * T.reshape(S.shape)
-    C[np.diag_indices_from(C)] += b * np.diag(S) + shrinkage.extra_variance
+    C = structured_covariance(S, blocks, shrinkage)
     lengths = bone_lengths(by_joint(walks))
-    mean_length = lengths.mean(axis=1)
-    apart = np.stack([mean_length[:, left] - mean_length[:, right] for left, right in PAIRS], axis=1)
+    mean_length = lengths.mean(axis=-1)
+    apart = mean_length[:, PAIRS[:, 0]] - mean_length[:, PAIRS[:, 1]]
     return Prior(
         mean=mean.reshape(JOINTS, 3, blocks),
         covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
-        length_variance=w @ lengths.var(axis=1),
+        length_variance=w @ lengths.var(axis=-1),
         pair_variance=w @ apart**2,
         effective_size=size,
     )
 
 
-def cycle(blocks: int, phases: int) -> np.ndarray:
-    """Values (K, 1 + 2H) of 1, sin, cos, sin 2, … at K equally spaced phases of the cycle."""
-    angle = 2.0 * np.pi * np.arange(phases)[:, None] / phases * np.arange(1, blocks // 2 + 1)
-    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(phases, -1)
-    return np.concatenate([np.ones((phases, 1)), waves], axis=1)
+def within_harmonics(covariance: np.ndarray, blocks: int) -> np.ndarray:
+    """T of a covariance (n, n): per harmonic the mean of its sine's and its cosine's block, nothing between them."""
+    whole = covariance.reshape(-1, blocks, len(covariance) // blocks, blocks)
+    kept = np.zeros_like(whole)
+    for block in range(blocks):
+        same = (0,) if block == 0 else (block, block + 1 if block % 2 else block - 1)
+        kept[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
+    return kept.reshape(covariance.shape)
+
+
+def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
+    """C: a sample covariance S (n, n), shrunken towards what a few dozen people can support.
+
+    The coefficients of a coordinate, `blocks` of them, stand together.
+    """
+    a, b = shrinkage.within_harmonic, shrinkage.diagonal
+    found = (1.0 - a - b) * covariance
+    if a:
+        found += a * within_harmonics(covariance, blocks)
+    found[np.diag_indices_from(found)] += b * np.diag(covariance) + shrinkage.extra_variance
+    return found
 
 
 PHASES = 20
@@ -178,11 +186,10 @@ PHASES = 20
 
 
 def bone_lengths(walkers: np.ndarray) -> np.ndarray:
-    """Lengths (…, K, 16) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
-    ends = np.array(BONES)
-    across = walkers[..., ends[:, 1], :, :] - walkers[..., ends[:, 0], :, :]
-    along = across @ cycle(walkers.shape[-1], PHASES).T  # (…, 16, 3, K)
-    return np.asarray(np.swapaxes(np.sqrt((along**2).sum(axis=-2)), -1, -2))
+    """Lengths (…, 16, K) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
+    across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
+    basis = fourier.cycle_basis(fourier.equal_phases(PHASES), walkers.shape[-1])
+    return np.asarray(np.linalg.norm(across @ basis.T, axis=-2))
 
 
 def turned(prior: Prior, view_angles_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
