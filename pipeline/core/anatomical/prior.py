@@ -15,6 +15,7 @@ Why so: a few dozen people tell what the joints do together in a harmonic, but n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -83,6 +84,12 @@ class Prior:
     length_variance: np.ndarray
     pair_variance: np.ndarray
     effective_size: float
+
+    @cached_property
+    def by_axis(self) -> np.ndarray:
+        """The covariance (3, 3, 15 B, 15 B) of each axis with each."""
+        n = JOINTS * self.mean.shape[-1]
+        return np.ascontiguousarray(self.covariance.transpose(1, 4, 0, 2, 3, 5)).reshape(3, 3, n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
@@ -192,20 +199,43 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(across @ basis.T, axis=-2))
 
 
-def turned(prior: Prior, view_angles_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (A, 15, 3, B) and covariance (A, n, n), n = 45 B, with axes across, up and away of A views.
+@dataclass(frozen=True)
+class TurnedPrior:
+    """A prior with axes across, up and away of A views.
 
     Across and up are what an image shows [zhang2007 B.2, B.3]; away is the missing dimension.
+
+    Attributes
+    ----------
+    mean : (A, 15, 3, B)
+        mm.
+    covariance : (A, n, n)
+        mm², n = 45 B; in the order axis, joint, block, so that what is seen and what is missing each stand together.
+    view_angle_rad : (A,)
     """
-    rotation = image_axes(view_angles_rad)
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    view_angle_rad: np.ndarray
+
+
+def turned(prior: Prior, view_angles_rad: np.ndarray) -> TurnedPrior:
+    """Return mean and covariance of walkers as A views have them."""
+    angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
+    rotation = image_axes(angles)
     mean = np.einsum("aij,kjb->akib", rotation, prior.mean)
-    blocks = prior.mean.shape[-1]
-    n = JOINTS * 3 * blocks
-    rows = rotation[:, None] @ prior.covariance.reshape(JOINTS, 3, blocks * n)
-    both = rotation[:, None, None] @ np.swapaxes(rows.reshape(-1, n, n), 1, 2).reshape(
-        -1, JOINTS, 1, 3, blocks * n
-    )
-    return mean, both.reshape(-1, n, n)
+    C = prior.by_axis
+    n = C.shape[-1]
+    found = np.empty((len(angles), 3, n, 3, n))
+    level, upright = C[:2, :2].reshape(4, -1), C[:2, 2].reshape(2, -1)  # a turn leaves up as it is
+    for p in (0, 2):
+        for q in (0, 2):
+            weights = (rotation[:, p, :2, None] * rotation[:, q, None, :2]).reshape(-1, 4)
+            found[:, p, :, q] = (weights @ level).reshape(-1, n, n)
+        found[:, p, :, 1] = (rotation[:, p, :2] @ upright).reshape(-1, n, n)
+        found[:, 1, :, p] = np.swapaxes(found[:, p, :, 1], -1, -2)
+    found[:, 1, :, 1] = C[2, 2]
+    return TurnedPrior(mean, found.reshape(-1, 3 * n, 3 * n), angles)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:
