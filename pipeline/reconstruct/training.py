@@ -10,6 +10,7 @@ import numpy as np
 
 from pipeline.clips.walks import Walks
 from pipeline.core import walking
+from pipeline.core.anatomical import stance_rows
 from pipeline.core.keypoint_walk import (
     HEIGHT_MM,
     Detector,
@@ -25,7 +26,6 @@ from pipeline.core.keypoint_walk import (
     training_walk,
 )  # fmt: skip
 from pipeline.core.keypoint_walk.calibration import LEVELS, Calibration, learn
-from pipeline.core.keypoint_walk.training import stance_rows
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints

@@ -34,6 +34,27 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
     return columns
 
 
+def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
+    """Values (…, B) of 1, sin, cos, sin 2, cos 2, … at phases (…)."""
+    angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
+    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(*np.shape(phase_rad), -1)
+    return np.concatenate([np.ones((*np.shape(phase_rad), 1)), waves], axis=-1)
+
+
+def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
+    """Derivatives (…, B) of `cycle_basis` with respect to the phase."""
+    order = np.arange(1, blocks // 2 + 1)
+    angle = np.asarray(phase_rad)[..., None] * order
+    waves = np.stack([order * np.cos(angle), -order * np.sin(angle)], axis=-1)
+    flat = waves.reshape(*np.shape(phase_rad), -1)
+    return np.concatenate([np.zeros((*np.shape(phase_rad), 1)), flat], axis=-1)
+
+
+def equal_phases(count: int) -> np.ndarray:
+    """Phases (K,) that divide the cycle equally, radians, the first 0."""
+    return 2.0 * np.pi * np.arange(count) / count
+
+
 def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
     """Sum of squares that a constant and one sinusoid of each frequency explain in (T,) `signal`; (C,).
 
