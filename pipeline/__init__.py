@@ -46,6 +46,7 @@ The modules, from the base upwards; each imports only from those above it in thi
     papers/                the papers as data: equations, claims, the rule of verdicts
 
     synthetic/             synthetic people: walkers, bending, limbs
+    pointlight/            walks as moving dots, disturbed as experiments ask for
     clips/                 usable clips of a data set: walks, performances, varied motion
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes

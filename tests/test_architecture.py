@@ -66,7 +66,7 @@ LAYERS = (
     {"core"},
     {"formats", "mappings", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
-    {"clips"},
+    {"clips", "pointlight"},
     {"studies", "api"},
     {"stages"},
     {"report", "reconstruct"},
@@ -95,6 +95,7 @@ NARROW = {
     "mappings": GROUND,
     "resources": set(),
     "synthetic": GROUND | {"core"},
+    "pointlight": GROUND | {"core", "synthetic"},
 }
 """Those that may import less than all lower layers: interfaces to the outside do not know each other."""
 
