@@ -12,9 +12,10 @@ import pandas as pd
 from pipeline import papers
 from pipeline.core import bootstrap
 from pipeline.storage import tables
-from pipeline.studies import measures
+from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import Replicated, replicate
+from pipeline.studies.rows import Number
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
@@ -86,9 +87,9 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     gap: papers.Estimate | None = None
     if claim.null is not None:
         nothing: float = np.nan
-        nulls: measures.Number = np.nan
+        nulls: Number = np.nan
         if isinstance(claim.null, papers.Measure):
-            nothing = float(measures.evaluate(claim.null, MEASURES, frames))
+            nothing = float(evaluation.evaluate(claim.null, MEASURES, frames))
             nulls = _replicates(claim.null, drawn)
         else:
             nothing = nulls = claim.null
@@ -97,15 +98,15 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     return papers.Evidence(value=_estimate(value, values), null=null, gap=gap, people=found.people)
 
 
-def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> measures.Number:
+def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Number:
     """Return a measure in all replicates (B,); NaN if there are none."""
     if drawn is None:
         return np.nan
     size = next(len(table.weights) for table in drawn.values() if isinstance(table, Replicated))
-    return measures.evaluate(measure, MEASURES, drawn, size)
+    return evaluation.evaluate(measure, MEASURES, drawn, size)
 
 
-def _estimate(value: float, replicates: measures.Number) -> papers.Estimate:
+def _estimate(value: float, replicates: Number) -> papers.Estimate:
     """Return a value with the interval of its replicates, widened to hold the value; without one if there is none.
 
     A replicate may hold none of the rows that a measure reads, such as no clip of walking: those few say nothing.
@@ -136,7 +137,7 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
 
 
 def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
-    return float(measures.evaluate(item.measure, MEASURES, frames)) if item.measure else np.nan
+    return float(evaluation.evaluate(item.measure, MEASURES, frames)) if item.measure else np.nan
 
 
 def judge_figure(

@@ -23,7 +23,7 @@ from pipeline.papers import (
     Verdict,
     placeholders,
 )
-from pipeline.studies import measures
+from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
 from pipeline.studies.registry import MEASURES
 from pipeline.validation import InvalidInput
@@ -228,13 +228,13 @@ WITH_NULLS = ("zhang2004", "zhang2007", "mozerov2006", "park2011")
 def test_every_result_and_sentence_has_a_null_or_says_why_not(claim: Claim) -> None:
     assert claim.kind is Kind.CONDITION or claim.no_null or claim.null is not None
     if isinstance(claim.null, Measure):
-        measures.check(claim.null, MEASURES, claim.name)
+        evaluation.check(claim.null, MEASURES, claim.name)
 
 
 @pytest.mark.parametrize("item", by_name(MEASURED))
 def test_every_measure_is_a_function_with_these_arguments(item: Claim | papers.Quantity) -> None:
     assert item.measure is not None
-    measures.check(item.measure, MEASURES, item.name)
+    evaluation.check(item.measure, MEASURES, item.name)
 
 
 QUOTED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d, text in c.why.items() if "{" in text]
@@ -1091,8 +1091,8 @@ def columns_read(claim: Claim) -> set[tuple[str, str]]:
             named = [texts[name] for name in ("column", "by", "count", "unit_error") if name in texts]
             named += part.arguments.get("columns", ())
             if part.name in ("percent", "at_smallest"):
-                named += measures.columns_of(texts["of"])
-            named += measures.columns_of(texts["where"]) if "where" in texts else []
+                named += rows.columns_of(texts["of"])
+            named += rows.columns_of(texts["where"]) if "where" in texts else []
             found |= {(part.arguments["table"], column) for column in named}
     return found
 
