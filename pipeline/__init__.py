@@ -55,7 +55,8 @@ The modules, from the base upwards; each imports only from those above it in thi
       limbs/                 park2011
       face_off/              comparison of walks and limbs, the only study that imports others
       registry               the list of studies
-      measures, ledger       functions of published tables; verdicts on the papers' claims
+      rows, measures         rows of published tables; functions of them
+      evaluation, ledger     measures by name; verdicts on the papers' claims
       replicated             tables with people drawn again, or of several populations
       published              published numbers and the README's tables
       presentation           names and heights of people in recordings
