@@ -1,4 +1,4 @@
-"""Files of a reconstructed walk: ``summary.json``, ``joints.csv`` and ``picture.png`` in one folder."""
+"""Files of a reconstructed walk in one folder: summary, joints with bars, 3D motion, picture, recording, page."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from pipeline.core.keypoint_walk.calibration import angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.core.keypoint_walk.posterior import ANGLES
 from pipeline.pictures.keypoint_walk import WalkPicture, draw_keypoint_walk
+from pipeline.reconstruct import motion
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
+from pipeline.reconstruct.motion import Format
 from pipeline.reconstruct.summary import LEVEL_95, heading_words, summarise, table_rows
 from pipeline.storage import tables
 from pipeline.validation import InvalidInput, require_name
@@ -29,6 +31,7 @@ class Output:
     """What is written where."""
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
+    formats: list[Format] = field(default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv])
     picture: bool = True
 
 
@@ -79,13 +82,15 @@ def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Pat
     if folder.exists() and not folder.is_dir():
         raise InvalidInput("must be a folder", where="output.path", received=str(folder))
     folder.mkdir(parents=True, exist_ok=True)
-    for name in OURS:
-        (folder / name).unlink(missing_ok=True)
+    for path in folder.iterdir():
+        if path.name in OURS or motion.OURS.fullmatch(path.name):
+            path.unlink()
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
     (folder / "summary.json").write_text(text, encoding="utf-8")
     rows = table_rows(walk, options.input)
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
+    motion.write_motion(walk, options.input, options.output.formats, folder)
     found = walk.best.found
     if options.output.picture and found is not None and summary["verdict"] != "not_a_walk":
         draw_keypoint_walk(folder / "picture.png", _picture(walk, options.input))

@@ -11,14 +11,17 @@ import numpy as np
 import pytest
 
 import pipeline
+from pipeline import formats
 from pipeline.core.keypoint_walk import compact, moments
 from pipeline.core.keypoint_walk.calibration import Calibration
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, reconstruct_clip
+from pipeline.reconstruct.motion import Format, in_walkers_axes
 from pipeline.reconstruct.people import choose, find_tracks
-from pipeline.reconstruct.summary import heading_words
+from pipeline.reconstruct.summary import heading_words, scale_mm
 from pipeline.reconstruct.writing import Output, Reconstruct, run
+from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.synthetic.keypoints import DetectorError
 from pipeline.validation import InvalidInput
@@ -79,6 +82,37 @@ def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
     assert 300.0 < np.sqrt(np.sum(np.square(legs), axis=0)).mean() < 500.0
     assert set(table["observed"][table["joint"] == "sternum"]) == {0}
     assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_motion_is_read_back_with_observed_and_estimated_joints_told_apart(
+    model: Path, tmp_path: Path
+) -> None:
+    sim = clip(-30.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    (tmp_path / "walk_notes.csv").write_text("mine", encoding="utf-8")
+    options = Reconstruct(
+        input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
+        output=Output(path=str(tmp_path), formats=list(Format), picture=False),
+        model_folder=str(model),
+    )
+    walk, summary, folder = run(options)
+    assert walk.best.found is not None
+    truth = in_walkers_axes(walk.best.found) * scale_mm(options.input)
+    # The walk goes along y, and the head is above the ankles.
+    assert truth[-1, 8, 1] - truth[0, 8, 1] > 5 * abs(truth[-1, 8, 0] - truth[0, 8, 0])
+    assert truth[:, 0, 2].min() > 1000.0
+    axes = {"trc": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "bvh": [[-1, 0, 0], [0, 0, 1], [0, 1, 0]]}
+    for file in ("walk.c3d", "walk.trc", "walk.bvh", "walk.csv", "walk_wide.csv"):
+        read = formats.read(folder / file)
+        assert {"left_shoulder", "sternum_estimated", "pelvis_estimated"} <= set(read.names)
+        back = np.array(axes.get(file[5:], np.eye(3)))
+        for number, name in enumerate(read.names):
+            if (joint := name.removesuffix("_estimated")) in WALKER15.joints:  # a BVH has ends besides
+                off = read.positions_mm[:, number] @ back - truth[:, WALKER15.index(joint)]
+                assert np.abs(off).max() < 1e-2
+        assert read.frame_rate_hz == pytest.approx(30.0)
+    assert (tmp_path / "walk_notes.csv").read_text(encoding="utf-8") == "mine"
+    assert "sternum" in summary["estimated_joints"]
 
 
 def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:
