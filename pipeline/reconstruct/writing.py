@@ -13,7 +13,7 @@ from pipeline.core.keypoint_walk.calibration import angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.core.keypoint_walk.posterior import ANGLES
 from pipeline.pictures.keypoint_walk import WalkPicture, draw_keypoint_walk
-from pipeline.reconstruct import motion
+from pipeline.reconstruct import motion, recording, words
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
@@ -21,7 +21,7 @@ from pipeline.reconstruct.summary import LEVEL_95, heading_words, summarise, tab
 from pipeline.storage import tables
 from pipeline.validation import InvalidInput, require_name
 
-OURS = ("summary.json", "joints.csv", "picture.png")
+OURS = ("summary.json", "joints.csv", "picture.png", recording.NAME)
 PICTURED = 5
 """Frames that a picture shows."""
 
@@ -33,6 +33,7 @@ class Output:
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
     formats: list[Format] = field(default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv])
     picture: bool = True
+    recording: bool = True  # for the rerun viewer
 
 
 @dataclass(kw_only=True)
@@ -91,9 +92,12 @@ def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Pat
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
     motion.write_motion(walk, options.input, options.output.formats, folder)
-    found = walk.best.found
-    if options.output.picture and found is not None and summary["verdict"] != "not_a_walk":
+    if walk.best.found is None or summary["verdict"] == "not_a_walk":
+        return
+    if options.output.picture:
         draw_keypoint_walk(folder / "picture.png", _picture(walk, options.input))
+    if options.output.recording:
+        recording.write_recording(walk, walk.best, words.as_markdown(summary), folder)
 
 
 def _picture(walk: Walk, given: Input) -> WalkPicture:
