@@ -69,7 +69,8 @@ LAYERS = (
     {"clips"},
     {"studies", "api"},
     {"stages"},
-    {"report", "reconstruct"},
+    {"report"},
+    {"reconstruct"},
     {"cli"},
     {"__main__"},
 )

@@ -15,7 +15,6 @@ from pipeline.reconstruct.summary import LEVEL_95
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 
-NAME = "recording.rrd"
 MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
 """Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
 _PELVIS = WALKER15.index("pelvis")
@@ -48,7 +47,7 @@ def upright(level: np.ndarray) -> np.ndarray:
     return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
 
 
-def write_recording(walk: Walk, stretch: Stretch, summary_text: str, folder: Path) -> Path:
+def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path) -> None:
     """Write the recording of one stretch.
 
     Parameters
@@ -58,7 +57,7 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, folder: Pat
         With a reconstruction.
     summary_text : str
         What was found, Markdown.
-    folder : Path
+    path : Path
     """
     found = stretch.found
     assert found is not None
@@ -84,7 +83,7 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, folder: Pat
     headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
     order = np.argsort(headings)
     evidence = found.starts.heading_cost.max() - found.starts.heading_cost
-    with recordings.Recording(folder / NAME, name="keypoint_walk", about=summary_text) as recording:
+    with recordings.Recording(path, name="keypoint_walk", about=summary_text) as recording:
         recording.image_points(
             "image/keypoints", image["keypoints"], [(0, 0)], index=index, thickness_mm=0.006 * size
         )
@@ -129,4 +128,3 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, folder: Pat
             ),
             playing=True,
         )
-    return folder / NAME

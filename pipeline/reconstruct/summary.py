@@ -84,7 +84,9 @@ def summarise(walk: Walk, given: Input) -> dict[str, Any]:
         },
         "notes": list(walk.notes),
         "stretches": stretches,
-        "units": "mm" if given.stature_mm else "mm of a walker of 1500 mm from ankles to the head's centre",
+        "units": "mm"
+        if given.stature_mm
+        else "mm of a walker of 1500 mm from ankles to the centre of the head",
         "terms": "learnt from healthy adults and children; not for clinical use",
     }
 

@@ -14,7 +14,7 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
     --------
     >>> found = {"verdict": "not_a_walk", "why": ["the legs hardly move"], "notes": []}
     >>> facts({**found, "recognised": {"layout": "coco17"}})
-    [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Coco17.'])]
+    [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Keypoints are coco17.'])]
     """
     said = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"]])]
     if "view_angle_deg" in summary:
@@ -22,7 +22,7 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
         if summary["estimated_joints"]:
             names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
             said.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
-    said.append(("Recognised", [summary["recognised"]["layout"], *summary["notes"]]))
+    said.append(("Recognised", [f"keypoints are {summary['recognised']['layout']}", *summary["notes"]]))
     if summary.get("next_time"):
         said.append(("Next time", summary["next_time"]))
     return [(title, [_sentence(text) for text in texts]) for title, texts in said]

@@ -12,11 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from pipeline import papers, pictures
-from pipeline.palette import COLOURS, ON_DARK, ROLES
-from pipeline.report import players
+from pipeline.palette import COLOURS, ROLES
+from pipeline.report import players, templates
 from pipeline.report.published import (
     Published,
     PublishedFigure,
@@ -42,20 +40,7 @@ TABLE_BYTES = 52_000
 FIRST_ROWS = 50
 PICTURE_WIDTH, SHOT_WIDTH = 1400, 640
 
-_TEMPLATES = Path(__file__).resolve().parent / "page"
-_SCRIPTS = ("walker.js", "charts.js", "players.js", "page.js")
-
-_LIGHTER = {
-    "black": "#E4E6E3",
-    "orange": "#FF8B4A",
-    "blue": "#5CB3EA",
-    "green": "#3CCBA0",
-    "purple": "#E5A3C6",
-    "amber": "#F0B845",
-    "sky": "#8CCDF2",
-    "grey": "#A7ADB3",
-}
-"""The palette for thin lines on a dark ground."""
+_SCRIPTS = ("walker.js", "charts.js", "players.js", "theme.js", "page.js")
 
 TONES = {
     "good": "our number is within bounds of the paper's.",
@@ -114,22 +99,11 @@ def write_page(
 def _render(
     results: Published, layout: Mapping[str, Any], variants: Sequence[Mapping[str, Any]], to: Path
 ) -> tuple[str, dict[str, int]]:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates.environment()
     environment.filters["tone"] = tone
     environment.filters["number"] = number
-    style = environment.from_string((_TEMPLATES / "style.css").read_text(encoding="utf-8")).render(
-        colours={
-            name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
-            for name, colour in COLOURS.items()
-        }
-    )
-    script = "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in _SCRIPTS)
+    style = templates.style()
+    script = templates.scripts(_SCRIPTS)
     walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))
     clips, no_clips = players.clips(results.figures.get("park2011_fig4"))
     of_papers = {key for key in papers.PAPERS if any(f.startswith(key) for f in _all_figures(results))}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from pathlib import Path
 
@@ -52,7 +53,7 @@ def test_motion_is_read_back_with_observed_and_estimated_joints_told_apart(
     (tmp_path / "walk_notes.csv").write_text("mine", encoding="utf-8")
     options = Reconstruct(
         input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
-        output=Output(path=str(tmp_path), formats=list(Format), picture=False, recording=False),
+        output=Output(path=str(tmp_path), formats=list(Format), picture=False, recording=False, page=False),
         model_folder=str(model),
     )
     walk, summary, folder = run(options)
@@ -74,9 +75,10 @@ def test_motion_is_read_back_with_observed_and_estimated_joints_told_apart(
     assert (tmp_path / "walk_notes.csv").read_text(encoding="utf-8") == "mine"
     assert "sternum" in summary["estimated_joints"]
     assert not (tmp_path / "recording.rrd").exists()
+    assert not (tmp_path / "walk.html").exists()
 
 
-def test_a_recording_shows_image_mean_samples_and_view(model: Path, tmp_path: Path) -> None:
+def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_path: Path) -> None:
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     options = Reconstruct(
@@ -84,7 +86,9 @@ def test_a_recording_shows_image_mean_samples_and_view(model: Path, tmp_path: Pa
         output=Output(path=str(tmp_path / "out"), formats=[], picture=False),
         model_folder=str(model),
     )
-    walk, _, folder = run(options)
+    walk, summary, folder = run(options)
+    text = (folder / "walk.html").read_text(encoding="utf-8")
+    assert html.escape(summary["view_angle_deg"]["words"]).replace("&#x27;", "&#39;") in text
     file = folder / "recording.rrd"
     recordings.verify(file)
     assert file.stat().st_size < 5_000_000

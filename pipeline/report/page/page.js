@@ -1,5 +1,5 @@
 "use strict";
-// Theme, curves and tables on demand, players.
+// Curves and tables on demand, players.
 (() => {
   const store = new Map();
   const tables = (figure, name) => {
@@ -10,16 +10,6 @@
     }
     return store.get(key);
   };
-
-  const theme = document.getElementById("theme");
-  const root = document.documentElement;
-  const remember = (value) => { try { value === undefined ? 0 : localStorage.setItem("theme", value); return localStorage.getItem("theme"); } catch { return null; } };
-  const show = value => {
-    if (value === "light" || value === "dark") root.dataset.theme = value; else delete root.dataset.theme;
-    theme.value = value ?? "auto";
-  };
-  show(remember());
-  theme.addEventListener("change", () => { remember(theme.value); show(theme.value); });
 
   function drawn(box) {
     if (box.dataset.done) return;
