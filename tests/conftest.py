@@ -60,6 +60,7 @@ FEW_TRIALS = {
     "mozerov2006_tracking": [
         "sweep.particles=[200,500]", "sweep.tracked=5", "sweep.noise_mm=[0]", "sweep.occluded=[0]",
     ],
+    "keypoints_headings": ["scale.walkers=16", "sweep.clips=16", "data.duration_s=3"],
     "zhang2007_occlusion": ["scale.walkers=16", "scale.few_views_step_deg=90", "scale.partners=2"],
 }  # fmt: skip
 """What keeps figures short where their claims are tested: fewer trials or people, and certificates for one alone."""
