@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -55,6 +55,9 @@ run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig
 
 inspect: $(READY) ## what is in your recordings: make inspect INPUT=folder|file
 	@$(RUN) inspect "$(INPUT)" $(ARGS)
+
+pointlight: $(READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FOLDER|synthetic ARGS="inverted=true to=walker.svg"
+	@$(RUN) pointlight "$(or $(INPUT),synthetic)" $(ARGS)
 
 reconstruct: $(READY) ## a 3D walk from 2D keypoints: make reconstruct INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
 	@$(RUN) reconstruct input.path="$(INPUT)" $(ARGS)
@@ -96,7 +99,7 @@ format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff format .
 
 test: $(DEV) ## the tests, on every core; make test ARGS=tests/core for some
-	@$(VENV)/bin/python -m pytest -n auto --dist loadfile $(ARGS)
+	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)

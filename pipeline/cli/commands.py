@@ -14,7 +14,7 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, Trans
 from rich.text import Text
 
 from pipeline import papers
-from pipeline.cli import export, inspect
+from pipeline.cli import export, inspect, pointlight
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
@@ -266,6 +266,28 @@ def export_motion(arguments: Sequence[str]) -> int:
     return 0
 
 
+def point_lights(arguments: Sequence[str]) -> int:
+    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
+
+    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
+    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
+
+    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
+    cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
+    inverted=true mirrored=true         upside down; left and right exchanged
+    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
+    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
+    noise_dots=60 noise=scrambled_walker|uniform field=1.5
+    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
+    walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
+    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
+    skeleton=… units=m                  of a recording
+    """
+    target, words = pointlight.make(arguments)
+    open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)
+    return 0
+
+
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "reconstruct": reconstruct,
@@ -280,5 +302,6 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "verify": verify,
     "inspect": look,
     "export": export_motion,
+    "pointlight": point_lights,
 }
 """Commands by name."""

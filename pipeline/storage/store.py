@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.locks import exclusive, remove_unheld
 from pipeline.storage.artefacts import ARRAYS, Artefact, Damaged, differences, fixed, packed, read_artefact
-from pipeline.storage.locks import exclusive, remove_unheld
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,
