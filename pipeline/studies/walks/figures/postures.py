@@ -47,11 +47,13 @@ class Postures(Figure):
 
     walker: int = 0
     instants: int = 5
+    recorded: int = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_range("figure.walker", self.walker, at_least=0)
         require_range("figure.instants", self.instants, at_least=1)
+        require_range("figure.recorded", self.recorded, at_least=1)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
@@ -148,7 +150,7 @@ class Postures(Figure):
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Every walker, original and reconstructed from every demonstration view, walking in place."""
+        """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         methods = inputs.sweep.methods.tolist()
         chosen = entity_name(inputs.samples[self.walker])
@@ -156,20 +158,29 @@ class Postures(Figure):
         seconds = 1.0 / float(np.median(data.frequency_hz))
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
+        spread = np.linspace(0, len(inputs.samples) - 1, min(self.recorded, len(inputs.samples)))
+        recorded = sorted({self.walker, *np.rint(spread).astype(int).tolist()})
         with inputs.recording(
             folder,
-            "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
+            f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
+            " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
-            "Grey: original. "
+            "Grey: original; spheres of wire: joints that no marker gave. "
             + ", ".join(f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in methods)
             + ".\n",
         ) as rec:
-            for r, name in enumerate(inputs.samples):
-                word = entity_name(name)
-                truth = data.coefficients[r]
+            for r in recorded:
+                word = entity_name(inputs.samples[r])
+                truth, estimated = data.coefficients[r], data.unmeasured[r]
                 original = fourier.synthesise(truth, 1.0 / seconds, times)
                 ground = lift(original)
-                rec.skeleton(f"world/original/{word}", original + ground, WALKER15.bones, index=index)
+                rec.skeleton(
+                    f"world/original/{word}",
+                    original + ground,
+                    WALKER15.bones,
+                    index=index,
+                    estimated=estimated,
+                )
                 for v, view in enumerate(views):
                     rec.image_points(
                         f"image/observed/view_{view:.0f}/{word}",
@@ -184,6 +195,7 @@ class Postures(Figure):
                             WALKER15.bones,
                             index=index,
                             colour=METHODS[method].colour,
+                            estimated=estimated,
                         )
             spaces = [
                 recordings.Space3D(
