@@ -107,7 +107,7 @@ ENTITIES = {
     },
 }  # fmt: skip
 ENTITIES["zhang2007_joint_angles"] = {
-    *(f"world/{who}" for who in ("truth", "least_squares", "map", "average_walker")),
+    *(f"world/{who}" for who in ("truth", "least_squares", "map", "anatomical", "average_walker")),
     *(f"curves/{angle}_deg/map" for angle in ("hip", "knee", "shoulder", "elbow")),
 }
 ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]

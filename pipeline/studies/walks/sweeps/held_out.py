@@ -346,7 +346,7 @@ class Fold:
         walker = self._people.walker(person)[None]
         found: dict[int, np.ndarray] = {}
         for mirrored in (False, True):
-            both_sides = mirrored and _mirrored_grid(view_rad)
+            both_sides = mirrored and mirrored_grid(view_rad)
             seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
             walkers = np.concatenate([walker, fourier.mirrored(walker)]) if both_sides else walker
             numbers = [n for n, setting in enumerate(settings) if setting.shrinkage.mirror is mirrored]
@@ -366,13 +366,14 @@ class Fold:
         return [found[number] for number in range(len(settings))]
 
 
-def _mirrored_grid(view_rad: np.ndarray) -> bool:
+def mirrored_grid(view_rad: np.ndarray) -> bool:
+    """Whether view angles lie alike on both sides of the frontal one, which is among them."""
     return bool(np.allclose(view_rad, -view_rad[::-1], atol=1e-9) and len(view_rad) % 2)
 
 
 def require_mirrored_grid(name: str, values: np.ndarray) -> None:
     """Require view angles that are symmetric about the frontal view, which is one of them."""
-    if not _mirrored_grid(values):
+    if not mirrored_grid(values):
         raise InvalidInput(
             "views must lie alike on both sides of the frontal one",
             where=name,
