@@ -20,13 +20,18 @@ _LEFT_ANKLE = WALKER15.index("left_ankle")
 _RIGHT_ANKLE = WALKER15.index("right_ankle")
 
 
-def design(frequency_hz: float, times_s: np.ndarray, harmonics: int) -> np.ndarray:
-    """Columns 1, sin wt, cos wt, sin 2wt, cos 2wt, … of [zhang2007 3.1]; (T, 1 + 2H)."""
+def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int) -> np.ndarray:
+    """Columns 1, sin wt, cos wt, sin 2wt, cos 2wt, … of [zhang2007 3.1]; (T, 1 + 2H).
+
+    Frequencies (C, 1) give (C, T, 1 + 2H).
+    """
     angle = 2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float)
-    columns = [np.ones_like(angle)]
+    columns = np.empty((*angle.shape, 1 + 2 * harmonics))
+    columns[..., 0] = 1.0
     for h in range(1, harmonics + 1):
-        columns += [np.sin(h * angle), np.cos(h * angle)]
-    return np.stack(columns, axis=-1)
+        np.sin(h * angle, out=columns[..., 2 * h - 1])
+        np.cos(h * angle, out=columns[..., 2 * h])
+    return columns
 
 
 def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
@@ -122,19 +127,20 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)
 
-    def unexplained(frequency_hz: float) -> float:
-        # The values have no mean, so the constant explains nothing by itself.
-        columns = design(frequency_hz, times, harmonics)
-        projected = columns.T @ values
-        return -float((projected * np.linalg.solve(columns.T @ columns, projected)).sum())
+    # The values have no mean, so the constant explains nothing by itself.
+    def unexplained(frequencies_hz: np.ndarray) -> np.ndarray:
+        columns = design(frequencies_hz[:, None], times, harmonics)
+        across = columns.swapaxes(-1, -2)
+        projected = across @ values
+        return -(projected * np.linalg.solve(across @ columns, projected)).sum(axis=(-2, -1))
 
     # The guess is good to the clip's resolution, 1/T, of which twice is looked at: in long clips less than 15 %.
     reach = min(0.15 * guess, 2.0 / duration)
     bounds = max(guess - reach, 0.85 * lowest), guess + reach
     grid = np.linspace(*bounds, int(np.ceil((bounds[1] - bounds[0]) * duration * harmonics * 6)) + 3)
-    best = int(first_lowest(np.array([unexplained(frequency) for frequency in grid])))
+    best = int(first_lowest(unexplained(grid)))
     found = minimize_scalar(
-        unexplained,
+        lambda frequency_hz: unexplained(np.array([frequency_hz]))[0],
         bounds=(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]),
         method="bounded",
         options={"xatol": 1e-8},

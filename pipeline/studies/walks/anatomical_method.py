@@ -11,11 +11,11 @@ import numpy as np
 from pipeline.core import anatomical, camera, fourier, linear_model
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.viewpoint import ViewEstimate
-from pipeline.skeleton import WALKER15
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.phase_sources import Reconstruction
 from pipeline.studies.walks.sweeps.held_out import Fold, People, anatomical_setting, mirrored_grid
+from pipeline.validation import InvalidInput
 
 CANDIDATES = 72
 """Angles over the circle at which the likelihood of a view is evaluated."""
@@ -31,7 +31,7 @@ class AnatomicalApproach:
     def __init__(self, data: FourierSamples) -> None:
         options = AnatomicalModel()
         self._data = data
-        self._people = People(data, options.learn(data, workers=1))
+        self._people = People(data, options.population(data))
         self._setting = anatomical_setting(options, self._people.harmonics)
 
     def fold(self, walk: int, *, without_source: bool = False) -> Fold:
@@ -45,21 +45,28 @@ class AnatomicalApproach:
         """Missing dimension (A, 1 + 2H, 15) of a walk from A views, mm.
 
         Left views are those from the right of the mirror image, for the prior knows no side: half of the conditionals
-        of a symmetric grid serve all of it.
+        of a symmetric grid serve all of it.  Joints that were not measured are hidden.
         """
-        walker = self._data.coefficients[walk]
-        if not mirrored_grid(view_rad):
-            return self._fitted(fold, walker[None], view_rad)[:, 0]
+        walker, hidden = self._data.coefficients[walk], self._data.unmeasured[walk]
+        if hidden.any() or not mirrored_grid(view_rad):
+            return self._fitted(fold, walker[None], view_rad, hidden)[:, 0]
         both = self._fitted(
-            fold, np.stack([walker, fourier.mirrored(walker)]), view_rad[len(view_rad) // 2 :]
+            fold, np.stack([walker, fourier.mirrored(walker)]), view_rad[len(view_rad) // 2 :], hidden
         )
         left = -fourier.mirrored(both[:0:-1, 1][..., None])[..., 0]  # which turns its sign, as that of x
         return np.concatenate([left, both[:, 0]])
 
-    def _fitted(self, fold: Fold, walkers: np.ndarray, view_rad: np.ndarray) -> np.ndarray:
-        parts = np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1))
-        found = np.concatenate([fold.reconstruct(self._setting, walkers, part).estimated for part in parts])
-        return np.swapaxes(found.reshape(*found.shape[:2], len(WALKER15.joints), -1), -1, -2)
+    def _fitted(
+        self, fold: Fold, walkers: np.ndarray, view_rad: np.ndarray, hidden: np.ndarray
+    ) -> np.ndarray:
+        """Missing dimension (A, M, 1 + 2H, 15) of M walkers."""
+        parts = []
+        for part in np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1)):
+            found = fold.reconstruct(self._setting, walkers, part, hidden=hidden)
+            whole = np.zeros((*found.estimated.shape[:2], len(found.unknown)))
+            whole[..., found.unknown] = found.estimated
+            parts.append(whole.reshape(*whole.shape[:2], anatomical.JOINTS, 3, -1)[..., 2, :])
+        return np.swapaxes(np.concatenate(parts), -1, -2)
 
     def reconstruct(
         self, walk: int, view_rad: np.ndarray, model: LinearModel, *, without_source: bool = False
@@ -72,7 +79,8 @@ class AnatomicalApproach:
             np.broadcast_arrays(camera.horizontal(walker, turned), camera.vertical(walker)), axis=-1
         )
         again = camera.combine(seen, missing, turned)
-        coefficients = linear_model.coefficients(model, linear_model.flatten(again))
+        measured = ~self._data.unmeasured[walk]
+        coefficients = linear_model.coefficients(model, linear_model.flatten(again), measured=measured)
         return Reconstruction(camera.missing_dimension(walker, turned) - missing, missing, coefficients, {})
 
     def estimate(self, walk: int, view_rad: np.ndarray) -> ViewEstimate:
@@ -80,6 +88,12 @@ class AnatomicalApproach:
 
         The costs are 1 and by how much it is likelier than the next mode.
         """
+        if self._data.unmeasured[walk].any():
+            raise InvalidInput(
+                "the anatomical method needs every joint to find the view",
+                where=str(self._data.clip[walk]),
+                expected="data.pattern= that leaves it out",
+            )
         walker = anatomical.by_joint(self._data.coefficients[walk])
         shown = np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad)[:, :2], walker)
         prior = self.fold(walk).prior(self._setting)

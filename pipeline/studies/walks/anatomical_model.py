@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weights
+from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Model
 from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.validation import InvalidInput, require_range
@@ -75,17 +76,30 @@ class AnatomicalModel(Model):
 
     def learn(self, dataset: FourierSamples, *, workers: int) -> AnatomicalWalkers:
         """Return the prior of the whole population."""
+        if dataset.unmeasured.any():
+            walk = int(np.flatnonzero(dataset.unmeasured.any(axis=1))[0])
+            joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
+            raise InvalidInput(
+                "error bars and bones need walks of which every joint was measured",
+                where=str(dataset.clip[walk]),
+                expected="data.pattern= that leaves it out",
+                received=f"no {', '.join(joints)}",
+            )
+        if (count := len(np.unique(dataset.person))) < 4:
+            raise InvalidInput(
+                "settings chosen without a person need at least four people",
+                expected="4 or more",
+                received=str(count),
+            )
+        return self.population(dataset)
+
+    def population(self, dataset: FourierSamples) -> AnatomicalWalkers:
+        """Return the prior of all people, and of each the walk that two harmonics describe best."""
         if dataset.frequency:
             raise InvalidInput(
                 "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
             )
         people = np.array(list(dict.fromkeys(dataset.person.tolist())))
-        if len(people) < 4:
-            raise InvalidInput(
-                "settings chosen without a person need at least four people",
-                expected="4 or more",
-                received=str(len(people)),
-            )
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]
         tested = np.array([of[np.argmin(left[of])] for of in walks])

@@ -48,7 +48,13 @@ def other_source_errors(
 
     def one(r: int) -> list[float]:
         model = models[data.source[r]]
-        views = Motion3d(model, samples[r], data.residual_covariance[r], view_angles_rad)
+        views = Motion3d(
+            model,
+            samples[r],
+            data.residual_covariance[r],
+            view_angles_rad,
+            measured=~data.unmeasured[r],
+        )
         found = [
             third.reconstruct(r, view_angles_rad, model, without_source=True)
             if method is Method.anatomical and third

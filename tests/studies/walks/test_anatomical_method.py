@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,3 +82,16 @@ def test_unknown_views_and_joint_angles_have_it_too() -> None:
 def test_it_does_not_find_the_phase_in_the_image() -> None:
     with pytest.raises(InvalidInput, match="does not find the phase"):
         validate_methods([Method.anatomical], 70.0, PhaseSource.observed2d)
+
+
+def test_joints_that_were_not_measured_are_hidden_not_read() -> None:
+    data = samples()
+    unmeasured = data.unmeasured.copy()
+    unmeasured[3, 4] = True
+    wrong = data.coefficients.copy()
+    wrong[3, :, 4] += 50.0
+    lacking = [replace(data, unmeasured=unmeasured), replace(data, unmeasured=unmeasured, coefficients=wrong)]
+    approaches = [AnatomicalApproach(each) for each in lacking]
+    np.testing.assert_array_equal(*(each.missing(each.fold(3), 3, VIEWS) for each in approaches))
+    with pytest.raises(InvalidInput, match="every joint"):
+        approaches[0].estimate(3, VIEWS)
