@@ -18,7 +18,7 @@ from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
@@ -215,6 +215,19 @@ class People:
         """For each person the candidate that is best for the others."""
         best = first_lowest(self.tried(candidates, partners, workers), axis=1)
         return [candidates[number] for number in best]
+
+    def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
+        """MAP for each person, with the sigma² that is best for the others."""
+        return self.chosen([approach_two(value) for value in noise_variances], partners, workers)
+
+
+def require_choosers(partners: int, noise_variances_mm2: Sequence[float]) -> None:
+    """Require two people or more to choose among one positive sigma² or more."""
+    require_range("sweep.partners", partners, at_least=2, whole=True)
+    if not noise_variances_mm2:
+        raise InvalidInput("must name one value or more", where="sweep.noise_variances_mm2", received="none")
+    for value in noise_variances_mm2:
+        require_range("a value of sweep.noise_variances_mm2", value, above=0)
 
 
 class Fold:
