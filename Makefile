@@ -99,7 +99,7 @@ format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff format .
 
 test: $(DEV) ## the tests, on every core; make test ARGS=tests/core for some
-	@$(VENV)/bin/python -m pytest -n auto --dist loadfile $(ARGS)
+	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)

@@ -69,7 +69,8 @@ LAYERS = (
     {"clips", "pointlight"},
     {"studies", "api"},
     {"stages"},
-    {"report", "reconstruct"},
+    {"report"},
+    {"reconstruct"},
     {"cli"},
     {"__main__"},
 )

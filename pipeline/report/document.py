@@ -10,11 +10,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from pipeline import papers
-from pipeline.palette import COLOURS, ON_DARK, ROLES
-from pipeline.report import entries, players, verdicts
+from pipeline.palette import COLOURS, ROLES
+from pipeline.report import entries, players, templates, verdicts
 from pipeline.report.published import Published, packed_json, read_published
 from pipeline.skeleton import WALKER15
 from pipeline.storage import provenance
@@ -32,20 +30,7 @@ TUTORIAL = "tutorial"
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
 
-_TEMPLATES = Path(__file__).resolve().parent / "page"
-_SCRIPTS = ("walker.js", "charts.js", "players.js", "page.js")
-
-_LIGHTER = {
-    "black": "#E4E6E3",
-    "orange": "#FF8B4A",
-    "blue": "#5CB3EA",
-    "green": "#3CCBA0",
-    "purple": "#E5A3C6",
-    "amber": "#F0B845",
-    "sky": "#8CCDF2",
-    "grey": "#A7ADB3",
-}
-"""The palette for thin lines on a dark ground."""
+_SCRIPTS = ("walker.js", "charts.js", "players.js", "theme.js", "page.js")
 
 
 def write_page(
@@ -104,22 +89,11 @@ def _render(
     to: Path,
     width: int,
 ) -> tuple[str, dict[str, int]]:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
     environment.filters["number"] = entries.number
-    style = environment.from_string((_TEMPLATES / "style.css").read_text(encoding="utf-8")).render(
-        colours={
-            name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
-            for name, colour in COLOURS.items()
-        }
-    )
-    script = "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in _SCRIPTS)
+    style = templates.style()
+    script = templates.scripts(_SCRIPTS)
     walkers, no_walkers = players.walkers(results.figures.get("zhang2007_fig5"))
     clips, no_clips = players.clips(results.figures.get("park2011_fig4"))
     of_papers = {key for key in papers.PAPERS if any(f.startswith(key) for f in _all_figures(results))}

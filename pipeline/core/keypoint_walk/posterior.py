@@ -204,6 +204,35 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     )
 
 
+def sample_positions(
+    found: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
+) -> np.ndarray:
+    """Walks (S, T, 15, 3) drawn from the posterior of walker and heading: about the pelvis, level camera axes, mm.
+
+    Parameters
+    ----------
+    found : Posterior
+    x : (417,)
+        Unknowns of the fit.
+    times : (T,)
+    generator : numpy.random.Generator
+    count : int
+
+    Notes
+    -----
+    Of periodic walkers: what changes from step to step is in `Posterior.sd_mm`, not in these.
+    """
+    values, vectors = np.linalg.eigh(found.walker_covariance)
+    drawn = generator.standard_normal((count, SIZE + 1))
+    off = (drawn[:, :SIZE] * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    walks = []
+    for walker, turn in zip(off.reshape(count, *found.walker.shape), drawn[:, SIZE], strict=True):
+        turned = x.copy()
+        turned[HEADING] += turn * found.heading_sd_rad
+        walks.append(relative_positions(found.walker + walker, turned, times))
+    return np.stack(walks)
+
+
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 

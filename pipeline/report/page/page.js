@@ -1,5 +1,5 @@
 "use strict";
-// Theme, curves and tables on demand, players.
+// Curves and tables on demand, players.
 (() => {
   const store = new Map();
   // A table of the page, of large ones the first rows; `curves` of these have all rows of the columns that are drawn.
@@ -12,16 +12,6 @@
     return store.get(key);
   };
   const curves = (figure, name) => tables(figure, name, "curves") ?? tables(figure, name);
-
-  const theme = document.getElementById("theme");
-  const root = document.documentElement;
-  const remember = (value) => { try { value === undefined ? 0 : localStorage.setItem("theme", value); return localStorage.getItem("theme"); } catch { return null; } };
-  const show = value => {
-    if (value === "light" || value === "dark") root.dataset.theme = value; else delete root.dataset.theme;
-    theme.value = value ?? "auto";
-  };
-  show(remember());
-  theme.addEventListener("change", () => { remember(theme.value); show(theme.value); });
 
   function drawn(box) {
     if (box.dataset.done) return;

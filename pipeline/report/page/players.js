@@ -52,11 +52,13 @@ const Players = (() => {
       if (radius) for (const p of at) this.dot(p, radius, colour);
       return at;
     }
-    floor(height, reach) {
+    // A ring on the ground, with an arrow where [x, y], a unit vector, points.
+    floor(height, reach, [px, py] = [0, 1]) {
       const ring = Array.from({ length: 49 }, (_, i) => this.turned(reach * Math.cos(i * Math.PI / 24), reach * Math.sin(i * Math.PI / 24), height));
       this.line(ring, ink("--line"), 1);
       for (const [x, y] of [[1, 0], [0, 1]]) this.line([this.turned(-reach * x, -reach * y, height), this.turned(reach * x, reach * y, height)], ink("--line"), 1);
-      this.line([this.turned(0, reach, height), this.turned(-60, reach - 110, height), this.turned(60, reach - 110, height), this.turned(0, reach, height)], ink("--muted"), 1.5);
+      const arrow = [[0, reach], [-60, reach - 110], [60, reach - 110], [0, reach]];
+      this.line(arrow.map(([x, y]) => this.turned(py * x + px * y, py * y - px * x, height)), ink("--muted"), 1.5);
     }
   }
   function drag(canvas, move, begin = () => {}) {
@@ -428,5 +430,5 @@ const Players = (() => {
     if (clipped) limbs(clipped);
     requestAnimationFrame(now => { last = now; tick(now); });
   }
-  return { start };
+  return { start, Stage, drag, orbit, play, loop, ink, still, bones: BONES };
 })();
