@@ -91,7 +91,12 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             yield found
             continue
         found.lines += _of_file(motion, path.suffix)
-        fit = mappings.suggest(motion, [chosen] if chosen else mappings.shipped())
+        try:
+            fit = mappings.suggest(motion, [chosen] if chosen else mappings.shipped())
+        except InvalidInput as refusal:
+            found.lines.append(f"cannot be used: {refusal}")
+            yield found
+            continue
         if fit.usable:
             _of_walk(motion, fit, path, found)
         else:
@@ -136,6 +141,11 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, found: Findin
     )
     if walk.positions is None:
         found.lines.append(f"not usable as a walk: {walk.row['reason']}")
+        if "unit of length" in walk.row["reason"]:
+            found.lines.append(
+                f"next: python -m pipeline inspect '{path}' units=m (or cm, in …; data.units=m in runs)"
+            )
+            return
         found.lines.append(
             "next: for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
         )
