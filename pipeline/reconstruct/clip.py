@@ -31,6 +31,11 @@ MOST_OTHERS = 3
 WINDOW_S, MOST_WINDOWS = 3.0, 12
 ONE_HEADING_RAD = np.radians(40.0)
 """Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
+POSSIBLE = {
+    "frame_rate_hz": (5.0, 1000.0), "focal_px": (10.0, 1e6), "stature_mm": (400.0, 2500.0), "width": (16, 100_000),
+    "height": (16, 100_000),
+}  # fmt: skip
+"""Ranges of what may be known of a video; 0 is not known."""
 USUAL_CADENCE_HZ = (0.6, 1.3)
 """Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
 
@@ -155,8 +160,9 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     """
     if not given.path:
         raise InvalidInput("must name a file or folder of keypoints", where="input.path", received="nothing")
-    for name in ("frame_rate_hz", "focal_px", "stature_mm"):
-        require_range(f"input.{name}", getattr(given, name), at_least=0)
+    for name, (least, most) in POSSIBLE.items():
+        if value := getattr(given, name):
+            require_range(f"input.{name}", value, at_least=least, at_most=most)
     require_range("input.least_confidence", given.least_confidence, at_least=0, below=1)
     source = keypoints.read(given.path)
     notes = list(source.notes)

@@ -86,6 +86,22 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     assert any("is the frame rate 60 Hz, or 30 Hz?" in note for note in walk.notes)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("frame_rate_hz", -3.0),
+        ("frame_rate_hz", 1e6),
+        ("stature_mm", 17.0),
+        ("width", -5),
+        ("focal_px", -1.0),
+    ],
+)
+def test_impossible_values_are_refused_by_name(name: str, value: float, tmp_path: Path) -> None:
+    path = alphapose(tmp_path / "a.json", in_layout(clip(60.0, ERROR), "coco17"))
+    with pytest.raises(InvalidInput, match=f"input.{name} must be at least"):
+        reconstruct_clip(given(path, **{name: value}))
+
+
 def test_who_walks_is_found_behind_who_stands_for_longer(model: Path, tmp_path: Path) -> None:
     sim = clip(60.0, ERROR)
     walking = in_layout(sim, "coco17")
