@@ -6,8 +6,8 @@ import numpy as np
 
 from pipeline.clips.walks import Walks
 from pipeline.core import walking
+from pipeline.core.anatomical import stance_rows
 from pipeline.core.keypoint_walk import HEIGHT_MM, TrainingWalk, training_walk
-from pipeline.core.keypoint_walk.training import stance_rows
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.core.anatomical.stance import ANKLES
 from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.objective import HEADING
-from pipeline.core.keypoint_walk.training import ANKLES, SIZE
+from pipeline.core.keypoint_walk.training import SIZE
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion

@@ -21,9 +21,8 @@ from pipeline.papers import (
     Measure,
     Outcome,
     Verdict,
-    placeholders,
 )
-from pipeline.studies import measures
+from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
 from pipeline.studies.registry import MEASURES
 from pipeline.validation import InvalidInput
@@ -228,26 +227,25 @@ WITH_NULLS = ("zhang2004", "zhang2007", "mozerov2006", "park2011")
 def test_every_result_and_sentence_has_a_null_or_says_why_not(claim: Claim) -> None:
     assert claim.kind is Kind.CONDITION or claim.no_null or claim.null is not None
     if isinstance(claim.null, Measure):
-        measures.check(claim.null, MEASURES, claim.name)
+        evaluation.check(claim.null, MEASURES, claim.name)
 
 
 @pytest.mark.parametrize("item", by_name(MEASURED))
 def test_every_measure_is_a_function_with_these_arguments(item: Claim | papers.Quantity) -> None:
     assert item.measure is not None
-    measures.check(item.measure, MEASURES, item.name)
+    evaluation.check(item.measure, MEASURES, item.name)
 
 
-QUOTED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d, text in c.why.items() if "{" in text]
+EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.why]
 
 
-@pytest.mark.parametrize(("claim", "data_name"), QUOTED)
+@pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
 def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
     """So that a figure judged alone can say them; `value` is the claim's own."""
-    for name in placeholders(claim.why[data_name]):
-        if name != "value":
-            quoted = papers.quantity(name).measure
-            assert quoted is not None
-            assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
+    for name in claim.why[data_name].quoted:
+        quoted = papers.quantity(name).measure
+        assert quoted is not None
+        assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
 
 
 def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
@@ -291,7 +289,7 @@ claims:
     how: mean of x_mm
     measure: {mean: {table: table, column: x_mm}}
     bounds: {reproduced: {within: 1}, direction: {above: 0}, reason: an example}
-    why: {any: "it is {value:.1f}, of {little2000_quantity:.0f}"}
+    why: {any: {shown: "it is {value:.1f}, of {little2000_quantity:.0f}"}}
 quantities:
   little2000_quantity:
     figure: little2000_fig1
@@ -351,6 +349,18 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
         ("used: papers.load, ", "", "equation 1: no 'used'"),
         ('    section: "1"', '    like: little2000_claim\n    section: "1"', "like must be another claim"),
         ("claims:", "claims: [", "little2000.yaml: cannot be read"),
+        ("any: {shown: ", "any: {rumoured: ", "why any: unknown key 'rumoured'"),
+        ("{shown: ", "{untested: it may be so, shown: ", "why any must have one text"),
+        ("{shown: ", "{tested: ", "what is tested needs its run"),
+        (
+            '{shown: "it is',
+            '{beside: [little2000_quantity], untested: "it is',
+            "what is tested needs its run",
+        ),
+        ('{shown: "it is', '{beside: [little2000_no], tested: "it is', "no quantity 'little2000_no'"),
+        ('"it is {value', '"because it is {value', "why any: 'because' names a cause"),
+        ('"it is {value', '"it is 12.5, {value', "why any: the number 12.5 is typed"),
+        ('"it is {value', '"it was {without:.0f}, it is {value', "why any: quotes a run, and names none"),
     ],
 )
 def test_what_a_file_says_wrongly_is_refused_by_name(
@@ -361,6 +371,33 @@ def test_what_a_file_says_wrongly_is_refused_by_name(
         loaded(tmp_path, LITTLE.replace(old, new, 1))
     assert complaint in str(refused.value)
     assert "little2000" in str(refused.value)
+
+
+RUNS = """\
+data,group,switch,overrides,scale,commit,name,without,with
+synthetic,walks,few people,data.walkers=3,full,0123456789ab,little2000_claim,10,12.5
+synthetic,walks,few people,data.walkers=3,full,0123456789ab,little2000_quantity,80,3
+"""
+
+
+def test_an_explanation_quotes_the_run_that_tested_it(tmp_path: Path) -> None:
+    (tmp_path / papers.INTERVENTIONS).write_text(RUNS, encoding="utf-8")
+    why = (
+        "{tested: 'with {with_little2000_quantity:.0f} of {without_little2000_quantity:.0f} people {with:.1f} mm, "
+        "not {without:.0f}', run: {data: synthetic, group: walks, switch: few people}}"
+    )
+    old = '{shown: "it is {value:.1f}, of {little2000_quantity:.0f}"}'
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, why)).claims
+    verdict = papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "optical")
+    assert (
+        "with 3 of 80 people 12.5 mm, not 10 (tested: synthetic, few people: data.walkers=3)" in verdict.why
+    )
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, why.replace("few people", "many people"))).claims
+    assert "(no number)" in papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "optical").why
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, "{untested: people may differ}")).claims
+    assert papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "cmu").why.endswith(
+        "not tested: people may differ"
+    )
 
 
 def test_a_null_may_be_missing_for_a_reason_and_people_counted(tmp_path: Path) -> None:
@@ -924,6 +961,11 @@ def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) 
 # --- verdicts ---------------------------------------------------------------------------------------------
 
 
+def shown(text: str) -> papers.Explanation:
+    """An explanation that only says what tables hold."""
+    return papers.Explanation(support=papers.Support.SHOWN, text=text)
+
+
 def little_claim(**changes: object) -> Claim:
     """Mean of one column, published as 10: 9 to 11 reproduces, positive keeps the direction."""
     settings: dict = {
@@ -940,7 +982,7 @@ def little_claim(**changes: object) -> Claim:
         "reproduced": Interval(9, 11),
         "direction": Interval(low=0, low_open=True),
         "reason": "an example",
-        "why": {"optical": "these walkers are small: {value:.1f} mm"},
+        "why": {"optical": shown("these walkers are small: {value:.1f} mm")},
     }
     return Claim(**(settings | changes))
 
@@ -1042,7 +1084,7 @@ def test_a_small_run_decides_nothing_but_conditions() -> None:
 def test_a_difference_that_nobody_has_explained_says_so() -> None:
     assert outcome(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
     assert outcome(found(-20.0), papers.OVERRIDDEN)[1].endswith("differ from the preset's")
-    assert outcome(found(-1.0), "cmu", why={"any": "so it is"})[1].endswith("so it is")
+    assert outcome(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
 
 
 ESTIMATES = st.builds(
@@ -1074,7 +1116,7 @@ def little_verdict(claim: Claim, x_mm: list, data_name: str = "synthetic") -> Ve
 
 
 def test_explanations_quote_our_numbers_and_say_when_there_is_none() -> None:
-    claim = little_claim(why={"any": "{zhang2007_walkers:.0f} walkers"})
+    claim = little_claim(why={"any": shown("{zhang2007_walkers:.0f} walkers")})
     tables = {"zhang2007_fig5": {"x_mm": [20.0]}, "zhang2007_fig5/table_walkers": {"walker": ["a", "b"]}}
     assert judge([claim], tables, "cmu")[0].why.endswith("; 2 walkers")
     del tables["zhang2007_fig5/table_walkers"]
@@ -1115,8 +1157,8 @@ def columns_read(claim: Claim) -> set[tuple[str, str]]:
             named = [texts[name] for name in ("column", "by", "count", "unit_error") if name in texts]
             named += part.arguments.get("columns", ())
             if part.name in ("percent", "at_smallest"):
-                named += measures.columns_of(texts["of"])
-            named += measures.columns_of(texts["where"]) if "where" in texts else []
+                named += rows.columns_of(texts["of"])
+            named += rows.columns_of(texts["where"]) if "where" in texts else []
             found |= {(part.arguments["table"], column) for column in named}
     return found
 

@@ -135,6 +135,7 @@ const Players = (() => {
 
     const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
     const published = Charts.series({ x: "view_angle_deg", y: "absolute_error_mm2", by: ["method"], band: [] , y_label: "" }, table);
+    published.series = published.series.filter(s => s.parts[0] === "average_walker" || s.parts[0] in Gait.METHODS);
     published.series.forEach(s => { s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3"; });
     const own = { name: "this walker, now", parts: [], points: people.views_deg.map(x => ({ x, y: 1 })), colour: "blue", dash: "", width: 2.6 };
     let chart = null;
@@ -401,9 +402,9 @@ const Players = (() => {
     return { worst, compared };
   }
 
-  function start(tables) {
+  function start(curves) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
-    const five = tables("zhang2007_fig5", "table.csv"), four = tables("zhang2007_fig4", "table.csv");
+    const five = curves("zhang2007_fig5", "table.csv"), four = curves("zhang2007_fig4", "table.csv");
     let player = null;
     if (people && five) {
       hero(people);
@@ -419,8 +420,8 @@ const Players = (() => {
         const began = performance.now();
         for (let i = 0; i < 100; i++) player.draw(i / 60, 1 / 60);
         out.dataset.drawing = ((performance.now() - began) / 100).toFixed(3);
-        out.textContent = `Recomputed here: ${found.compared} numbers of figure 5 agree within ${(100 * found.worst).toPrecision(2)} %`
-          + (posture ? `, ${posture.compared} coordinates of figure 4 within ${posture.worst.toFixed(3)} mm.` : ".");
+        out.textContent = !found.compared ? "The page has no numbers of figure 5 to compare with." : `Recomputed here: ${found.compared} numbers of figure 5 agree within ${(100 * found.worst).toPrecision(2)} %`
+          + (posture ? `, ${posture.compared} coordinates of figure 4 within ${posture.worst.toPrecision(2)} mm.` : ".");
         button.disabled = false;
       };
       button.addEventListener("click", check);

@@ -5,18 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import statistics
-from pipeline.studies.measures import (
-    Count,
-    Expression,
-    Number,
-    Rows,
-    Table,
-    distinct,
-    mean,
-    ratio_percent,
-    rows_of,
-    values,
-)
+from pipeline.studies.measures import Count, distinct, mean, ratio_percent
+from pipeline.studies.rows import Expression, Number, Rows, Table, rows_of, values
 
 BANDS_DEG = {"frontal": (0.0, 10.0), "oblique": (30.0, 60.0), "profile": (80.0, 90.0)}
 """Bands of the view angle, degrees either side of the frontal view, the same for every claim: the papers name these
