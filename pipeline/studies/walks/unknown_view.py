@@ -46,6 +46,10 @@ class ViewAngles:
         An estimate that is further off is a failure.
     frequency_hz, phase_rad, phase_error_rad : (R, A), (M, R, A), (M, R, A), optional
         As `KnownViewErrors` has them.
+    published_view_deg : (P,)
+        True views that the solver of appendix B is tried on as well; none if it is not.
+    published_angle_deg : (M, R, P)
+        What it finds.
     remarks : list of str
     """
 
@@ -62,6 +66,8 @@ class ViewAngles:
     frequency_hz: np.ndarray | None
     phase_rad: np.ndarray | None
     phase_error_rad: np.ndarray | None
+    published_view_deg: np.ndarray
+    published_angle_deg: np.ndarray
     remarks: list[str]
 
 
@@ -76,6 +82,9 @@ class UnknownView(Sweep):
     solver: Solver = Solver["global"]
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
     start_deg: float = 0.0  # of the published solver
+    published_views_deg: list[float] = field(
+        default_factory=list
+    )  # on which it is tried beside the global one
     failure_deg: float = 30.0
 
     @property
@@ -101,8 +110,8 @@ class UnknownView(Sweep):
             )
 
     def coarser(self) -> UnknownView:
-        """Return the sweep with every tenth degree of view."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
+        """Return the sweep with every tenth degree of view, and without the published solver beside it."""
+        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
@@ -114,6 +123,25 @@ class UnknownView(Sweep):
 
         nulls = Null.beside(self.methods)
         angle_range = (float(low), float(high))
+        start = float(np.radians(self.start_deg))
+        published_deg = np.array([] if self.reads_clips else self.published_views_deg, dtype=float)
+        published_view = np.radians(published_deg)
+
+        def as_published(fold: linear_model.LinearModel, sample: np.ndarray) -> np.ndarray:
+            found = [
+                viewpoint.estimate(
+                    fold,
+                    _observed(sample, published_view),
+                    method=method.value,
+                    noise_variance=method.noise_variance(self.noise_variance_mm2),
+                    solver="published",
+                    angle_range_rad=angle_range,
+                    start_rad=start,
+                ).angle_rad
+                for method in self.methods
+                if len(published_view)
+            ]
+            return np.stack(found) if found else np.empty((len(self.methods), 0))
 
         def one(r: int) -> dict[str, np.ndarray]:
             fold = model.fold(r)
@@ -143,13 +171,14 @@ class UnknownView(Sweep):
                         noise_variance=noise,
                         solver=self.solver.value,
                         angle_range_rad=angle_range,
-                        start_rad=float(np.radians(self.start_deg)),
+                        start_rad=start,
                     )
                     for given, method, noise in tries
                 ]
             approaches, others = estimates[: len(self.methods)], estimates[len(self.methods) :]
             found = {name: np.stack([getattr(e, name) for e in approaches]) for name in names}
             found["null_angle_rad"] = np.stack([e.angle_rad for e in others])
+            found["published_angle_rad"] = as_published(fold, model.samples[r])
             if self.reads_clips:
                 phases = [seen.found(e.phase_rad) for e in approaches]
                 found |= {name: np.stack([phase[name] for phase in phases]) for name in PHASES}
@@ -177,6 +206,8 @@ class UnknownView(Sweep):
             frequency_hz=stack("frequency_hz", axis=0) if observed2d else None,
             phase_rad=stack("phase_rad") if observed2d else None,
             phase_error_rad=stack("phase_error_rad") if observed2d else None,
+            published_view_deg=published_deg,
+            published_angle_deg=np.degrees(stack("published_angle_rad")),
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )
 
