@@ -1022,6 +1022,14 @@ def test_a_result_at_the_edge_is_undecided() -> None:
     assert outcome(Evidence(value=Estimate(10.0), null=Estimate(0.0), people=33))[0] == "undecided"
 
 
+def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
+    assumed = {"synthetic": "people are drawn so"}
+    told, why = outcome(found(10.0), "synthetic", assumed=assumed)
+    assert told == "cannot be tested on this data"
+    assert why == "10 [9.5, 10.5] mm: assumed of this data: people are drawn so"
+    assert outcome(found(10.0), "optical", assumed=assumed)[0] == "reproduced"
+
+
 def test_nine_people_are_too_few() -> None:
     told, why = outcome(found(10.0, people=9))
     assert told == "cannot be tested on this data"

@@ -71,16 +71,23 @@ def rank_correlation_of(table: Table, column: str, by: str, where: Expression = 
         apart.append((np.cumsum(count, axis=1) - 0.5 * count)[:, group] - 0.5 * many)
     products = [(times * apart[a] * apart[b]).sum(axis=1) for a, b in ((0, 1), (0, 0), (1, 1))]
     size = np.sqrt(products[1] * products[2])
-    return rows.number(np.where(size > 0, products[0] / np.where(size > 0, size, 1.0), 0.0))
+    correlation = np.where(size > 0, products[0] / np.where(size > 0, size, 1.0), 0.0)
+    return rows.number(np.where(many[:, 0] > 0, correlation, np.nan))
 
 
 def rank_correlation_within(table: Table, column: str, by: str, within: str) -> Number:
-    """The largest of Spearman's rank correlations of two columns among the rows of each entry of a third."""
-    entries = sorted(set(map(str, rows_of(table).frame[within])))
+    """The largest of Spearman's rank correlations of two columns among the rows of each entry of a third.
+
+    An entry of which a replicate has no rows is left out of it.
+    """
+    rows = rows_of(table)
+    if any(np.isnan(values(rows.frame, name)).any() for name in (column, by)):
+        return rows.no_number
+    entries = sorted(set(map(str, rows.frame[within])))
     found = [
         rank_correlation_of(table, column, by, Expression(f"{within} == '{entry}'")) for entry in entries
     ]
-    return as_number(np.max(np.asarray(found), axis=0))
+    return as_number(np.fmax.reduce(np.asarray(found), axis=0)) if found else rows.no_number
 
 
 def _curve(
