@@ -6,7 +6,8 @@ The modules, from the base upwards; each imports only from those above it in thi
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
     palette, tidy          colours and looks of series; rows of a table by series
-    processes              work on several processes, which share the cores
+    processes, locks       work on several processes, which share the cores; what only one of them may do
+    compilation            compiled loops: the only numba
     seeding                random generators
 
     core/                  the mathematics: pure functions on arrays
@@ -36,7 +37,6 @@ The modules, from the base upwards; each imports only from those above it in thi
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
       newton, choice         minima inside brackets; choices that do not depend on rounding
-      compilation            loops compiled as they stand
 
     formats/               one reader for each file format
     mappings/              source points to joints: those that ship, the user's own, which one fits
@@ -46,6 +46,7 @@ The modules, from the base upwards; each imports only from those above it in thi
     papers/                the papers as data: equations, claims, the rule of verdicts
 
     synthetic/             synthetic people: walkers, bending, limbs
+    pointlight/            walks as moving dots, disturbed as experiments ask for
     clips/                 usable clips of a data set: walks, performances, varied motion
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes

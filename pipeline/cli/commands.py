@@ -14,13 +14,14 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, Trans
 from rich.text import Text
 
 from pipeline import papers
-from pipeline.cli import export, inspect
+from pipeline.cli import export, inspect, pointlight
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets
 from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
+from pipeline.cli.verify import verify
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.studies import published
@@ -149,15 +150,25 @@ def _where(dotted: str) -> str:
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Write the README's tables from results/published.csv; ``data=...`` first renews the rows of a data set."""
+    """Write the README's tables from results/published.csv.
+
+    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the pictures too.
+    """
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
-        _, folder = _results_folder(arguments)
-        published.renew(path, published.measured(folder, figures_for(arguments), layout))
+        from pipeline.report import draw_first_screen, read_published
+
+        config, folder = _results_folder(arguments)
+        figures = figures_for(arguments)
+        published.renew(path, published.measured(folder, figures, layout))
+        if config.data.name == "synthetic":
+            draw_first_screen(
+                read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
+            )
     document = provenance.PROJECT / "README.md"
     text = document.read_text(encoding="utf-8")
-    made = {"figures": listed(), **published.rendered(layout, tables.read(path))}
+    made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
     document.write_text(published.insert(text, made), encoding="utf-8")
     return 0
 
@@ -237,22 +248,6 @@ def _latest_run(scratch: Path) -> Path:
     return runs[-1]
 
 
-def verify(arguments: Sequence[str]) -> int:
-    """Re-hash archives and print every file that changed, is missing or was added."""
-    if not arguments:
-        raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
-    status = 0
-    for name in arguments:
-        complaints = archive.verify(Path(name))
-        for complaint in complaints:
-            print(f"{name}: {complaint}")
-        if complaints:
-            status = 1
-        else:
-            print(f"{name}: every file is as it was kept")
-    return status
-
-
 def look(arguments: Sequence[str]) -> int:
     """Print what recordings hold, which mapping fits and what to type next: inspect PATH [write=my_lab.yaml]."""
     out = open_console()
@@ -271,6 +266,28 @@ def export_motion(arguments: Sequence[str]) -> int:
     return 0
 
 
+def point_lights(arguments: Sequence[str]) -> int:
+    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
+
+    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
+    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
+
+    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
+    cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
+    inverted=true mirrored=true         upside down; left and right exchanged
+    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
+    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
+    noise_dots=60 noise=scrambled_walker|uniform field=1.5
+    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
+    walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
+    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
+    skeleton=… units=m                  of a recording
+    """
+    target, words = pointlight.make(arguments)
+    open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)
+    return 0
+
+
 COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "fetch": fetch,
     "reconstruct": reconstruct,
@@ -285,5 +302,6 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "verify": verify,
     "inspect": look,
     "export": export_motion,
+    "pointlight": point_lights,
 }
 """Commands by name."""

@@ -3,56 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from pipeline import formats, mappings
+from pipeline.cli.walkers import (
+    FigureWalkers,
+    Walk,
+    keypoint_walk,
+    number,
+    options_of,
+    recorded_walk,
+    target_file,
+)
 from pipeline.clips.corpus import joints_of
-from pipeline.core import camera, fourier
-from pipeline.formats import bvh, c3d
-from pipeline.formats.points import csv, trc
-from pipeline.formats.points.csv.wide import write_wide
+from pipeline.core import fourier, resampling
+from pipeline.formats import motion as motions
+from pipeline.formats.motion import Motion
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import packed
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import require_choice, require_range
 
 OPTIONS = {
-    "to": "", "walker": "", "view_angle_deg": "", "method": "map", "motion": "both", "cycles": "3",
-    "frame_rate_hz": "100", "skeleton": "", "units": "", "layout": "long",
+    "to": "", "walker": "", "view_angle_deg": "", "method": "map", "motion": "both", "cycles": "",
+    "frame_rate_hz": "", "skeleton": "", "units": "", "layout": "long",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
-_Y_UP_FORWARD_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""OpenSim: x forward, y up, z to the right."""
-_Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
-"""BVH: z forward, y up, x to the left."""
+USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
 
 MOST_FRAMES = 1_000_000
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Points to be written.
-
-    Attributes
-    ----------
-    names : tuple of str
-    positions : (T, P, 3)
-        Millimetres, z up unless `own_axes`.
-    frame_rate_hz : float
-    parents : tuple of int or None
-        Index of each point's parent, for formats with a hierarchy.
-    own_axes : bool
-        Whether the axes are those of the recording, which are kept.
-    """
-
-    names: tuple[str, ...]
-    positions: np.ndarray
-    frame_rate_hz: float
-    parents: tuple[int, ...] | None
-    own_axes: bool = False
+_CYCLES, _RATE_HZ = "3", "100"
+"""Of walkers made of their Fourier representations, where nothing else is asked for."""
 
 
 def export(arguments: Sequence[str]) -> Path:
@@ -63,40 +46,41 @@ def export(arguments: Sequence[str]) -> Path:
     InvalidInput
         If an option is unknown or unusable, or there is no such motion.
     """
-    sources = [item for item in arguments if "=" not in item]
-    given = dict(item.split("=", 1) for item in arguments if "=" in item)
-    for name in given:
-        require_choice("an option of export", name, list(OPTIONS))
-    options = OPTIONS | given
-    if len(sources) != 1 or not options["to"]:
-        expected = (
-            "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
-        )
-        raise InvalidInput(
-            "one source and to=FILE are needed", expected=expected, received=" ".join(arguments)[:80]
-        )
-    source, target = Path(sources[0]), Path(options["to"])
-    if target.suffix.lower() not in (".c3d", ".trc", ".bvh", ".csv", ".npz"):
-        received = target.suffix or "no suffix"
-        raise InvalidInput("must end in .c3d, .trc, .bvh, .csv or .npz", where="to", received=received)
-    if not target.parent.is_dir():
-        raise InvalidInput("must be in a folder that exists", where="to", received=str(target.parent))
-    motion = reconstruction(source, options) if source.is_dir() else recording(source, options)
+    named, options = options_of(arguments, OPTIONS, "export", usage=USAGE)
+    target = target_file(options["to"], (".c3d", ".trc", ".bvh", ".csv", ".npz"), USAGE)
+    require_choice("layout", options["layout"], ("long", "wide"))
+    source = Path(named)
+    if (source / "joints.csv").is_file():
+        motion = synthesised([("", keypoint_walk(source))], options)
+    elif source.is_dir():
+        motion = reconstruction(source, options)
+    elif options["cycles"]:
+        walk = recorded_walk(source, skeleton=options["skeleton"], units=options["units"])
+        motion = synthesised([("", walk)], options)
+    else:
+        motion = recording(source, options)
     write(target, motion, wide=options["layout"] == "wide")
     return target
 
 
 def recording(source: Path, options: dict[str, str]) -> Motion:
-    """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up."""
+    """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked."""
     read = formats.read(source, units=options["units"] or None)
+    rate = read.frame_rate_hz
+    wanted = number("frame_rate_hz", options["frame_rate_hz"] or repr(rate), above=0, at_most=rate)
+    count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
+    at = np.arange(count) * (rate / wanted)
+    fewer, rate = wanted < rate, wanted
     if not options["skeleton"]:
-        return Motion(read.names, read.positions_mm, read.frame_rate_hz, None, own_axes=True)
+        points = resampling.interpolate(read.positions_mm, at) if fewer else read.positions_mm
+        return Motion(read.names, points, rate, None, own_axes=True)
     _, positions, valid = joints_of(read, mappings.chosen(options["skeleton"]))
     there = np.flatnonzero(valid.any(axis=0))
     place = {int(joint): k for k, joint in enumerate(there)}
     parents = tuple(place.get(WALKER15.parents[joint], -1) for joint in there)
     names = tuple(WALKER15.joints[joint] for joint in there)
-    return Motion(names, positions[:, there], read.frame_rate_hz, parents)
+    joints = resampling.interpolate(positions, at) if fewer else positions
+    return Motion(names, joints[:, there], rate, parents)
 
 
 def reconstruction(folder: Path, options: dict[str, str]) -> Motion:
@@ -105,78 +89,43 @@ def reconstruction(folder: Path, options: dict[str, str]) -> Motion:
     A joint of the reconstruction is called after its method, ``left_knee_map``; one that was estimated because no
     marker gives it ends in ``_estimated``.
     """
-    path = folder / "arrays.npz"
-    needed = {"walker", "methods", "demonstration_view_deg", "missing", "original", "stride_hz", "unmeasured"}
-    if not path.is_file():
-        raise InvalidInput("this is no folder of a figure", where=str(folder), expected="arrays.npz in it")
-    with np.load(path, allow_pickle=False) as stored:
-        if lacking := needed - set(stored.files):
-            expected = (
-                "a folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4, made anew"
-            )
-            received = f"arrays.npz without {', '.join(sorted(lacking))}"
-            what = "this figure holds no reconstructed motion"
-            raise InvalidInput(what, where=str(folder), expected=expected, received=received)
-        arrays = {name: stored[name] for name in needed}
-    walkers, methods = arrays["walker"].tolist(), arrays["methods"].tolist()
-    views = arrays["demonstration_view_deg"]
-    r = walkers.index(require_choice("walker", options["walker"] or walkers[0], walkers))
-    m = methods.index(require_choice("method", options["method"], methods))
+    figure = FigureWalkers(folder)
     which = require_choice("motion", options["motion"], ("both", "original", "reconstructed"))
-    wanted = (
-        _number("view_angle_deg", options["view_angle_deg"]) if options["view_angle_deg"] else float(views[0])
-    )
-    near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
-    if not near.size:
-        expected = (
-            ", ".join(f"{view:g}" for view in views)
-            + "; or make the figure with sweep.demonstration_views_deg"
+    walks = [] if which == "reconstructed" else [("", figure.original(options["walker"]))]
+    if which != "original":
+        view = options["view_angle_deg"]
+        again = figure.reconstructed(
+            options["walker"], options["method"], number("view_angle_deg", view) if view else None
         )
-        raise InvalidInput("the figure holds no reconstruction from this view", where="view_angle_deg",
-                           expected=expected, received=f"{wanted:g}")  # fmt: skip
-    cycles = require_range("cycles", _number("cycles", options["cycles"]), above=0, at_most=10000)
-    rate = require_range(
-        "frame_rate_hz", _number("frame_rate_hz", options["frame_rate_hz"]), above=0, at_most=1e5
-    )
-    stride = float(arrays["stride_hz"][r])
-    frames = round(cycles / stride * rate)
+        walks.append((f"_{options['method']}", again))
+    return synthesised(walks, options)
+
+
+def synthesised(walks: Sequence[tuple[str, Walk]], options: dict[str, str]) -> Motion:
+    """Return walkers, each with the ending of its joints' names, for as many cycles and at the rate asked for."""
+    cycles = number("cycles", options["cycles"] or _CYCLES, above=0, at_most=10000)
+    rate = number("frame_rate_hz", options["frame_rate_hz"] or _RATE_HZ, above=0, at_most=1e5)
+    frames = round(cycles / walks[0][1].stride_hz * rate)
     require_range("cycles: frames", frames, at_least=2, at_most=MOST_FRAMES)
     times = np.arange(frames) / rate
-    original, angle = arrays["original"][r], np.radians(wanted)
-    again = camera.combine(camera.project(original, angle), arrays["missing"][m, r, int(near[0])], angle)
-    marks = ["_estimated" if unmeasured else "" for unmeasured in arrays["unmeasured"][r]]
     names: list[str] = []
-    blocks: list[np.ndarray] = []
     parents: list[int] = []
-    for kind, coefficients in (("", original), (f"_{methods[m]}", again)):
-        if which == ("reconstructed" if not kind else "original"):
-            continue
+    for ending, walk in walks:
         parents += [parent + len(names) if parent >= 0 else -1 for parent in WALKER15.parents]
-        names += [f"{joint}{kind}{mark}" for joint, mark in zip(WALKER15.joints, marks, strict=True)]
-        blocks.append(fourier.synthesise(coefficients, stride, times))
-    return Motion(tuple(names), np.concatenate(blocks, axis=1), float(rate), tuple(parents))
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InvalidInput("must be a number", where=name, received=text[:40]) from None
+        marks = ["_estimated" if unmeasured else "" for unmeasured in walk.unmeasured]
+        names += [f"{joint}{ending}{mark}" for joint, mark in zip(WALKER15.joints, marks, strict=True)]
+    positions = [fourier.synthesise(walk.coefficients, walk.stride_hz, times) for _, walk in walks]
+    return Motion(tuple(names), np.concatenate(positions, axis=1), rate, tuple(parents))
 
 
 def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
-    """Write points in the format of the suffix: TRC as OpenSim has it (y up, x forward), BVH with y up, z forward."""
-    suffix = target.suffix.lower()
-    names, positions, rate = motion.names, motion.positions, motion.frame_rate_hz
-    if suffix == ".c3d":
-        c3d.write(target, names, positions, rate)
-    elif suffix == ".trc":
-        trc.write(target, names, positions if motion.own_axes else positions @ _Y_UP_FORWARD_X.T, rate)
-    elif suffix == ".bvh":
-        turned = positions if motion.own_axes else positions @ _Y_UP_FORWARD_Z.T
-        bvh.write(target, names, turned, rate, motion.parents)
-    elif suffix == ".csv":
-        (write_wide if wide else csv.write)(target, names, positions, rate)
-    else:
-        arrays = {"names": np.array(names), "positions_mm": positions, "frame_rate_hz": np.array(rate)}
-        target.write_bytes(packed(arrays))
+    """Write points in the format of the suffix: as `pipeline.formats.motion` has it, or arrays of numpy."""
+    if target.suffix.lower() != ".npz":
+        motions.write(target, motion, wide=wide)
+        return
+    arrays = {
+        "names": np.array(motion.names),
+        "positions_mm": motion.positions,
+        "frame_rate_hz": np.array(motion.frame_rate_hz),
+    }
+    target.write_bytes(packed(arrays))

@@ -18,8 +18,10 @@
   python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
                      [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
+                     [rerun=1 [only=FIGURE]]              compute its figures again and compare the digits that hold
   python -m pipeline inspect PATH [write=my_lab.yaml]     what recordings hold, which mapping fits, what to type next
   python -m pipeline export SOURCE [walker=…] to=FILE     a walker of a figure, or a recording, as C3D, TRC, BVH, CSV
+  python -m pipeline pointlight SOURCE [to=walker.svg]    a walker as moving dots, for experiments: SVG, CSV, GIF, PTD
   python -m pipeline COMMAND --help, python -m pipeline --version
 
 {figures}
@@ -44,6 +46,7 @@ Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted 
 
 from __future__ import annotations
 
+import inspect
 import os
 import signal
 import sys
@@ -220,7 +223,7 @@ def _run(arguments: Sequence[str]) -> int:
         print(f"gait-pipeline {version()}")
         return 0
     if arguments[0] in COMMANDS and {"--help", "-h"} & set(arguments[1:]):
-        print(COMMANDS[arguments[0]].__doc__)
+        print(inspect.cleandoc(COMMANDS[arguments[0]].__doc__ or ""))
         return 0
     if arguments[0] == "figures":
         return make_all(arguments[1:])

@@ -234,16 +234,61 @@ def truncated(model: LinearModel, n_components: int) -> LinearModel:
     )
 
 
+def without_joints(rows: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Samples or eigenwalkers (…, D) with zeros for the joints that nobody measured.
+
+    Where every joint was measured, they are returned as they are.
+
+    Parameters
+    ----------
+    rows : (…, D)
+        A trailing frequency is kept.
+    measured : (15,) bool
+    """
+    if measured.all():
+        return rows
+    kept = np.array(rows, dtype=float)
+    unflatten(kept)[..., ~measured, :] = 0.0  # a view of `kept`
+    return kept
+
+
+def of_measured(model: LinearModel, measured: np.ndarray) -> LinearModel:
+    """The model of a walker of whom some joints were not measured: it says nothing about them.
+
+    Rows of the missing joints are zero, so that they neither count as observed nor add to an error; eigenwalkers are
+    then not orthonormal.
+
+    Parameters
+    ----------
+    model : LinearModel
+    measured : (15,) bool
+    """
+    if measured.all():
+        return model
+    return replace(
+        model,
+        mean=without_joints(model.mean, measured),
+        components=without_joints(model.components, measured),
+    )
+
+
 def largest_coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
     """Largest magnitude (N,) of the coefficients of samples (R, D), mm."""
     return np.asarray(np.abs(coefficients(model, samples)).max(axis=0))
 
 
-def coefficients(model: LinearModel, samples: np.ndarray) -> np.ndarray:
-    """Coefficients (R, N) of samples (R, D) seen whole, mm."""
+def coefficients(
+    model: LinearModel, samples: np.ndarray, *, measured: np.ndarray | None = None
+) -> np.ndarray:
+    """Coefficients (R, N) of samples (R, D) seen whole, mm; of the measured joints (15,) alone if some were not."""
     scaled = np.array(samples, dtype=float)
     scaled[:, -1] *= model.last_scale
-    return (scaled - model.mean) @ model.components.T
+    if measured is None or measured.all():
+        return (scaled - model.mean) @ model.components.T
+    seen = of_measured(model, measured)
+    return np.asarray(
+        np.linalg.lstsq(seen.components.T, (without_joints(scaled, measured) - seen.mean).T, rcond=None)[0].T
+    )
 
 
 @dataclass(frozen=True)

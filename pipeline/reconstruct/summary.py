@@ -53,6 +53,11 @@ def scale_mm(given: Input) -> float:
     return given.stature_mm * HEIGHT_SHARE / HEIGHT_MM if given.stature_mm else 1.0
 
 
+def observed(found: Reconstruction) -> np.ndarray:
+    """Joints (15,) bool that the detector gave in some frame; the others are estimated from them."""
+    return np.asarray((found.keypoints.weights > 0).any(axis=0))
+
+
 def summarise(walk: Walk, given: Input) -> dict[str, Any]:
     """Return everything that is known of a clip, as plain numbers and texts.
 
@@ -79,7 +84,9 @@ def summarise(walk: Walk, given: Input) -> dict[str, Any]:
         },
         "notes": list(walk.notes),
         "stretches": stretches,
-        "units": "mm" if given.stature_mm else "mm of a walker of 1500 mm from ankles to the head's centre",
+        "units": "mm"
+        if given.stature_mm
+        else "mm of a walker of 1500 mm from ankles to the centre of the head",
         "terms": "learnt from healthy adults and children; not for clinical use",
     }
 
@@ -154,6 +161,7 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
             )
             if joint != "pelvis"
         },
+        "estimated_joints": [j for j, seen in zip(WALKER15.joints, observed(found), strict=True) if not seen],
         "next_time": advice(walk, stretch),
     }
     return said

@@ -139,10 +139,11 @@ class Recording:
         bones: Sequence[tuple[int, int]],
         *,
         index: Mapping[str, np.ndarray],
+        colour: str = "original",
         thickness_mm: float = 7.0,
     ) -> None:
         """Add a moving skeleton in an image, `points_mm` (T, J, 2) right and up; the rest as `skeleton`."""
-        self._body(entity, points_mm, bones, index, "original", thickness_mm, (rr.Points2D, rr.LineStrips2D))
+        self._body(entity, points_mm, bones, index, colour, thickness_mm, (rr.Points2D, rr.LineStrips2D))
 
     def _body(
         self,

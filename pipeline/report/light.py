@@ -1,7 +1,8 @@
 """The light archive: what a person needs of full-scale results, small enough for the repository or a mail.
 
 It holds the page, all tables (large ones compressed), claims, reduced pictures, manifests, the lock file and the
-smallest recordings, with ``SHA256SUMS`` and ``ro-crate-metadata.json``.  The arrays stay in the full archive.
+smallest recordings, with ``SHA256SUMS``, ``digits.csv`` and ``ro-crate-metadata.json``, and what the tutorial drew.
+The arrays stay in the full archive.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline import pictures
-from pipeline.report.document import PICTURE_WIDTH, write_page
+from pipeline.report.document import TUTORIAL, write_page
+from pipeline.report.entries import PICTURE_WIDTH
 from pipeline.report.published import read_published
-from pipeline.storage import archive, crate, provenance
+from pipeline.storage import agreement, archive, crate, provenance
 from pipeline.storage import sealed_folders as folders
 from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
@@ -73,6 +75,11 @@ def keep_light(
                     (inside / name / "figure.webp").write_bytes(pictures.reduced(path, PICTURE_WIDTH)[0])
                 elif file.endswith(".rrd") and path.stat().st_size <= RECORDING_BYTES:
                     recordings.append((path.stat().st_size, name, file))
+        agreement.write_rule(inside, results.figures)
+        drawn = folder.parent.parent / TUTORIAL
+        for path in sorted(drawn.glob("*.svg")) if results.data == "synthetic" else ():
+            (inside / TUTORIAL).mkdir(exist_ok=True)
+            (inside / TUTORIAL / path.name).write_bytes(path.read_bytes())
         write_page(folder, figures, to=inside)
         left = MOST_BYTES - _size(inside) - 400_000  # for the metadata
         for size, name, file in sorted(recordings):

@@ -32,6 +32,19 @@ WALKER_ARRAYS = (
 CLIP_ARRAYS = ("truth", "positions", "images", "camera_matrix", "mirror_margin", "mirrored", "cameras")
 MOST_CLIPS = 4
 
+COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "zhang2007_fig5": {
+        "table.csv": ("method", "view_angle_deg", "absolute_error_mm2", "rms_error_mm", "relative_error")
+    },
+    "zhang2007_fig4": {
+        "table.csv": (
+            *("walker", "view_angle_deg", "method", "instant", "joint"),
+            *(f"reconstructed_{axis}_mm" for axis in "xyz"),
+        )
+    },
+}
+"""Columns of tables that the browser compares its own numbers with, by figure."""
+
 
 @dataclass(frozen=True)
 class Quantised:

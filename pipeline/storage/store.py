@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.locks import exclusive, remove_unheld
+from pipeline.locks import exclusive, remove_unheld
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,

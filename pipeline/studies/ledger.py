@@ -12,6 +12,7 @@ import pandas as pd
 from pipeline import papers
 from pipeline.core import bootstrap
 from pipeline.storage import tables
+from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
@@ -27,10 +28,6 @@ SMOKE = "smoke"
 
 MOST_SILENT = 0.05
 """Share of the replicates that may have no value, for there to be an interval."""
-
-TIMING = "table_timing"
-"""Table of times on the machine that made a figure; no claim uses it."""
-
 
 INGEST = "table_ingest"
 """Table of the clips that a figure rests on, which counts its people."""

@@ -185,7 +185,7 @@ def numbers_in(quote: str) -> set[float]:
 def test_every_claim_has_a_name_of_its_own() -> None:
     names = [item.name for paper in papers.PAPERS.values() for item in paper.measured]
     assert sorted(set(names)) == sorted(names)
-    assert [name for name in names if not re.fullmatch(r"[a-z]+\d{4}(_[a-z0-9]+)+", name)] == []
+    assert [name for name in names if not re.fullmatch(r"[a-z]+(\d{4})?(_[a-z0-9]+)+", name)] == []
 
 
 @pytest.mark.parametrize("claim", by_name([c for c in CLAIMS if c.published is not None]))
@@ -431,7 +431,25 @@ def columns(**values: list) -> dict[str, np.ndarray]:
 
 def worked_tables() -> dict[str, dict[str, np.ndarray]]:
     """The tables of all papers that are judged."""
-    return {**worked_walks(), **worked_performances(), **worked_limbs()}
+    return {**worked_walks(), **worked_performances(), **worked_limbs(), **worked_keypoints()}
+
+
+def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
+    """Tables of walks from keypoints, of two headings and of three clips."""
+    return {
+        "keypoints_headings": columns(
+            method=["keypoint_walk", AVERAGE, "image_kept"] * 2,
+            heading_deg=[0] * 3 + [30] * 3,
+            error_mm=[28.0, 40.0, 50.0, 32.0, 40.0, 50.0],
+            knee_error_deg=[3.0, 6.0, 5.0] * 2,
+        ),
+        "keypoints_headings/table_clips": columns(
+            person=["a", "b", "b", "b"],
+            view_distance_deg=[1.0, 2.0, 3.0, 40.0],
+            covered_95_percent=[94.0, 95.0, 96.0, 97.0],
+            covered_95_raw_percent=[97.0] * 4,
+        ),
+    }
 
 
 def worked_walks() -> dict[str, dict[str, np.ndarray]]:
@@ -751,6 +769,12 @@ SPREAD_DEG = np.degrees(np.sqrt(-2 * np.log(np.cos(np.radians(2))))) / 2
 """Mean of the circular standard deviations of (0, 0) and of (0, 4) degrees."""
 
 WORKED = {
+    "keypoints_error_below_average_walker": 25.0,
+    "keypoints_error_below_image_kept": 40.0,
+    "keypoints_knee_below_average_walker": 50.0,
+    "keypoints_view_angle": 2.5,
+    "keypoints_view_not_mistaken": 25.0,
+    "keypoints_coverage": 95.5,
     "park2011_length_preserved": 1e-9,
     "park2011_smooth": 1.25,
     "park2011_imputed_points_articulated": 1e-12,

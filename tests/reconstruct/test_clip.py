@@ -11,36 +11,15 @@ import numpy as np
 import pytest
 
 import pipeline
-from pipeline.core.keypoint_walk import compact, moments
-from pipeline.core.keypoint_walk.calibration import Calibration
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.people import choose, find_tracks
 from pipeline.reconstruct.summary import heading_words
 from pipeline.reconstruct.writing import Output, Reconstruct, run
-from pipeline.storage import tables
-from pipeline.synthetic.keypoints import DetectorError
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import clip, walks
-from tests.reconstruct.walks import SIZE, alphapose, in_layout
-
-ERROR = DetectorError(white_px=2.0, slow_px=2.0, bias_mm=5.0, missing=0.02, swaps_per_s=0.0)
-
-
-@pytest.fixture(scope="session")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model of the synthetic walkers, its bars not calibrated."""
-    small = compact(moments(walks()[1:], np.arange(len(walks()) - 1)), 6)
-    folder = tmp_path_factory.mktemp("model")
-    calibration = Calibration(np.ones((8, 3, 3)), np.ones((4, 3)))
-    model_file.save(model_file.TrainedModel(small, calibration, {"note": "synthetic"}), folder)
-    return folder
-
-
-def given(path: Path, **more: object) -> Input:
-    options = {"path": str(path), "frame_rate_hz": 30.0, "width": SIZE[0], "height": SIZE[1], "focal_px": 0.0}
-    return Input(**{**options, **more})  # type: ignore[arg-type]
+from tests.core.keypoint_walk.walkers import clip
+from tests.reconstruct.walks import ERROR, SIZE, alphapose, given, in_layout
 
 
 @pytest.mark.parametrize("layout", ["coco17", "halpe26"])
@@ -53,32 +32,6 @@ def test_a_walk_is_found_in_a_file(layout: str, model: Path, tmp_path: Path) -> 
     assert walk.best.found is not None
     assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(60.0, abs=12.0)
     assert any("not measured" in note for note in walk.notes)
-
-
-def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
-    sim = clip(-30.0, ERROR)
-    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
-    options = Reconstruct(
-        input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
-        output=Output(path=str(tmp_path / "out")),
-        model_folder=str(model),
-    )
-    _, summary, folder = run(options)
-    stored = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert stored == json.loads(json.dumps(summary))
-    assert stored["verdict"] in ("walk", "doubtful")
-    low, high = stored["view_angle_deg"]["interval_95"]
-    assert low < stored["view_angle_deg"]["value"] < high
-    assert stored["view_angle_deg"]["heading_deg"] == pytest.approx(-30.0, abs=12.0)
-    assert "towards the camera" in stored["view_angle_deg"]["words"]
-    assert stored["cadence"]["strides_per_s"] == pytest.approx(walks()[0].frequency_hz, rel=0.03)
-    assert 300.0 < stored["step_length"]["mm"] < 1000.0
-    table = tables.read(folder / "joints.csv")
-    assert set(table["joint"]) >= {"left_knee", "pelvis"}
-    legs = [table[a][table["joint"] == "left_knee"] - table[a][table["joint"] == "left_ankle"] for a in "xyz"]
-    assert 300.0 < np.sqrt(np.sum(np.square(legs), axis=0)).mean() < 500.0
-    assert set(table["observed"][table["joint"] == "sternum"]) == {0}
-    assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:

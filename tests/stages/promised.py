@@ -197,6 +197,34 @@ ENTITIES |= {
     },
 }  # fmt: skip
 
+# --- keypoints ------------------------------------------------------------------------------------------------
+
+COVERED = [f"covered_{level}{kind}_percent" for kind in ("", "_raw") for level in (50, 80, 95)]
+PROMISED |= {
+    "keypoints_headings": {
+        "table_views": [
+            "heading_deg", "clips", "view_error_median_deg", "view_error_90_deg", "view_error_worst_deg",
+            "turned_percent", "cadence_error_median_percent", "wrong_cadence_percent", *COVERED,
+        ],
+        "table_clips": [
+            "person", "walk", "heading_deg", "overground", "view_error_deg", "view_distance_deg",
+            "cadence_error_percent", "residual_percent", *COVERED,
+        ],
+        "table_people": [
+            "person", "heading_deg", "method", "error_mm", "knee_error_deg", "hip_error_deg", "shank_error_deg",
+            "elbow_error_deg",
+        ],
+    },
+}  # fmt: skip
+ENTITIES |= {
+    "keypoints_headings": {
+        "image/keypoints", "image/reprojection",
+        *(f"world/{body}" for body in ("truth", "keypoint_walk", "average_walker")),
+        *(f"curves/error_mm/{method}" for method in ("keypoint_walk", "average_walker")),
+        *(f"curves/half_width_95_mm/{axis}" for axis in ("right", "down", "away")),
+    },
+}  # fmt: skip
+
 # --- mozerov2006 --------------------------------------------------------------------------------------------
 
 STAGES = ["raw", "linear", "keyframe", "synchronized"]

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.core.anatomical import JOINTS
 from pipeline.core.fourier import SEARCH_HZ, design
 from pipeline.core.keypoint_walk.objective import wander_basis
 from pipeline.core.keypoint_walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, projected_grid
-from pipeline.core.keypoint_walk.training import JOINTS
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 

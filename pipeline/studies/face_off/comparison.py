@@ -178,7 +178,12 @@ class FaceOffSweep(CameraSweep):
         Every walker has generators of its own: noise grows and hidden runs lengthen from one condition to the next.
         """
         wanted = self.conditions()
-        chosen = tracked(self.walkers, len(inputs.dataset.clip))
+        whole = np.flatnonzero(~inputs.dataset.unmeasured.any(axis=1))
+        if not len(whole):
+            raise InvalidInput(
+                "limbs need walks of which every joint was measured", received="an estimated joint in each"
+            )
+        chosen = whole[tracked(self.walkers, len(whole))]
         distinct = sorted({condition for _, condition in wanted})
         noise_px = self.noise_px[len(self.noise_px) // 2]
         shown = Condition(self.varied_view_deg, noise_px, self.occluded[0])

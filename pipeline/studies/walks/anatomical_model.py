@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weights
+from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Model
 from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.validation import InvalidInput, require_range
@@ -78,6 +79,15 @@ class AnatomicalModel(Model):
         if dataset.frequency:
             raise InvalidInput(
                 "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
+            )
+        if dataset.unmeasured.any():
+            walk = int(np.flatnonzero(dataset.unmeasured.any(axis=1))[0])
+            joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
+            raise InvalidInput(
+                "error bars and bones need walks of which every joint was measured",
+                where=str(dataset.clip[walk]),
+                expected="data.pattern= that leaves it out",
+                received=f"no {', '.join(joints)}",
             )
         people = np.array(list(dict.fromkeys(dataset.person.tolist())))
         if len(people) < 4:

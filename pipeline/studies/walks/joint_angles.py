@@ -91,7 +91,13 @@ class JointAngles(Sweep):
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
             """Reconstructed joints (M, A, T, 15, 3) of a walker."""
             view = np.radians(angles_deg)
-            source = Motion3d(model.fold(r), model.samples[r], data.residual_covariance[r], view)
+            source = Motion3d(
+                model.fold(r),
+                model.samples[r],
+                data.residual_covariance[r],
+                view,
+                measured=~data.unmeasured[r],
+            )
             missing = np.stack([source.reconstruct(noise).missing for noise in noises])
             turned = view[:, None, None]
             across = camera.horizontal(data.coefficients[r], turned)

@@ -161,7 +161,13 @@ class KnownView(Sweep):
         def source(r: int, angles: np.ndarray) -> Motion3d | Observed2d:
             if observed:
                 return Observed2d(model.fold(r), inputs.clips, data, r, angles)
-            return Motion3d(model.fold(r), model.samples[r], data.residual_covariance[r], angles)
+            return Motion3d(
+                model.fold(r),
+                model.samples[r],
+                data.residual_covariance[r],
+                angles,
+                measured=~data.unmeasured[r],
+            )
 
         nulls = Null.beside(self.methods)
 
@@ -198,7 +204,8 @@ class KnownView(Sweep):
                     null_demonstration_error_mm2=errors.absolute_error(there.delta, shown_power),
                     null_missing=there.missing,
                 )
-            own = np.abs(linear_model.coefficients(fold, model.samples[r : r + 1])[0]) / limit
+            own = linear_model.coefficients(fold, model.samples[r : r + 1], measured=~data.unmeasured[r])
+            own = np.abs(own[0]) / limit
             stacked: dict[str, Any] = {name: np.stack(arrays) for name, arrays in found.items()}
             stacked |= {
                 "own_coefficients_beyond": np.float64((own > 1).mean()),
@@ -221,18 +228,7 @@ class KnownView(Sweep):
         def stack(name: str, axis: int = 1) -> np.ndarray:
             return np.stack([found[name] for found in folds], axis=axis)
 
-        errors_of_joints = {
-            name: stack(name)
-            for name in (
-                "absolute_error_mm2",
-                "null_error_mm2",
-                "demonstration_error_mm2",
-                "null_demonstration_error_mm2",
-            )
-        }
-        for array in errors_of_joints.values():  # nothing was measured that they could be errors of
-            array.swapaxes(2, 3)[:, data.unmeasured] = np.nan
-        absolute, null_error = errors_of_joints["absolute_error_mm2"], errors_of_joints["null_error_mm2"]
+        absolute, null_error = stack("absolute_error_mm2"), stack("null_error_mm2")
         variance = stack("missing_variance_mm2", axis=0)
         paths = [found["path"] for found in folds if "path" in found]
         untried = np.empty((0, len(sigma2)))
@@ -248,9 +244,9 @@ class KnownView(Sweep):
             null_relative_error=errors.relative_error(null_error, variance[None, :, :, None]),
             missing_variance_mm2=variance,
             demonstration_view_deg=np.array(self.demonstration_views_deg),
-            demonstration_error_mm2=errors_of_joints["demonstration_error_mm2"],
+            demonstration_error_mm2=stack("demonstration_error_mm2"),
             missing=stack("missing"),
-            null_demonstration_error_mm2=errors_of_joints["null_demonstration_error_mm2"],
+            null_demonstration_error_mm2=stack("null_demonstration_error_mm2"),
             null_missing=stack("null_missing"),
             coefficients_beyond=stack("coefficients_beyond"),
             views_far_beyond=stack("views_far_beyond"),

@@ -68,11 +68,18 @@ def nested_choice(
 
     def tried(fold: tuple[linear_model.LinearModel, int, int]) -> tuple[int, int, np.ndarray, np.ndarray]:
         model, g, h = fold
-        path = reconstruction.NoisePath(model, views, noise_variances)
-        of_g, of_h = (
-            sum(path.error(samples[r]).mean(axis=0) for r in np.flatnonzero(groups == group))
-            for group in (g, h)
-        )
+        paths: dict[bytes, reconstruction.NoisePath] = {}
+
+        def error(r: np.intp) -> np.ndarray:
+            """Of the joints of a walker that were measured; one path serves all of whom the same ones were."""
+            measured = ~data.unmeasured[r]
+            if (key := measured.tobytes()) not in paths:
+                of_measured = linear_model.of_measured(model, measured)
+                paths[key] = reconstruction.NoisePath(of_measured, views, noise_variances)
+            found = paths[key].error(linear_model.without_joints(samples[r], measured)).mean(axis=0)
+            return np.asarray(found * (len(measured) / measured.sum()))
+
+        of_g, of_h = (sum(map(error, np.flatnonzero(groups == group))) for group in (g, h))
         return g, h, np.asarray(of_g), np.asarray(of_h)
 
     folds = linear_model.leave_two_out(samples, options.components, groups=groups, **how)

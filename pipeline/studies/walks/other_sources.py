@@ -46,7 +46,13 @@ def other_source_errors(
     noises = [*(method.noise_variance(noise_variance_mm2) for method in methods), IMAGE_IGNORED_MM2]
 
     def one(r: int) -> list[float]:
-        views = Motion3d(models[data.source[r]], samples[r], data.residual_covariance[r], view_angles_rad)
+        views = Motion3d(
+            models[data.source[r]],
+            samples[r],
+            data.residual_covariance[r],
+            view_angles_rad,
+            measured=~data.unmeasured[r],
+        )
         return [
             float(errors.walker_error(errors.absolute_error(found.delta, views.residual_power)).mean())
             for found in map(views.reconstruct, noises)

@@ -118,7 +118,7 @@ class UnknownView(Sweep):
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         view = np.radians(view_deg)
         low, high = np.radians(self.angle_range_deg)
-        model = inputs.model
+        data, model = inputs.dataset, inputs.model
         names = ("angle_rad", "cost", "runner_up_cost", "converged", "n_iterations")
 
         nulls = Null.beside(self.methods)
@@ -144,14 +144,16 @@ class UnknownView(Sweep):
             return np.stack(found) if found else np.empty((len(self.methods), 0))
 
         def one(r: int) -> dict[str, np.ndarray]:
-            fold = model.fold(r)
+            measured = ~data.unmeasured[r]
+            fold = linear_model.of_measured(model.fold(r), measured)
+            sample = linear_model.without_joints(model.samples[r], measured)
             single = linear_model.truncated(fold, 1)
             tries = [(fold, m.value, m.noise_variance(self.noise_variance_mm2)) for m in self.methods]
             for null in nulls:
                 noise = null.noise_variance(self.noise_variance_mm2)
                 tries.append((single, "least_squares" if noise is None else "map", noise))
             if self.reads_clips:
-                seen = Observed2d(fold, inputs.clips, inputs.dataset, r, view)
+                seen = Observed2d(fold, inputs.clips, data, r, view)
                 estimates: list[Any] = [
                     viewpoint.estimate_unknown_phase(
                         given,
@@ -166,7 +168,7 @@ class UnknownView(Sweep):
                 estimates = [
                     viewpoint.estimate(
                         given,
-                        _observed(model.samples[r], view),
+                        _observed(sample, view),
                         method=method,
                         noise_variance=noise,
                         solver=self.solver.value,

@@ -83,14 +83,15 @@ class Coverage(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        candidates = [approach_two(value) for value in self.noise_variances_mm2]
-        chosen, _ = people.chosen(candidates, self.partners, inputs.workers)
+        tuned = people.chosen(
+            [approach_two(value) for value in self.noise_variances_mm2], self.partners, inputs.workers
+        )
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
             walker = people.walker(person)
             found = [least_squares_bars(people, person, view)]
-            for setting in (approach_two(70.0), candidates[chosen[person]], whole):
+            for setting in (approach_two(70.0), tuned[person], whole):
                 blocks = 1 + 2 * setting.harmonics
                 estimate = fold.reconstruct(setting, walker[None], view, with_covariance=True)
                 off = (estimate.true - estimate.estimated)[:, 0].reshape(len(view), -1, blocks)

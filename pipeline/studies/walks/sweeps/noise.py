@@ -84,8 +84,9 @@ class ObservedNoise(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        candidates = [approach_two(value) for value in self.noise_variances_mm2]
-        chosen, _ = people.chosen(candidates, self.partners, inputs.workers)
+        tuned = people.chosen(
+            [approach_two(value) for value in self.noise_variances_mm2], self.partners, inputs.workers
+        )
         blocks = 1 + 2 * people.harmonics
         rng = inputs.generator("detector")
         shape = (people.count, len(view), anatomical.JOINTS, 3, blocks)
@@ -114,7 +115,7 @@ class ObservedNoise(Sweep):
                 for of_frame, bias, slow in CONDITIONS.values()
             ]
             of_method: dict[str, list[Setting]] = {
-                "map_tuned": [candidates[chosen[person]]] * len(told),
+                "map_tuned": [tuned[person]] * len(told),
                 "linear_told": [replace(setting, within=np.inf, pairs=np.inf) for setting in told],
                 "anatomical_told": told,
                 "anatomical_untold": [whole] * len(told),

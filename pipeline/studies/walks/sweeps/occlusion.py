@@ -88,8 +88,9 @@ class Occlusion(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        candidates = [approach_two(value) for value in self.noise_variances_mm2]
-        chosen, _ = people.chosen(candidates, self.partners, inputs.workers)
+        tuned = people.chosen(
+            [approach_two(value) for value in self.noise_variances_mm2], self.partners, inputs.workers
+        )
         conditions = {name: HIDDEN[name] for name in self.hidden}
         if self.joints:
             conditions["own"] = tuple(self.joints)
@@ -99,7 +100,7 @@ class Occlusion(Sweep):
         def one(person: int) -> list[tuple[np.ndarray, np.ndarray]]:
             fold = people.fold(person)
             walker = people.walker(person)
-            settings = (candidates[chosen[person]], candidates[chosen[person]], whole)
+            settings = (tuned[person], tuned[person], whole)
             found = []
             for hidden in masks:
                 square, bars = [], []

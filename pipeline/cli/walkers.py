@@ -1,0 +1,271 @@
+"""Walkers that commands take from outside: of a figure's folder, of a recording, of reconstructed keypoints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline import formats, mappings
+from pipeline.clips.corpus import joints_of
+from pipeline.clips.kinds import RawClip, report_row
+from pipeline.clips.options import Steady
+from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
+from pipeline.core import camera, fourier, linear_model, reconstruction
+from pipeline.skeleton import WALKER15
+from pipeline.storage import tables
+from pipeline.storage.sealed_folders import read_manifest
+from pipeline.validation import InvalidInput, require_choice, require_range
+
+FIGURES = "a folder of zhang2007_fig4, zhang2007_fig5, zhang2004_fig3 or zhang2004_fig4, made anew"
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One walker as a Fourier representation.
+
+    Attributes
+    ----------
+    name : str
+        Who, and how reconstructed, for captions.
+    coefficients : (1 + 2H, 15, 3)
+        mm, z up.
+    stride_hz : float
+    unmeasured : (15,) bool
+        Joints that were estimated from the others or dropped.
+    speed_mm_s : float
+        Over the ground; 0: not known.
+    """
+
+    name: str
+    coefficients: np.ndarray
+    stride_hz: float
+    unmeasured: np.ndarray
+    speed_mm_s: float = 0.0
+
+
+def options_of(
+    arguments: Sequence[str], known: Mapping[str, str], command: str, *, usage: str
+) -> tuple[str, dict[str, str]]:
+    """Return the one source that is named and the options of a command, with their defaults.
+
+    Raises
+    ------
+    InvalidInput
+        If an option is unknown, or none or several sources are named.
+    """
+    sources = [item for item in arguments if "=" not in item or Path(item).exists()]
+    given = dict(item.split("=", 1) for item in arguments if item not in sources)
+    for name in given:
+        require_choice(f"an option of {command}", name, list(known))
+    if len(sources) != 1:
+        raise InvalidInput(
+            "one source is needed", expected=usage, received=" ".join(arguments)[:80] or "nothing"
+        )
+    return sources[0], {**known, **given}
+
+
+def number(name: str, text: str, **bounds: Any) -> float:
+    """Return an option as a number within bounds, as `require_range` has them."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise InvalidInput("must be a number", where=name, received=text[:40]) from None
+    return float(require_range(name, value, **bounds))
+
+
+def yes(name: str, text: str) -> bool:
+    """Return an option that is true or false."""
+    return require_choice(name, text.lower(), ("true", "false")) == "true"
+
+
+def target_file(text: str, suffixes: Iterable[str], usage: str) -> Path:
+    """Return the file to be written, whose suffix says the format."""
+    if not text:
+        raise InvalidInput("to=FILE is needed", expected=usage)
+    target, known = Path(text), list(suffixes)
+    if target.suffix.lower() not in known:
+        expected = f"one that ends in {', '.join(known[:-1])} or {known[-1]}"
+        raise InvalidInput("the format is unknown", where="to", expected=expected, received=target.name)
+    if not target.parent.is_dir():
+        raise InvalidInput("must be in a folder that exists", where="to", received=str(target.parent))
+    return target
+
+
+class FigureWalkers:
+    """The walkers of a figure's folder.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Raises
+    ------
+    InvalidInput
+        If the folder holds no reconstructed motion.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        path = folder / "arrays.npz"
+        needed = {
+            "walker",
+            "methods",
+            "demonstration_view_deg",
+            "missing",
+            "original",
+            "stride_hz",
+            "unmeasured",
+        }
+        if not path.is_file():
+            raise InvalidInput(
+                "this is no folder of a figure", where=str(folder), expected="arrays.npz in it"
+            )
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                self._arrays = {name: stored[name] for name in stored.files}
+        except (ValueError, OSError, KeyError):
+            raise InvalidInput("is damaged", where=str(path), expected="the figure, made anew") from None
+        if lacking := needed - set(self._arrays):
+            received = f"arrays.npz without {', '.join(sorted(lacking))}"
+            what = "this figure holds no reconstructed motion"
+            raise InvalidInput(what, where=str(folder), expected=FIGURES, received=received)
+
+    def original(self, name: str) -> Walk:
+        """Return a walker as recorded; the first if none is named."""
+        r = self._index(name)
+        return Walk(
+            str(self._arrays["walker"][r]),
+            self._arrays["original"][r],
+            float(self._arrays["stride_hz"][r]),
+            self._arrays["unmeasured"][r],
+        )
+
+    def reconstructed(self, name: str, method: str, view_angle_deg: float | None) -> Walk:
+        """Return a walker as reconstructed from a view: from any, where the figure holds what the model learns from.
+
+        Parameters
+        ----------
+        name, method : str
+        view_angle_deg : float, optional
+            By default the figure's first demonstration.
+        """
+        walk, views = self.original(name), self._arrays["demonstration_view_deg"]
+        methods = self._arrays["methods"].tolist()
+        m = methods.index(require_choice("method", method, methods))
+        wanted = float(views[0]) if view_angle_deg is None else view_angle_deg
+        near = np.flatnonzero(np.abs(views - wanted) < 1e-6)
+        missing = (
+            self._arrays["missing"][m, self._index(name), int(near[0])]
+            if near.size
+            else self._from_view(self._index(name), methods[m], wanted)
+        )
+        angle = np.radians(wanted)
+        again = camera.combine(camera.project(walk.coefficients, angle), missing, angle)
+        return replace(walk, name=f"{walk.name}, {method} from {wanted:g}°", coefficients=again)
+
+    def _index(self, name: str) -> int:
+        walkers = self._arrays["walker"].tolist()
+        return walkers.index(require_choice("walker", name or walkers[0], walkers))
+
+    def _from_view(self, r: int, method: str, view_angle_deg: float) -> np.ndarray:
+        """The missing dimension (5, 15) from a view that the figure does not demonstrate, by the fold's own model."""
+        require_range("view_angle_deg", view_angle_deg, at_least=-180, at_most=180)
+        shown = ", ".join(f"{view:g}" for view in self._arrays["demonstration_view_deg"])
+        stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
+        options = read_manifest(self._folder)["configuration"] if stored else {}
+        model, sweep = options.get("model", {}), options.get("sweep", {})
+        as_computed = (
+            stored
+            and self._arrays["samples"].shape[1] == 225
+            and model.get("mirror") is False
+            and sweep.get("phase_source", {}).get("name") == "motion3d"
+        )
+        if not as_computed:
+            expected = (
+                f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"
+            )
+            raise InvalidInput("the figure holds no reconstruction from this view", where="view_angle_deg",
+                               expected=expected, received=f"{view_angle_deg:g}")  # fmt: skip
+        samples, person = self._arrays["samples"], self._arrays["person"]
+        fold = linear_model.fit(
+            samples[person != person[r]], model["components"], divisor=model["divisor"]["name"]
+        )
+        measured, angle = ~self._arrays["unmeasured"][r], np.radians([view_angle_deg])
+        views = reconstruction.from_known_views(
+            linear_model.of_measured(fold, measured),
+            linear_model.without_joints(samples[r], measured),
+            angle,
+            noise_variance=None if method == "least_squares" else float(sweep["noise_variance_mm2"]),
+        )
+        # Of joints that nobody measured, what the eigenwalkers expect.
+        of_model = linear_model.unflatten(fold.mean + views.coefficients[0] @ fold.components)
+        return np.where(measured, views.missing[0], camera.missing_dimension(of_model, angle[0]))
+
+
+def recorded_walk(path: Path, *, skeleton: str, units: str, harmonics: int = 2) -> Walk:
+    """Return the steady walk of a recording.
+
+    Parameters
+    ----------
+    path : Path
+    skeleton, units : str
+        As ``skeleton=`` and ``data.units=``; empty: recognised, and the file's own.
+    harmonics : int
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read or nobody walks steadily in it.
+    """
+    read = formats.read(path, units=units or None)
+    read, positions, valid = joints_of(read, mappings.chosen(skeleton or mappings.AUTO))
+    return steady(path.name, positions, read.frame_rate_hz, valid, harmonics=harmonics)
+
+
+def keypoint_walk(folder: Path, *, harmonics: int = 2) -> Walk:
+    """Return the walk in the ``joints.csv`` that ``reconstruct`` wrote; the longest stretch of several."""
+    table = tables.read(folder / "joints.csv")
+    if lacking := {"stretch", "frame", "time_s", "joint", "x", "y", "z"} - set(table):
+        received = f"no column {sorted(lacking)[0]}"
+        raise InvalidInput(
+            "is no table of `reconstruct`", where=str(folder / "joints.csv"), received=received
+        )
+    stretches, counts = np.unique(table["stretch"], return_counts=True)
+    rows = table["stretch"] == stretches[counts.argmax()]
+    count = int(rows.sum())
+    if count % len(WALKER15.joints) or count < 2 * len(WALKER15.joints):
+        raise InvalidInput(
+            "a frame is incomplete", where=str(folder / "joints.csv"), received=f"{count} rows"
+        )
+    positions = np.column_stack([table[axis][rows] for axis in "xyz"]).reshape(-1, len(WALKER15.joints), 3)
+    times = table["time_s"][rows][:: len(WALKER15.joints)]
+    rate = (len(times) - 1) / float(times[-1] - times[0])
+    return steady(folder.name, positions.astype(float), rate, None, harmonics=harmonics)
+
+
+def steady(
+    name: str, positions: np.ndarray, frame_rate_hz: float, valid: np.ndarray | None, *, harmonics: int
+) -> Walk:
+    """Return the Fourier representation of the steady part of joints (T, 15, 3), mm."""
+    row = report_row(REPORT_COLUMNS, clip=name)
+    prepared = steady_walk(RawClip(row, positions, frame_rate_hz, valid), Steady())
+    if prepared.positions is None:
+        raise InvalidInput(f"no walk: {prepared.row['reason']}", where=name)
+    series = fourier.represent(
+        prepared.positions,
+        frame_rate_hz,
+        harmonics=harmonics,
+        frequency_hz=float(prepared.row["frequency_hz"]) if harmonics == 2 else None,
+    )
+    estimated = prepared.row["missing_joints"].split(", ")
+    return Walk(
+        name,
+        series.coefficients,
+        series.frequency_hz,
+        np.array([joint in estimated for joint in WALKER15.joints]),
+        float(prepared.row["speed_mm_s"]),
+    )

@@ -1,0 +1,112 @@
+"""The dots that a view of a walk shows, frame by frame: zhang2007 3.1, 3.5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core import camera, fourier
+from pipeline.skeleton import WALKER15
+from pipeline.validation import require_finite, require_range, require_shape
+
+MOST_FRAMES = 100_000
+_ANKLES = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]
+_INSTANTS = 200
+
+
+@dataclass(frozen=True)
+class PointLights:
+    """Dots of a display.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Joint that each of P dots shows, or what it is.
+    positions : (T, P, 2)
+        To the right and up, mm.
+    frame_rate_hz : float
+    of_walker : (P,) bool
+        Whether a dot belongs to the walker; otherwise to the noise.
+    loops : bool
+        Whether the first frame follows upon the last.
+    """
+
+    names: tuple[str, ...]
+    positions: np.ndarray
+    frame_rate_hz: float
+    of_walker: np.ndarray
+    loops: bool
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates (2,) of all dots over all frames, mm."""
+        return self.positions.min(axis=(0, 1)), self.positions.max(axis=(0, 1))
+
+
+def walker(
+    coefficients: np.ndarray,
+    stride_hz: float,
+    *,
+    view_angle_rad: float = 0.0,
+    cycles: float = 1.0,
+    frame_rate_hz: float = 60.0,
+    speed_mm_s: float = 0.0,
+    joints: np.ndarray | None = None,
+) -> PointLights:
+    """Return the dots of a walk as a view shows it.
+
+    Parameters
+    ----------
+    coefficients : (1 + 2H, 15, 3)
+        Fourier representation, mm.
+    stride_hz : float
+    view_angle_rad : float
+        0: frontal, image right is the walker's right; -pi/2: the left profile.
+    cycles : float
+        Strides of the display.  A whole number of them on the spot loops: its frames are spread evenly over the
+        cycles, which moves the tempo by half a frame at most.
+    frame_rate_hz : float
+    speed_mm_s : float
+        Of the walker over the ground; 0: on the spot, as on a treadmill.
+    joints : (15,) bool, optional
+        Those shown; all by default.
+
+    Raises
+    ------
+    InvalidInput
+        If the representation is not one, or there are too few frames or too many.
+    """
+    require_finite("the walker", require_shape("the walker", coefficients, ("B", len(WALKER15.joints), 3)))
+    require_range("stride_hz", stride_hz, above=0)
+    require_range("cycles", cycles, above=0)
+    require_range("frame_rate_hz", frame_rate_hz, above=0)
+    require_range("speed_mm_s", speed_mm_s)
+    frames = require_range(
+        "frames of the display", cycles / stride_hz * frame_rate_hz, at_least=2, at_most=MOST_FRAMES
+    )
+    count = round(frames)
+    loops = float(cycles).is_integer() and speed_mm_s == 0
+    times = np.arange(count) * (cycles / stride_hz / count if loops else 1 / frame_rate_hz)
+    positions = fourier.synthesise(coefficients, stride_hz, times)
+    positions[..., 1] += (speed_mm_s * (times - times.mean()))[:, None]
+    shown = np.ones(len(WALKER15.joints), dtype=bool) if joints is None else joints
+    names = tuple(name for name, here in zip(WALKER15.joints, shown, strict=True) if here)
+    seen = camera.project(positions[:, shown], view_angle_rad)
+    return PointLights(names, seen, float(frame_rate_hz), np.ones(len(names), dtype=bool), loops)
+
+
+def walking_speed(coefficients: np.ndarray, stride_hz: float) -> float:
+    """Return the speed over the ground, mm/s, of a walk on the spot: two steps, as far as ankles part, a stride.
+
+    Of recorded walks it is 8 % short (median of 105 walks of 33 people), since the heel rises before the other lands.
+
+    Parameters
+    ----------
+    coefficients : (1 + 2H, 15, 3)
+    stride_hz : float
+    """
+    times = np.arange(_INSTANTS) / (_INSTANTS * stride_hz)
+    ankles = fourier.synthesise(coefficients, stride_hz, times)[:, _ANKLES]
+    step = float(np.abs(ankles[:, 0, 1] - ankles[:, 1, 1]).max())
+    return 2.0 * step * stride_hz
