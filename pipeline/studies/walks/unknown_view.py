@@ -48,8 +48,8 @@ class ViewAngles:
         As `KnownViewErrors` has them.
     published_view_deg : (P,)
         True views that the solver of appendix B is tried on as well; none if it is not.
-    published_angle_deg : (M, R, P)
-        What it finds.
+    published_angle_deg : (M + K, R, P)
+        What it finds, by the methods and by the nulls.
     remarks : list of str
     """
 
@@ -127,21 +127,25 @@ class UnknownView(Sweep):
         published_deg = np.array([] if self.reads_clips else self.published_views_deg, dtype=float)
         published_view = np.radians(published_deg)
 
-        def as_published(fold: linear_model.LinearModel, sample: np.ndarray) -> np.ndarray:
-            found = [
+        def as_published(
+            tries: list[tuple[linear_model.LinearModel, str, float | None]], sample: np.ndarray
+        ) -> np.ndarray:
+            if not len(published_view):
+                return np.empty((len(tries), 0))
+            seen = _observed(sample, published_view)
+            estimates = [
                 viewpoint.estimate(
-                    fold,
-                    _observed(sample, published_view),
-                    method=method.value,
-                    noise_variance=method.noise_variance(self.noise_variance_mm2),
+                    given,
+                    seen,
+                    method=method,
+                    noise_variance=noise,
                     solver="published",
                     angle_range_rad=angle_range,
                     start_rad=start,
-                ).angle_rad
-                for method in self.methods
-                if len(published_view)
+                )
+                for given, method, noise in tries
             ]
-            return np.stack(found) if found else np.empty((len(self.methods), 0))
+            return np.stack([estimate.angle_rad for estimate in estimates])
 
         def one(r: int) -> dict[str, np.ndarray]:
             measured = ~data.unmeasured[r]
@@ -180,7 +184,7 @@ class UnknownView(Sweep):
             approaches, others = estimates[: len(self.methods)], estimates[len(self.methods) :]
             found = {name: np.stack([getattr(e, name) for e in approaches]) for name in names}
             found["null_angle_rad"] = np.stack([e.angle_rad for e in others])
-            found["published_angle_rad"] = as_published(fold, model.samples[r])
+            found["published_angle_rad"] = as_published(tries, model.samples[r])
             if self.reads_clips:
                 phases = [seen.found(e.phase_rad) for e in approaches]
                 found |= {name: np.stack([phase[name] for phase in phases]) for name in PHASES}

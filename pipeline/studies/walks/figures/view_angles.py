@@ -49,7 +49,7 @@ class ViewAngleEstimates(Figure):
         of_published = {}
         if len(sweep.published_view_deg):
             of_published["table_published"] = _errors_of_people(
-                inputs, sweep.methods.tolist(), sweep.published_view_deg, sweep.published_angle_deg
+                inputs, names, sweep.published_view_deg, sweep.published_angle_deg
             )
         return {
             **of_published,
