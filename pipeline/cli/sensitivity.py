@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +96,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
     """Tabulate claim × switch → value and verdict, in ``results/sensitivity/<data>/<group>/table.csv``.
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
-    ``quoted`` makes those switches alone whose numbers explanations quote.  ``keep`` also writes what the repository
+    ``quoted`` makes alone what explanations quote.  ``keep`` also writes what the repository
     holds: ``results/sensitivity.csv`` and the numbers of explanations.  A figure that is current is not made again: an
     interrupted run goes on where it ended.
     """
@@ -131,10 +131,11 @@ def _measured(
     plain_tables: dict[str, Any] = {}
     plain: list[Verdict] = []
     data_name = below.parent.name
-    for switch in switches(group, data_name):
+    chosen = list(switches(group, data_name))
+    if only_quoted:
+        chosen = list(_quoted(chosen, data_name, name))
+    for switch in chosen:
         names = interventions.names_quoted(data_name, name, switch.name)
-        if only_quoted and not names and switch.name != PLAIN:
-            continue
         folder = below / switch.name.replace(" ", "_")
         smoke = _made(switch, options, folder)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
@@ -155,6 +156,18 @@ def _measured(
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", where=name)
     return rows, numbers
+
+
+def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Switch]:
+    """Yield the switches that explanations quote, on the figures of what is quoted, and these figures as they are."""
+    figures = {
+        switch.name: interventions.figures_of(interventions.names_quoted(data_name, group, switch.name))
+        for switch in every
+    }
+    figures[PLAIN] = set().union(*figures.values())
+    for switch in every:
+        if kept := tuple(figure for figure in switch.figures if figure in figures[switch.name]):
+            yield replace(switch, figures=kept)
 
 
 def _made(switch: Switch, options: Sequence[str], folder: Path) -> bool:

@@ -5,7 +5,7 @@ Both are kept in the repository, with the commit and the scale of the run that m
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,6 +53,17 @@ def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
                     asked = filter(None, map(of_run, papers.placeholders(explanation.text)))
                     names |= {other or claim.name for _, other in asked}
     return sorted(names)
+
+
+def figures_of(names: Iterable[str]) -> set[str]:
+    """Return the figures whose tables these claims and quantities read."""
+    return {table.split("/")[0] for name in names for table in _tables(papers.quantity(name))}
+
+
+def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
+    if isinstance(item, papers.Claim):
+        return item.tables
+    return item.measure.tables
 
 
 def made_by(folder: Path) -> tuple[str, str, bool]:
