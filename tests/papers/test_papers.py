@@ -597,6 +597,14 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             error_deg=[0.0, 0, 0, 4, 1, 1, -1, -1, 90, -90, 0, 0],
             failed=[0, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0],
         ),
+        "zhang2007_fig6/table_published": columns(
+            person=["a", "b"] * 4,
+            walker=["a", "b"] * 4,
+            method=[LS] * 4 + [MAP] * 4,
+            view_angle_deg=[-90.0, -90, 0, 0] * 2,
+            error_deg=[0.0, 0, 3, 3, 1, 1, -1, -1],
+            failed=[0] * 8,
+        ),
     }
     for old, new in (("fig2", "fig2"), ("fig4", "fig3"), ("fig5", "fig4"), ("fig6", "fig5")):
         for name, table in list(tables.items()):
@@ -828,6 +836,7 @@ WORKED = {
     "park2011_root_at_unit_depth": 210 / 150,
     "park2011_camera_spanned_by_the_basis": 0.03,
     "park2011_quadratic_matrix_positive_definite": 25,
+    "park2011_non_singular_matrix": 25,
     "park2011_tight_bound": 75,
     "park2011_accurate_initialisation": 0.05,
     "park2011_initialisation_can_be_refined": 50,
@@ -920,6 +929,9 @@ WORKED = {
     "zhang2007_profile_variance_small": 0.1,
     "zhang2007_profile_absolute_error_reasonable": 0.75,
     "zhang2007_view_angle_mean": 1,
+    "zhang2007_view_angle_mean_by_the_published_solver": 1.5,
+    "zhang2007_view_angle_spread_by_the_published_solver": 0,
+    "zhang2007_identified_from_another_view": 100,
     "zhang2007_view_angle_spread": SPREAD_DEG,
     "zhang2007_view_angle_failures": 25,
     "zhang2007_bayes_no_advantage_for_the_view": 0,
@@ -1097,6 +1109,14 @@ def test_a_result_at_the_edge_is_undecided() -> None:
         assert "the interval reaches over an end of the bounds; these walkers are small" in why
     assert outcome(found(10.0, half=3.0))[0] == "undecided", "however near the value, if the interval is wide"
     assert outcome(Evidence(value=Estimate(10.0), null=Estimate(0.0), people=33))[0] == "undecided"
+
+
+def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
+    assumed = {"synthetic": "people are drawn so"}
+    told, why = outcome(found(10.0), "synthetic", assumed=assumed)
+    assert told == "cannot be tested on this data"
+    assert why == "10 [9.5, 10.5] mm: assumed of this data: people are drawn so"
+    assert outcome(found(10.0), "optical", assumed=assumed)[0] == "reproduced"
 
 
 def test_nine_people_are_too_few() -> None:

@@ -55,6 +55,10 @@ class ViewAngles:
         An estimate that is further off is a failure.
     frequency_hz, phase_rad, phase_error_rad : (R, A), (M, R, A), (M, R, A), optional
         As `KnownViewErrors` has them.
+    published_view_deg : (P,)
+        True views that the solver of appendix B is tried on as well; none if it is not.
+    published_angle_deg : (M + K, R, P)
+        What it finds, by the methods and by the nulls.
     remarks : list of str
     """
 
@@ -71,6 +75,8 @@ class ViewAngles:
     frequency_hz: np.ndarray | None
     phase_rad: np.ndarray | None
     phase_error_rad: np.ndarray | None
+    published_view_deg: np.ndarray
+    published_angle_deg: np.ndarray
     remarks: list[str]
 
 
@@ -85,6 +91,9 @@ class UnknownView(Sweep):
     solver: Solver = Solver["global"]
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
     start_deg: float = 0.0  # of the published solver
+    published_views_deg: list[float] = field(
+        default_factory=list
+    )  # on which it is tried beside the global one
     failure_deg: float = 30.0
 
     @property
@@ -117,8 +126,8 @@ class UnknownView(Sweep):
             )
 
     def coarser(self) -> UnknownView:
-        """Return the sweep with every tenth degree of view."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
+        """Return the sweep with every tenth degree of view, and without the published solver beside it."""
+        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
@@ -132,6 +141,29 @@ class UnknownView(Sweep):
 
         nulls = Null.beside(self.methods)
         angle_range = (float(low), float(high))
+        start = float(np.radians(self.start_deg))
+        published_deg = np.array([] if self.reads_clips else self.published_views_deg, dtype=float)
+        published_view = np.radians(published_deg)
+
+        def as_published(
+            tries: list[tuple[linear_model.LinearModel, str, float | None]], sample: np.ndarray
+        ) -> np.ndarray:
+            if not len(published_view):
+                return np.empty((len(tries), 0))
+            seen = _observed(sample, published_view)
+            estimates = [
+                viewpoint.estimate(
+                    given,
+                    seen,
+                    method=method,
+                    noise_variance=noise,
+                    solver="published",
+                    angle_range_rad=angle_range,
+                    start_rad=start,
+                )
+                for given, method, noise in tries
+            ]
+            return np.stack([estimate.angle_rad for estimate in estimates])
 
         def one(r: int) -> dict[str, np.ndarray]:
             measured = ~data.unmeasured[r]
@@ -163,7 +195,7 @@ class UnknownView(Sweep):
                         noise_variance=noise,
                         solver=self.solver.value,
                         angle_range_rad=angle_range,
-                        start_rad=float(np.radians(self.start_deg)),
+                        start_rad=start,
                     )
                     for given, method, noise in tries
                 ]
@@ -173,6 +205,7 @@ class UnknownView(Sweep):
                 approaches.insert(place, third.estimate(r, view))
             found = {name: np.stack([getattr(e, name) for e in approaches]) for name in names}
             found["null_angle_rad"] = np.stack([e.angle_rad for e in others])
+            found["published_angle_rad"] = as_published(tries, model.samples[r])
             if self.reads_clips:
                 phases = [seen.found(e.phase_rad) for e in approaches]
                 found |= {name: np.stack([phase[name] for phase in phases]) for name in PHASES}
@@ -200,6 +233,8 @@ class UnknownView(Sweep):
             frequency_hz=stack("frequency_hz", axis=0) if observed2d else None,
             phase_rad=stack("phase_rad") if observed2d else None,
             phase_error_rad=stack("phase_error_rad") if observed2d else None,
+            published_view_deg=published_deg,
+            published_angle_deg=np.degrees(stack("published_angle_rad")),
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )
 
