@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,8 @@ from pipeline.validation import InvalidInput, require_choice
 PLAIN = "as it is"
 """Name of the figures without a switch."""
 
-KEEP = "keep"
-"""Argument with which the results are kept in the repository."""
+KEEP, QUOTED = "keep", "quoted"
+"""Arguments: keep the results in the repository; make the switches alone that explanations quote."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
@@ -96,35 +96,34 @@ def sensitivity(arguments: Sequence[str]) -> int:
     """Tabulate claim × switch → value and verdict, in ``results/sensitivity/<data>/<group>/table.csv``.
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
-    ``keep`` also writes what the repository holds: ``results/sensitivity.csv`` and the numbers of explanations.
-    A figure that is current is not made again: an interrupted run goes on where it ended.
+    ``quoted`` makes alone what explanations quote.  ``keep`` also writes what the repository
+    holds: ``results/sensitivity.csv`` and the numbers of explanations.  A figure that is current is not made again: an
+    interrupted run goes on where it ended.
     """
     known = groups()
     options = [item for item in arguments if "=" in item]
-    chosen = [item for item in arguments if "=" not in item and item != KEEP] or list(known)
+    chosen = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED)] or list(known)
     out = open_console()
     for name in chosen:
         group = known[require_choice("the group of switches", name, known)]
         first = compose([f"experiment={group['figures'][0]}", *options])
         folder = Path(first.results) / "sensitivity" / first.data.name / name
-        rows, numbers = _measured(group, name, options, folder)
+        rows, numbers = _measured(group, name, options, folder, only_quoted=QUOTED in arguments)
         columns = {column: np.array([row[column] for row in rows]) for column in rows[0]}
         tables.write(folder / "table.csv", columns, sort_by=["claim", "switch"])
         out.print(moved_table(rows))
         out.print(f"{len(rows)} values in {folder / 'table.csv'}")
         if KEEP in arguments:
-            made = interventions.made_by(folder)
-            interventions.keep_numbers(
-                CONF / "paper" / papers.INTERVENTIONS, numbers, first.data.name, name, made
-            )
-            interventions.keep_table(
-                PROJECT / "results" / "sensitivity.csv", rows, first.data.name, name, made
-            )
+            interventions.require_clean(folder)
+            quoted = CONF / "paper" / papers.INTERVENTIONS
+            interventions.keep_numbers(quoted, numbers, first.data.name, name)
+            kept = PROJECT / "results" / "sensitivity.csv"
+            interventions.keep_table(kept, rows, numbers, first.data.name, name)
     return 0
 
 
 def _measured(
-    group: Mapping[str, Any], name: str, options: Sequence[str], below: Path
+    group: Mapping[str, Any], name: str, options: Sequence[str], below: Path, *, only_quoted: bool
 ) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
     """Make the figures of a group with each switch; return the rows of its table and the numbers for explanations."""
     rows: list[dict[str, Any]] = []
@@ -132,10 +131,14 @@ def _measured(
     plain_tables: dict[str, Any] = {}
     plain: list[Verdict] = []
     data_name = below.parent.name
-    for switch in switches(group, data_name):
+    chosen = list(switches(group, data_name))
+    if only_quoted:
+        chosen = list(_quoted(chosen, data_name, name))
+    for switch in chosen:
+        names = interventions.names_quoted(data_name, name, switch.name)
         folder = below / switch.name.replace(" ", "_")
         smoke = _made(switch, options, folder)
-        made = read_folder(folder, switch.figures)
+        made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
             claim
             for paper in papers.PAPERS.values()
@@ -143,20 +146,28 @@ def _measured(
             if claim.kind is not Kind.CONDITION
             and {t.split("/")[0] for t in claim.tables} & set(switch.figures)
         ]
-        verdicts = judge(claims, {**plain_tables, **made}, OVERRIDDEN, smoke=smoke)
+        verdicts = judge(claims, made, OVERRIDDEN, smoke=smoke)
         if switch.name == PLAIN:
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)
-        names = interventions.names_quoted(data_name, name, switch.name)
-        together = {**plain_tables, **made}
-        numbers.append(
-            interventions.Numbers(
-                switch.name, switch.overrides, numbers_of(names, plain_tables), numbers_of(names, together)
-            )
-        )
+        scale, commit, _ = interventions.made_by(folder)
+        of_names = (numbers_of(names, plain_tables), numbers_of(names, made))
+        numbers.append(interventions.Numbers(switch.name, switch.overrides, scale, commit, *of_names))
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", where=name)
     return rows, numbers
+
+
+def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Switch]:
+    """Yield the switches that explanations quote, on the figures of what is quoted, and these figures as they are."""
+    figures = {
+        switch.name: interventions.figures_of(interventions.names_quoted(data_name, group, switch.name))
+        for switch in every
+    }
+    figures[PLAIN] = set().union(*figures.values())
+    for switch in every:
+        if kept := tuple(figure for figure in switch.figures if figure in figures[switch.name]):
+            yield replace(switch, figures=kept)
 
 
 def _made(switch: Switch, options: Sequence[str], folder: Path) -> bool:

@@ -156,6 +156,8 @@ class Claim:
         Value of the same measure when the method does nothing; None if there is none.
     no_null : str
         Why no method that does nothing has a value here; empty if there is a null, or it is not stated.
+    assumed : mapping of str to str
+        Data sets of which the statement is an assumption, each with what is assumed: they cannot test it.
     least_people : int
         Fewer people cannot decide the claim.
     reproduced : Interval or None
@@ -184,6 +186,7 @@ class Claim:
     measure: Measure | None = None
     null: Measure | float | None = None
     no_null: str = ""
+    assumed: Mapping[str, str] = field(default_factory=dict)
     least_people: int = LEAST_PEOPLE
     reproduced: Interval | None = None
     direction: Interval | None = None

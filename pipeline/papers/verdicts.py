@@ -86,6 +86,9 @@ def judge(
     if not math.isfinite(found.value.value):
         table = claim.tables[0] if claim.tables else claim.figure
         return Verdict(claim, Outcome.UNTESTED, f"table {table} holds no finite value for: {claim.how}")
+    if claim.kind is not Kind.CONDITION and data_name in claim.assumed and not smoke:
+        why = f"{found.value} {claim.unit}".rstrip() + f": assumed of this data: {claim.assumed[data_name]}"
+        return Verdict(claim, Outcome.UNTESTED, why, found)
     outcome, because = _decide(claim, claim.reproduced, found, smoke)
     if claim.kind is Kind.CONDITION:
         told = f"{found.value.value:.4g} {claim.unit}".rstrip()

@@ -57,8 +57,9 @@ def provenance() -> dict[str, Any]:
     top = _git("rev-parse", "--show-toplevel")
     ours = top is not None and Path(top).resolve() == PROJECT
     commit = _git("rev-parse", "--verify", "HEAD") if ours else None
-    # Results do not depend on the archive, which changes when they are archived.
-    aside = ("--", ".", ":(exclude)results/archive")
+    # Results do not depend on what is kept of them: the archive, numbers that texts quote.
+    kept = ("results/archive", "results/sensitivity.csv", "conf/paper/interventions.csv")
+    aside = ("--", ".", *(f":(exclude){path}" for path in kept))
     changes = _git("status", "--porcelain", *aside) if ours else None
     return {
         "python": platform.python_version(),

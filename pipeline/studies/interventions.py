@@ -5,7 +5,7 @@ Both are kept in the repository, with the commit and the scale of the run that m
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,22 +28,18 @@ class Numbers:
     switch : str
     overrides : tuple of str
         As on the command line.
+    scale, commit : str
+        Of the figures made with it.
     without, with_it : dict of str to float
         By the name of the claim or quantity.
     """
 
     switch: str
     overrides: tuple[str, ...]
-    without: Mapping[str, float]
-    with_it: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Made:
-    """Scale and commit of a run."""
-
     scale: str
     commit: str
+    without: Mapping[str, float]
+    with_it: Mapping[str, float]
 
 
 def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
@@ -59,52 +55,72 @@ def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
     return sorted(names)
 
 
-def made_by(folder: Path) -> Made:
-    """Return scale and commit of the figures below a folder of switches.
-
-    Raises
-    ------
-    InvalidInput
-        If they are of several commits or scales, or of a changed checkout.
-    """
-    manifests = [read_manifest(path.parent) for path in sorted(folder.glob("*/*/manifest.json"))]
-    found = {(m["scale"], str(m["provenance"]["commit"])[:12], m["provenance"]["dirty"]) for m in manifests}
-    if len(found) != 1 or any(dirty for *_, dirty in found):
-        raise InvalidInput(
-            "the figures are not of one commit and scale, or of a checkout with changes",
-            where=folder.name,
-            received="; ".join(" ".join(map(str, item)) for item in sorted(found)),
-        )
-    ((scale, commit, _),) = found
-    return Made(scale, commit)
+def figures_of(names: Iterable[str]) -> set[str]:
+    """Return the figures whose tables these claims and quantities read."""
+    return {table.split("/")[0] for name in names for table in _tables(papers.quantity(name))}
 
 
-def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str, made: Made) -> None:
-    """Replace the numbers of a group and data set in the table that explanations quote."""
+def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
+    if isinstance(item, papers.Claim):
+        return item.tables
+    return item.measure.tables
+
+
+def made_by(folder: Path) -> tuple[str, str, bool]:
+    """Return scale and commit of the figures of a folder, several joined, and whether the checkout was a clean one."""
+    manifests = [read_manifest(path.parent) for path in sorted(folder.glob("*/manifest.json"))]
+    scales = sorted({str(m["scale"]) for m in manifests})
+    commits = sorted({str(m["provenance"]["commit"])[:12] for m in manifests})
+    return " ".join(scales), " ".join(commits), not any(m["provenance"]["dirty"] for m in manifests)
+
+
+def require_clean(folder: Path) -> None:
+    """Raise InvalidInput if figures of switches below a folder were made by a checkout with changes."""
+    for below in sorted(path for path in folder.iterdir() if path.is_dir()):
+        if not made_by(below)[2]:
+            raise InvalidInput(
+                "figures were made by a checkout with changes", where=below.name, expected="a clean one"
+            )
+
+
+def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:
+    """Replace the numbers of these switches in the table that explanations quote."""
+    columns = ["data", "group", "switch", "overrides", "scale", "commit", "name", "without", "with"]
     rows = [
-        (data_name, group, run.switch, " ".join(run.overrides), made.scale, made.commit, name, value,
-         run.with_it[name])
+        (
+            *(data_name, group, run.switch, " ".join(run.overrides), run.scale, run.commit),
+            *(name, value, run.with_it[name]),
+        )
         for run in numbers
         for name, value in run.without.items()
-    ]  # fmt: skip
-    columns = ["data", "group", "switch", "overrides", "scale", "commit", "name", "without", "with"]
-    _replace(path, pd.DataFrame(rows, columns=columns), data_name, group, ["data", "group", "switch", "name"])
+    ]
+    _replace(path, pd.DataFrame(rows, columns=columns), ["data", "group", "switch"], sort_by=["name"])
 
 
-def keep_table(path: Path, rows: Sequence[Mapping[str, Any]], data_name: str, group: str, made: Made) -> None:
-    """Replace the rows of a group and data set in the table of what switches move; the rest is left out."""
-    moved = [row for row in rows if row["verdict_moves"] or row["outside_the_interval"]]
-    frame = pd.DataFrame(moved, columns=list(rows[0]))
-    for place, (name, value) in enumerate(
-        {"data": data_name, "group": group, "scale": made.scale, "commit": made.commit}.items()
-    ):
-        frame.insert(place, name, value)
-    _replace(path, frame, data_name, group, ["data", "group", "switch", "claim"])
+def keep_table(
+    path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
+) -> None:
+    """Replace the rows of these switches in the table of what switches move; what does not move is left out."""
+    made = {run.switch: run for run in numbers}
+    moved = [
+        {
+            "data": data_name,
+            "group": group,
+            "scale": made[row["switch"]].scale,
+            "commit": made[row["switch"]].commit,
+            **row,
+        }
+        for row in rows
+        if row["verdict_moves"] or row["outside_the_interval"]
+    ]
+    _replace(path, pd.DataFrame(moved), ["data", "group", "switch"], sort_by=["claim"])
 
 
-def _replace(path: Path, rows: pd.DataFrame, data_name: str, group: str, sort_by: list[str]) -> None:
+def _replace(path: Path, rows: pd.DataFrame, by: list[str], *, sort_by: list[str]) -> None:
+    """Replace the rows of a table that share these entries with new ones."""
+    if rows.empty:
+        return
+    new = set(rows[by].itertuples(index=False, name=None))
     old = pd.DataFrame(dict(tables.read(path))) if path.is_file() else rows[:0]
-    kept = old[(old["data"] != data_name) | (old["group"] != group)]
-    together = pd.concat([kept, rows]) if len(kept) else rows
-    if len(together):
-        tables.write(path, together, sort_by=sort_by)
+    kept = old[[entries not in new for entries in old[by].itertuples(index=False, name=None)]]
+    tables.write(path, pd.concat([kept, rows]) if len(kept) else rows, sort_by=[*by, *sort_by])

@@ -19,11 +19,10 @@ def test_every_switch_changes_an_option_of_its_figures(name: str, data_name: str
     found = list(switches(GROUPS[name], data_name))
     assert found[0].name == PLAIN
     assert len({switch.name for switch in found}) == len(found) > 5
-    plain = compose([f"experiment={found[0].figures[-1]}", f"data={data_name}", *found[0].overrides])
     for switch in found[1:]:
         figure = switch.figures[-1]
-        plain = compose([f"experiment={figure}", f"data={data_name}", *found[0].overrides])
-        experiment = compose([f"experiment={figure}", f"data={data_name}", *switch.overrides])
+        plain = compose([f"experiment={figure}", f"data={data_name}", *switch.common])
+        experiment = compose([f"experiment={figure}", f"data={data_name}", *switch.common, *switch.overrides])
         experiment.sweep.validate()
         assert experiment != plain, switch.name
 

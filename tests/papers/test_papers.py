@@ -524,10 +524,62 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             own_far_beyond=[0.0, 0.0, 1.0, 1.0],
         ),
         "zhang2007_occlusion": columns(hidden=["feet"]),
-        "zhang2007_occlusion/table_hidden": columns(
-            hidden=["feet", "head"] * 2,
-            method=["average_walker"] * 2 + ["map_tuned"] * 2,
-            hidden_error_mm=[90.0, 70.0, 50.0, 54.0],
+        "zhang2007_occlusion/table_walkers": columns(
+            person=["a", "b"] * 6,
+            walker=["a", "b"] * 6,
+            hidden=(["feet"] * 2 + ["head"] * 2) * 3,
+            method=["average_walker"] * 4 + ["map_tuned"] * 4 + ["anatomical"] * 4,
+            hidden_error_mm=[90.0, 90.0, 70.0, 70.0, 50.0, 50.0, 54.0, 54.0, 40.0, 38.0, 40.0, 38.0],
+        ),
+        "zhang2007_occlusion/table_walkers_bars": columns(
+            person=["a", "b"] * 2,
+            method=["map_tuned"] * 2 + ["anatomical"] * 2,
+            bars=["as computed"] * 2 + ["calibrated"] * 2,
+            covered_percent=[70.0, 80.0, 94.0, 96.0],
+        ),
+        "zhang2007_structure": columns(view_angle_deg=[0.0, 30.0]),
+        "zhang2007_structure/table_walkers": columns(
+            person=["a", "b"] * 4,
+            walker=["a", "b"] * 4,
+            method=["average_walker"] * 2 + ["map_tuned"] * 2 + ["shrinkage"] * 2 + ["anatomical"] * 2,
+            absolute_error_mm2=[900.0, 1100.0, 600.0, 400.0, 500.0, 400.0, 300.0, 420.0],
+        ),
+        "zhang2007_coverage": columns(method=["anatomical"]),
+        "zhang2007_coverage/table_walkers": columns(
+            person=["a", "b"] * 3,
+            method=["map_70"] * 2 + ["anatomical"] * 4,
+            bars=["as computed"] * 4 + ["calibrated"] * 2,
+            covered_percent=[60.0, 64.0, 97.0, 99.0, 94.0, 95.0],
+        ),
+        "zhang2007_coverage/table_walkers_views": columns(
+            person=["a", "b"] * 2,
+            method=["anatomical"] * 4,
+            view_angle_deg=[0.0, 0.0, 90.0, 90.0],
+            covered_percent=[96.0, 98.0, 93.0, 91.0],
+        ),
+        "zhang2007_coverage/table_walkers_joints": columns(
+            person=["a", "b"] * 2,
+            method=["anatomical"] * 4,
+            joint_group=["knee"] * 2 + ["hip"] * 2,
+            covered_percent=[90.0, 92.0, 95.0, 95.0],
+        ),
+        "zhang2007_noise": columns(condition=["bias_10_slow_3"]),
+        "zhang2007_noise/table_walkers": columns(
+            person=["a", "b"] * 4,
+            condition=["bias_10_slow_3"] * 6 + ["none"] * 2,
+            method=["map_tuned"] * 2
+            + ["anatomical_told"] * 2
+            + ["anatomical_untold"] * 2
+            + ["anatomical_told"] * 2,
+            absolute_error_mm2=[400.0, 600.0, 400.0, 500.0, 800.0, 700.0, 1.0, 1.0],
+            covered_percent=[80.0, 80.0, 94.0, 96.0, 40.0, 50.0, 99.0, 99.0],
+        ),
+        "zhang2007_view_posterior": columns(method=["anatomical"]),
+        "zhang2007_view_posterior/table_walkers": columns(
+            person=["a", "b"] * 2,
+            method=["two_harmonics"] * 2 + ["anatomical"] * 2,
+            absolute_angle_error_median_deg=[3.0, 3.0, 1.0, 2.0],
+            covered_percent=[99.0, 99.0, 94.0, 95.0],
         ),
         "zhang2007_joint_angles/table_walkers": columns(
             person=["a", "b"] * 6,
@@ -544,6 +596,14 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             view_angle_deg=[-90.0, -90, 0, 0] * 3,
             error_deg=[0.0, 0, 0, 4, 1, 1, -1, -1, 90, -90, 0, 0],
             failed=[0, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0],
+        ),
+        "zhang2007_fig6/table_published": columns(
+            person=["a", "b"] * 4,
+            walker=["a", "b"] * 4,
+            method=[LS] * 4 + [MAP] * 4,
+            view_angle_deg=[-90.0, -90, 0, 0] * 2,
+            error_deg=[0.0, 0, 3, 3, 1, 1, -1, -1],
+            failed=[0] * 8,
         ),
     }
     for old, new in (("fig2", "fig2"), ("fig4", "fig3"), ("fig5", "fig4"), ("fig6", "fig5")):
@@ -776,6 +836,7 @@ WORKED = {
     "park2011_root_at_unit_depth": 210 / 150,
     "park2011_camera_spanned_by_the_basis": 0.03,
     "park2011_quadratic_matrix_positive_definite": 25,
+    "park2011_non_singular_matrix": 25,
     "park2011_tight_bound": 75,
     "park2011_accurate_initialisation": 0.05,
     "park2011_initialisation_can_be_refined": 50,
@@ -868,6 +929,9 @@ WORKED = {
     "zhang2007_profile_variance_small": 0.1,
     "zhang2007_profile_absolute_error_reasonable": 0.75,
     "zhang2007_view_angle_mean": 1,
+    "zhang2007_view_angle_mean_by_the_published_solver": 1.5,
+    "zhang2007_view_angle_spread_by_the_published_solver": 0,
+    "zhang2007_identified_from_another_view": 100,
     "zhang2007_view_angle_spread": SPREAD_DEG,
     "zhang2007_view_angle_failures": 25,
     "zhang2007_bayes_no_advantage_for_the_view": 0,
@@ -884,6 +948,19 @@ WORKED = {
     "zhang2004_legs_half_a_period_apart": 0.49,
     "zhang2004_variance_covered_in_profile": -0.25,
     "zhang2007_occluded_markers_recovered": 35,  # 80 and 52 mm
+    "zhang2007_structure_below_map": 28,  # 500 and 360 mm²
+    "zhang2007_structure_synthetic_below_map": 28,
+    "zhang2007_structure_error": 360,
+    "zhang2007_structure_walkers_better": 50,
+    "zhang2007_coverage_of_bars": 94.5,
+    "zhang2007_coverage_of_every_view": 92,
+    "zhang2007_coverage_of_every_joint": 91,
+    "zhang2007_occlusion_below_map": 25,  # 52 and 39 mm
+    "zhang2007_occlusion_covered": 95,
+    "zhang2007_noise_below_map": 10,  # 500 and 450 mm²
+    "zhang2007_noise_covered": 95,
+    "zhang2007_view_posterior_error": 1.5,
+    "zhang2007_view_posterior_covered": 94.5,
     "zhang2004_walkers": 2,
     "zhang2004_joints": 15,
     "zhang2004_dimensions_3d": 226,
@@ -1032,6 +1109,14 @@ def test_a_result_at_the_edge_is_undecided() -> None:
         assert "the interval reaches over an end of the bounds; these walkers are small" in why
     assert outcome(found(10.0, half=3.0))[0] == "undecided", "however near the value, if the interval is wide"
     assert outcome(Evidence(value=Estimate(10.0), null=Estimate(0.0), people=33))[0] == "undecided"
+
+
+def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
+    assumed = {"synthetic": "people are drawn so"}
+    told, why = outcome(found(10.0), "synthetic", assumed=assumed)
+    assert told == "cannot be tested on this data"
+    assert why == "10 [9.5, 10.5] mm: assumed of this data: people are drawn so"
+    assert outcome(found(10.0), "optical", assumed=assumed)[0] == "reproduced"
 
 
 def test_nine_people_are_too_few() -> None:

@@ -96,6 +96,17 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     assert expected <= set(written)
 
 
+def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> None:
+    for scale, told in (("smoke", "not judged at smoke scale"), ("full", "undecided")):
+        folder = tmp_path / f"2026-11-22_{scale}" / "zhang2007_fig2"
+        folder.mkdir(parents=True)
+        for name, columns in SPECTRUM.items():
+            tables.write(folder / f"{name}.csv", columns)
+        write_manifest(folder, {"scale": scale})
+        verdicts = by_name(judge_folder(folder.parent, "synthetic", ["zhang2007_fig2"]))
+        assert verdicts["zhang2007_thirty_components"].outcome == told
+
+
 def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path) -> None:
     folder = tmp_path / "zhang2007_fig2"
     folder.mkdir()

@@ -6,7 +6,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pipeline.studies.rows import ALL, Expression, Number, Rows, Table, require_columns, rows_of, values
+from pipeline.studies.rows import (
+    ALL,
+    Expression,
+    Number,
+    Rows,
+    Table,
+    as_number,
+    require_columns,
+    rows_of,
+    values,
+)
 
 PAPERS_ADJUSTMENT = "refined"
 """What the paper makes of a radius: longer in all frames where a ray misses the sphere, then refined."""
@@ -43,9 +53,9 @@ def _dividing(eta: np.ndarray, right: np.ndarray, times: np.ndarray) -> float:
     return float(np.sqrt(eta[k - 1] * eta[k])) if np.isfinite(eta[k]) else float(eta[k - 1])
 
 
-def rank_correlation_of(table: Table, column: str, by: str) -> Number:
+def rank_correlation_of(table: Table, column: str, by: str, where: Expression = ALL) -> Number:
     """Spearman's rank correlation of two columns, equal values sharing their ranks; 0 where one is constant."""
-    rows = rows_of(table)
+    rows = rows_of(table, where)
     pair = [values(rows.frame, name) for name in (column, by)]
     if not len(rows.frame) or any(np.isnan(found).any() for found in pair):
         return rows.no_number
@@ -61,7 +71,23 @@ def rank_correlation_of(table: Table, column: str, by: str) -> Number:
         apart.append((np.cumsum(count, axis=1) - 0.5 * count)[:, group] - 0.5 * many)
     products = [(times * apart[a] * apart[b]).sum(axis=1) for a, b in ((0, 1), (0, 0), (1, 1))]
     size = np.sqrt(products[1] * products[2])
-    return rows.number(np.where(size > 0, products[0] / np.where(size > 0, size, 1.0), 0.0))
+    correlation = np.where(size > 0, products[0] / np.where(size > 0, size, 1.0), 0.0)
+    return rows.number(np.where(many[:, 0] > 0, correlation, np.nan))
+
+
+def rank_correlation_within(table: Table, column: str, by: str, within: str) -> Number:
+    """The largest of Spearman's rank correlations of two columns among the rows of each entry of a third.
+
+    An entry of which a replicate has no rows is left out of it.
+    """
+    rows = rows_of(table)
+    if any(np.isnan(values(rows.frame, name)).any() for name in (column, by)):
+        return rows.no_number
+    entries = sorted(set(map(str, rows.frame[within])))
+    found = [
+        rank_correlation_of(table, column, by, Expression(f"{within} == '{entry}'")) for entry in entries
+    ]
+    return as_number(np.fmax.reduce(np.asarray(found), axis=0)) if found else rows.no_number
 
 
 def _curve(

@@ -50,6 +50,10 @@ WANTED = [
     Measure("least_reliable_scale", {"table": "fig", "camera": "still", "found": 0.01}),
     Measure("largest_reliable_scale", {"table": "fig", "camera": "still", "found": 0.01}),
     Measure("mean_of_walking", {"table": "fig", "column": "limb_error", "camera": "still"}),
+    Measure(
+        "rank_correlation_within",
+        {"table": "fig", "column": "reconstructibility", "by": "limb_error", "within": "action"},
+    ),
 ]
 
 
@@ -121,3 +125,19 @@ def test_a_limb_that_does_nothing_is_wrong_by_what_its_parent_is(stretches: Limb
     assert nulls.limb_errors(trial, scale=0.0)["hanging_error"] == pytest.approx(
         float(np.linalg.norm(trial.relative, axis=1).mean()) / trial.length
     )
+
+
+def test_a_correlation_between_cameras_is_none_within_them() -> None:
+    table = pd.DataFrame(
+        {
+            "camera": ["still"] * 4 + ["shaky"] * 4,
+            "x": [1, 2, 3, 4, 11, 12, 13, 14],
+            "y": [8, 5, 7, 6, 2, 1, 4, 3],
+        }
+    )
+    pooled = evaluation.evaluate(
+        Measure("rank_correlation_of", {"table": "t", "column": "x", "by": "y"}), MEASURES, {"t": table}
+    )
+    within = Measure("rank_correlation_within", {"table": "t", "column": "x", "by": "y", "within": "camera"})
+    assert pooled < -0.7
+    assert evaluation.evaluate(within, MEASURES, {"t": table}) == pytest.approx(0.6)

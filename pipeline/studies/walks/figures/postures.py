@@ -18,7 +18,7 @@ from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHODS
+from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
@@ -33,6 +33,8 @@ def reconstructed(inputs: Inputs, method: int, walker: int, view: int) -> np.nda
     angle = np.radians(inputs.sweep.demonstration_view_deg[view])
     return camera.combine(camera.project(truth, angle), inputs.sweep.missing[method, walker, view], angle)
 
+
+_TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "Anatomical"}
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
@@ -92,20 +94,23 @@ class Postures(Figure):
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
         untried = np.full(squared[0].size, np.nan)
-        for method in METHODS:
+        for method in TRIED:
             if method in methods:
                 errors_of_method = np.sqrt(squared[methods.index(method)]).ravel()
                 demonstrations[f"rms_error_{method}_mm"] = errors_of_method
             elif method in published:
                 demonstrations[f"rms_error_{method}_mm"] = untried
-        both = set(methods) == set(METHODS)
+        both = set(METHODS) <= set(methods)
         if both or len(published) > 1:
-            apart = errors.walker_error(errors.absolute_error(sweep.missing[0] - sweep.missing[-1]))
-            demonstrations["rms_between_methods_mm"] = np.sqrt(apart).ravel() if both else untried
+            apart = untried
+            if both:
+                one, other = (sweep.missing[methods.index(method)] for method in METHODS)
+                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other))).ravel()
+            demonstrations["rms_between_methods_mm"] = apart
         nothing = sweep.nulls.tolist().index(Null.average_walker)
         average = np.sqrt(errors.walker_error(sweep.null_demonstration_error_mm2[nothing]))
         demonstrations["rms_error_average_walker_mm"] = average.ravel()
-        for method in METHODS:
+        for method in TRIED:
             if method in methods:
                 away = sweep.missing[methods.index(method)] - sweep.null_missing[nothing]
                 squares = errors.walker_error(errors.absolute_error(away))
@@ -139,7 +144,7 @@ class Postures(Figure):
                     across = camera.missing_dimension(space, np.radians(view))
                     seen.append(np.stack([across, space[..., 2]], axis=-1))
                 rows.append(pictures.PostureRow(label=f"{view:g}°", original=seen[0], reconstructed=seen[1]))
-            title = f"({'ab'[m]}) Approach {'I' * (1 + (method == 'map'))}" if len(methods) > 1 else ""
+            title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
             groups.append((title, rows))
         pictures.draw_postures(
             stem,
@@ -166,7 +171,7 @@ class Postures(Figure):
             " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
             "Grey: original; spheres of wire: joints that no marker gave. "
-            + ", ".join(f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in methods)
+            + ", ".join(f"{colour_name(TRIED[m].colour)}: {TRIED[m].label}" for m in methods)
             + ".\n",
         ) as rec:
             for r in recorded:
@@ -194,7 +199,7 @@ class Postures(Figure):
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
                             WALKER15.bones,
                             index=index,
-                            colour=METHODS[method].colour,
+                            colour=TRIED[method].colour,
                             estimated=estimated,
                         )
             spaces = [

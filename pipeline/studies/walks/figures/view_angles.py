@@ -15,7 +15,7 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import CURVES, METHODS, NULLS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, NULLS, VIEW_AXIS
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
@@ -34,7 +34,8 @@ class ViewAngleEstimates(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.
 
-        ``table_walkers``: per walker and method, mean over views.
+        ``table_walkers``: per walker and method, mean over views.  ``table_published``: the error of every walker by
+        the solver of appendix B, where it was tried.
         """
         sweep, person = inputs.sweep, inputs.dataset.person
         names = [*sweep.methods.tolist(), *sweep.nulls.tolist()]
@@ -45,7 +46,13 @@ class ViewAngleEstimates(Figure):
         mean_error = statistics.circular_mean_deg(error, axis=1)
         low, high = interval_over_people(person, np.swapaxes(error, 0, 1))
         approaches = len(sweep.methods)
+        of_published = {}
+        if len(sweep.published_view_deg):
+            of_published["table_published"] = _errors_of_people(
+                inputs, names, sweep.published_view_deg, sweep.published_angle_deg
+            )
         return {
+            **of_published,
             "table": tidy(
                 {
                     "method": np.repeat(names, angles),
@@ -60,17 +67,7 @@ class ViewAngleEstimates(Figure):
                 },
                 by=["method", "view_angle_deg"],
             ),
-            "table_people": tidy(
-                {
-                    "person": np.tile(np.repeat(person, angles), methods),
-                    "walker": np.tile(np.repeat(inputs.samples, angles), methods),
-                    "method": np.repeat(names, walkers * angles),
-                    "view_angle_deg": np.tile(views, methods * walkers),
-                    "error_deg": error.ravel(),
-                    "failed": failed.ravel().astype(int),
-                },
-                by=["walker", "method", "view_angle_deg"],
-            ),
+            "table_people": _errors_of_people(inputs, names, views, estimated),
             "table_walkers": tidy(
                 {
                     "person": np.tile(person, approaches),
@@ -167,6 +164,25 @@ def _note(rows: pd.DataFrame, method: str, failure_deg: float) -> str:
     """Return what is written into a method's panel, from its rows of the table."""
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (
-        f"{METHODS[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
+        f"{CURVES[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
         f"off by more than {failure_deg:g}°: {rows['failures'].sum()} of {rows['walkers'].sum()}"
+    )
+
+
+def _errors_of_people(
+    inputs: Inputs, methods: list[str], views: np.ndarray, estimated_deg: np.ndarray
+) -> pd.DataFrame:
+    """Return a row for every walker, method (M,) and view (A,), from the estimated angles (M, R, A)."""
+    error = statistics.angle_difference_deg(estimated_deg, views)
+    many, walkers, angles = error.shape
+    return tidy(
+        {
+            "person": np.tile(np.repeat(inputs.dataset.person, angles), many),
+            "walker": np.tile(np.repeat(inputs.samples, angles), many),
+            "method": np.repeat(methods, walkers * angles),
+            "view_angle_deg": np.tile(views, many * walkers),
+            "error_deg": error.ravel(),
+            "failed": (np.abs(error) > inputs.sweep.failure_deg).ravel().astype(int),
+        },
+        by=["walker", "method", "view_angle_deg"],
     )

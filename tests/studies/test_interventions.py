@@ -1,0 +1,65 @@
+"""Numbers of runs with one option changed are kept by switch, with scale and commit, from clean checkouts alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipeline import papers
+from pipeline.storage import tables
+from pipeline.storage.sealed_folders import write_manifest
+from pipeline.studies import interventions
+from pipeline.studies.interventions import Numbers
+from pipeline.validation import InvalidInput
+
+
+def numbers(switch: str, with_it: float, commit: str = "a" * 12) -> Numbers:
+    return Numbers(switch, ("data.walkers=3",), "full", commit, {"x": 1.0}, {"x": with_it})
+
+
+def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) -> None:
+    path = tmp_path / papers.INTERVENTIONS
+    interventions.keep_numbers(path, [numbers("few", 2.0), numbers("many", 3.0)], "synthetic", "walks")
+    interventions.keep_numbers(path, [numbers("few", 4.0, "b" * 12)], "synthetic", "walks")
+    interventions.keep_numbers(path, [numbers("few", 5.0)], "optical", "walks")
+    runs = papers.read_runs(path)
+    found = {key: (run.with_it["x"], run.without["x"], run.commit) for key, run in runs.items()}
+    assert found == {
+        ("synthetic", "walks", "few"): (4.0, 1.0, "b" * 12),
+        ("synthetic", "walks", "many"): (3.0, 1.0, "a" * 12),
+        ("optical", "walks", "few"): (5.0, 1.0, "a" * 12),
+    }
+    assert runs["optical", "walks", "few"].overrides == ("data.walkers=3",)
+
+
+def test_what_no_switch_moves_is_left_out_of_the_table(tmp_path: Path) -> None:
+    row = {"claim": "c", "switch": "few", "value": 1.0, "outside_the_interval": False, "verdict_moves": False}
+    rows = [
+        row,
+        {**row, "claim": "d", "verdict_moves": True},
+        {**row, "claim": "e", "outside_the_interval": True},
+    ]
+    interventions.keep_table(tmp_path / "kept.csv", rows, [numbers("few", 2.0)], "synthetic", "walks")
+    kept = tables.read(tmp_path / "kept.csv")
+    assert kept["claim"].tolist() == ["d", "e"]
+    assert kept["commit"].tolist() == ["a" * 12] * 2
+
+
+@pytest.mark.parametrize("dirty", [False, True])
+def test_figures_of_a_changed_checkout_are_not_kept(tmp_path: Path, dirty: bool) -> None:
+    figure = tmp_path / "few" / "zhang2007_fig5"
+    figure.mkdir(parents=True)
+    write_manifest(figure, {"scale": "full", "provenance": {"commit": "c" * 40, "dirty": dirty}})
+    assert interventions.made_by(tmp_path / "few") == ("full", "c" * 12, not dirty)
+    if dirty:
+        with pytest.raises(InvalidInput, match="checkout with changes"):
+            interventions.require_clean(tmp_path)
+    else:
+        interventions.require_clean(tmp_path)
+
+
+def test_the_names_of_a_run_are_those_that_explanations_quote() -> None:
+    names = interventions.names_quoted("synthetic", "walks", "thirty-two people")
+    assert "zhang2007_optimal_variance" in names
+    assert interventions.names_quoted("synthetic", "walks", "origin floor") == []
