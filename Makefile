@@ -16,7 +16,7 @@ export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect pointlight view status report equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -83,7 +83,10 @@ claims: $(READY) ## the papers' claims beside our numbers
 sensitivity: $(READY) ## each ambiguity of the papers as a switch: which moves which verdict; ARGS=walks for a group
 	@$(RUN) sensitivity data=$(DATA) scale=$(SCALE) $(ARGS)
 
-readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=optical renews its rows
+tutorial: $(READY) ## from two commands to a question of your own: tutorial.py, into results/tutorial
+	@$(VENV)/bin/python tutorial.py
+
+readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=synthetic renews its rows (and the pictures)
 	@$(RUN) readme $(ARGS)
 
 check: $(DEV) ## ruff, format, types
@@ -96,7 +99,7 @@ format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff format .
 
 test: $(DEV) ## the tests, on every core; make test ARGS=tests/core for some
-	@$(VENV)/bin/python -m pytest -n auto --dist loadfile $(ARGS)
+	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
 
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
@@ -111,11 +114,11 @@ digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernel
 golden-kernels: $(DEV) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
-archive: $(READY) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
+archive: $(READY) $(if $(LIGHT),$(if $(filter synthetic,$(DATA)),tutorial)) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
 	@$(RUN) archive data=$(DATA) $(if $(LIGHT),light=1) $(if $(FIGURE),only=$(FIGURE)) $(if $(NAME),name=$(NAME) $(if $(RUN_FOLDER),run=$(RUN_FOLDER)))
 
-verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/…
-	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/)))
+verify: $(READY) ## re-hash an archive: make verify ARCHIVE=results/archive/… [RERUN=1: compute it again, and compare]
+	@$(RUN) verify $(if $(ARCHIVE),$(ARCHIVE),$(patsubst %/,%,$(wildcard results/archive/*/))) $(if $(RERUN),rerun=1) $(if $(FIGURE),only=$(FIGURE))
 
 clean: ## remove the cache and scratch results, not figures and archives
 	@rm -rf results/cache results/scratch results/golden

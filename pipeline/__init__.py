@@ -6,7 +6,8 @@ The modules, from the base upwards; each imports only from those above it in thi
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
     palette, tidy          colours and looks of series; rows of a table by series
-    processes              work on several processes, which share the cores
+    processes, locks       work on several processes, which share the cores; what only one of them may do
+    compilation            compiled loops: the only numba
     seeding                random generators
 
     core/                  the mathematics: pure functions on arrays
@@ -36,7 +37,6 @@ The modules, from the base upwards; each imports only from those above it in thi
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
       newton, choice         minima inside brackets; choices that do not depend on rounding
-      compilation            loops compiled as they stand
 
     formats/               one reader for each file format
     mappings/              source points to joints: those that ship, the user's own, which one fits
@@ -55,7 +55,8 @@ The modules, from the base upwards; each imports only from those above it in thi
       limbs/                 park2011
       face_off/              comparison of walks and limbs, the only study that imports others
       registry               the list of studies
-      measures, ledger       functions of published tables; verdicts on the papers' claims
+      rows, measures         rows of published tables; functions of them
+      evaluation, ledger     measures by name; verdicts on the papers' claims
       replicated             tables with people drawn again, or of several populations
       published              published numbers and the README's tables
       presentation           names and heights of people in recordings

@@ -60,6 +60,7 @@ FEW_TRIALS = {
     "mozerov2006_tracking": [
         "sweep.particles=[200,500]", "sweep.tracked=5", "sweep.noise_mm=[0]", "sweep.occluded=[0]",
     ],
+    "keypoints_headings": ["scale.walkers=16", "sweep.clips=16", "data.duration_s=3"],
     "zhang2007_occlusion": ["scale.walkers=16", "scale.few_views_step_deg=90", "scale.partners=2"],
 }  # fmt: skip
 """What keeps figures short where their claims are tested: fewer trials or people, and certificates for one alone."""
@@ -127,7 +128,7 @@ def synthetic_tables(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict
 def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results folder of every preset at ``scale=smoke``, with pictures and recordings, made by the command line."""
     results = tmp_path_factory.mktemp("smoke")
-    command = ["-m", "pipeline", "figures", "scale=smoke", "workers=1", f"results={results}"]
+    command = ["-m", "pipeline", "figures", "scale=smoke", f"results={results}"]
     made = python(*command)
     assert made.returncode == 0, made.stderr
     return results
@@ -136,9 +137,29 @@ def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 SHARING = {
     "tests/stages/test_every_preset.py": "smoke_results",
     "tests/stages/test_reuse.py": "smoke_results",
+    "tests/studies/actions": "smoke_results",
+    "tests/studies/face_off": "smoke_results",
+    "tests/studies/limbs": "smoke_results",
     "tests/claims": "synthetic_tables",
 }
 """Modules whose fixture takes long to make: of several processes one runs all of them."""
+
+FIRST = (
+    *(path for path, shared in SHARING.items() if shared == "smoke_results"),
+    "tests/cli",
+    "tests/claims",
+)
+"""What takes longest is begun first, so that no process is left with it while the others have nothing to do."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the modules that take longest in front; the others stay in their order."""
+    rank = {place: n for n, place in enumerate(FIRST)}
+
+    def place(item: pytest.Item) -> int:
+        return next((n for name, n in rank.items() if item.nodeid.startswith(name)), len(rank))
+
+    items.sort(key=place)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -26,7 +26,7 @@ from numpy._core import _multiarray_umath as simd
 
 from pipeline.cli.presets import presets
 from pipeline.storage import tables
-from pipeline.studies.ledger import TIMING
+from pipeline.storage.agreement import ITERATE, TIMING
 from tests.processes import finished
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
@@ -40,11 +40,6 @@ MARGIN = 10.0
 KERNELS = {"Prescott": "SSE3", "Nehalem": "SSE42", "Haswell": "AVX2", "Zen": "AVX2", "SkylakeX": "AVX512_SKX"}
 """Of OpenBLAS, each with what the processor must know."""
 CHECKED = ("Prescott", "Haswell")
-ITERATE = (
-    "park2011", "mozerov2006_tracking", "mozerov2006_warp_error", "zhang2004_fig5", "zhang2007_fig6",
-    "zhang2007_structure", "zhang2007_coverage", "zhang2007_occlusion", "zhang2007_noise", "zhang2007_view_posterior",
-)  # fmt: skip
-"""Beginnings of the figures whose numbers come out of searches and refinements."""
 
 VARIABLES = ("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME")
 

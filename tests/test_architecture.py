@@ -61,15 +61,16 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 
 LAYERS = (
-    {"validation"},
-    {"skeleton", "palette", "tidy", "processes", "seeding", "resources"},
+    {"validation", "locks"},
+    {"skeleton", "palette", "tidy", "processes", "compilation", "seeding", "resources"},
     {"core"},
     {"formats", "mappings", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
     {"clips", "pointlight"},
     {"studies", "api"},
     {"stages"},
-    {"report", "reconstruct"},
+    {"report"},
+    {"reconstruct"},
     {"cli"},
     {"__main__"},
 )
@@ -83,10 +84,12 @@ NARROW = {
     "tidy": {"validation"},
     "processes": set(),
     "seeding": set(),
-    "core": {"validation", "skeleton"},
+    "locks": set(),
+    "compilation": {"locks"},
+    "core": {"validation", "skeleton", "compilation"},
     "formats": GROUND,
     "fetch": GROUND,
-    "storage": GROUND,
+    "storage": GROUND | {"locks"},
     "pictures": GROUND,
     "recordings": GROUND,
     "papers": GROUND,
@@ -108,7 +111,7 @@ FROM_OUTSIDE = {
     "omegaconf": {"cli"},
     "rich": {"cli"},
     "yaml": {"papers", "mappings"},
-    "numba": {"core"},
+    "numba": {"compilation"},
     "threadpoolctl": {"processes"},
     "scipy": {"core", "synthetic", "studies"},
     "numpy": {"*"},
@@ -498,7 +501,8 @@ def test_the_source_distribution_is_complete() -> None:
     folders = ["pipeline/"]
     for line in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines():
         rule, *names = line.split()
-        if rule == "graft":
+        if rule in ("graft", "recursive-include"):
+            names = names[:1] if rule == "recursive-include" else names
             folders += [f"{name}/" for name in names]
         elif rule == "include":
             taken.update(names)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from dataclasses import fields
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pandas as pd
 import pytest
 
 from pipeline import papers
+from pipeline.cli.commands import COMMANDS
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import listed, presets
 from pipeline.storage import tables
@@ -44,6 +46,49 @@ def test_every_make_target_named_exists() -> None:
     assert named <= targets, named - targets
 
 
+MADE_LATER = "results/archive/light/synthetic/"
+"""Made by `make archive LIGHT=1`, which needs results of the very commit."""
+
+
+def test_every_file_and_section_that_the_readme_links_to_exists() -> None:
+    linked = re.findall(r"\]\(([^)\s]+)\)|(?:src|srcset)=\"([^\"]+)\"", README)
+    there = {one or other for one, other in linked}
+    sections = {
+        re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+        for title in re.findall(r"^## (.+)$", README, re.MULTILINE)
+    }
+    places = {place[1:] for place in there if place.startswith("#")}
+    assert places == sections, "the table of contents"
+    files = {place for place in there if not place.startswith("#")}
+    assert len(files) >= 5
+    for place in files:
+        assert place.startswith(MADE_LATER) or (ROOT / place).is_file(), place
+
+
+def test_the_first_screen_is_light() -> None:
+    pictures = set(re.findall(r"(?:src|srcset)=\"([^\"]+)\"", README))
+    assert sum((ROOT / place).stat().st_size for place in pictures) <= 300_000
+
+
+COMMAND_LINES = [
+    line.split("#")[0].strip()
+    for language, block in re.findall(r"^```(\w*)\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+    if not language
+    for line in block.splitlines()
+]
+
+
+def test_every_command_can_be_typed() -> None:
+    """All lines set apart from the text: `make` with targets, or a command of the program with overrides."""
+    run = [line for line in COMMAND_LINES if not line.startswith("make ")]
+    assert len(COMMAND_LINES) > len(run) > 3
+    for line in run:
+        assert line.startswith("python -m pipeline "), line
+        words = shlex.split(line)[3:]
+        if words[0] not in COMMANDS:
+            assert compose(words).name in presets(), line
+
+
 def test_every_override_named_composes() -> None:
     for line in re.findall(r"^make run ARGS=\"([^\"]+)\"", README, re.MULTILINE):
         words = [w for w in line.split() if "=" in w and not w.startswith("hydra/")]
@@ -65,7 +110,7 @@ PUBLISHED = tables.read(ROOT / "results" / "published.csv")
 
 def test_the_result_tables_are_those_of_the_published_numbers() -> None:
     """`make readme` renews them."""
-    made = {"figures": listed(), **published.rendered(LAYOUT, PUBLISHED)}
+    made = {"figures": listed(), **published.rendered({"headline": LAYOUT["headline"]}, PUBLISHED)}
     assert published.insert(README, made) == README
 
 

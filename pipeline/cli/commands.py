@@ -21,6 +21,7 @@ from pipeline.cli.presets import listed, presets
 from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
+from pipeline.cli.verify import verify
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.studies import published
@@ -149,15 +150,25 @@ def _where(dotted: str) -> str:
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Write the README's tables from results/published.csv; ``data=...`` first renews the rows of a data set."""
+    """Write the README's tables from results/published.csv.
+
+    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the pictures too.
+    """
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
-        _, folder = _results_folder(arguments)
-        published.renew(path, published.measured(folder, figures_for(arguments), layout))
+        from pipeline.report import draw_first_screen, read_published
+
+        config, folder = _results_folder(arguments)
+        figures = figures_for(arguments)
+        published.renew(path, published.measured(folder, figures, layout))
+        if config.data.name == "synthetic":
+            draw_first_screen(
+                read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
+            )
     document = provenance.PROJECT / "README.md"
     text = document.read_text(encoding="utf-8")
-    made = {"figures": listed(), **published.rendered(layout, tables.read(path))}
+    made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
     document.write_text(published.insert(text, made), encoding="utf-8")
     return 0
 
@@ -235,22 +246,6 @@ def _latest_run(scratch: Path) -> Path:
     if not runs:
         raise InvalidInput("no run with changed options is there", where=str(scratch))
     return runs[-1]
-
-
-def verify(arguments: Sequence[str]) -> int:
-    """Re-hash archives and print every file that changed, is missing or was added."""
-    if not arguments:
-        raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
-    status = 0
-    for name in arguments:
-        complaints = archive.verify(Path(name))
-        for complaint in complaints:
-            print(f"{name}: {complaint}")
-        if complaints:
-            status = 1
-        else:
-            print(f"{name}: every file is as it was kept")
-    return status
 
 
 def look(arguments: Sequence[str]) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +19,8 @@ from pipeline.cli.walkers import (
 )
 from pipeline.clips.corpus import joints_of
 from pipeline.core import fourier, resampling
-from pipeline.formats import bvh, c3d
-from pipeline.formats.points import csv, trc
-from pipeline.formats.points.csv.wide import write_wide
+from pipeline.formats import motion as motions
+from pipeline.formats.motion import Motion
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import packed
 from pipeline.validation import require_choice, require_range
@@ -35,37 +33,9 @@ OPTIONS = {
 
 USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
 
-_Y_UP_FORWARD_X = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""OpenSim: x forward, y up, z to the right."""
-_Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
-"""BVH: z forward, y up, x to the left."""
-
 MOST_FRAMES = 1_000_000
 _CYCLES, _RATE_HZ = "3", "100"
 """Of walkers made of their Fourier representations, where nothing else is asked for."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Points to be written.
-
-    Attributes
-    ----------
-    names : tuple of str
-    positions : (T, P, 3)
-        Millimetres, z up unless `own_axes`.
-    frame_rate_hz : float
-    parents : tuple of int or None
-        Index of each point's parent, for formats with a hierarchy.
-    own_axes : bool
-        Whether the axes are those of the recording, which are kept.
-    """
-
-    names: tuple[str, ...]
-    positions: np.ndarray
-    frame_rate_hz: float
-    parents: tuple[int, ...] | None
-    own_axes: bool = False
 
 
 def export(arguments: Sequence[str]) -> Path:
@@ -149,18 +119,13 @@ def synthesised(walks: Sequence[tuple[str, Walk]], options: dict[str, str]) -> M
 
 
 def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
-    """Write points in the format of the suffix: TRC as OpenSim has it (y up, x forward), BVH with y up, z forward."""
-    suffix = target.suffix.lower()
-    names, positions, rate = motion.names, motion.positions, motion.frame_rate_hz
-    if suffix == ".c3d":
-        c3d.write(target, names, positions, rate)
-    elif suffix == ".trc":
-        trc.write(target, names, positions if motion.own_axes else positions @ _Y_UP_FORWARD_X.T, rate)
-    elif suffix == ".bvh":
-        turned = positions if motion.own_axes else positions @ _Y_UP_FORWARD_Z.T
-        bvh.write(target, names, turned, rate, motion.parents)
-    elif suffix == ".csv":
-        (write_wide if wide else csv.write)(target, names, positions, rate)
-    else:
-        arrays = {"names": np.array(names), "positions_mm": positions, "frame_rate_hz": np.array(rate)}
-        target.write_bytes(packed(arrays))
+    """Write points in the format of the suffix: as `pipeline.formats.motion` has it, or arrays of numpy."""
+    if target.suffix.lower() != ".npz":
+        motions.write(target, motion, wide=wide)
+        return
+    arrays = {
+        "names": np.array(motion.names),
+        "positions_mm": motion.positions,
+        "frame_rate_hz": np.array(motion.frame_rate_hz),
+    }
+    target.write_bytes(packed(arrays))

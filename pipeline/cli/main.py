@@ -18,6 +18,7 @@
   python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
                      [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
   python -m pipeline verify ARCHIVE                       re-hash an archive and name the files that changed
+                     [rerun=1 [only=FIGURE]]              compute its figures again and compare the digits that hold
   python -m pipeline inspect PATH [write=my_lab.yaml]     what recordings hold, which mapping fits, what to type next
   python -m pipeline export SOURCE [walker=…] to=FILE     a walker of a figure, or a recording, as C3D, TRC, BVH, CSV
   python -m pipeline pointlight SOURCE [to=walker.svg]    a walker as moving dots, for experiments: SVG, CSV, GIF, PTD

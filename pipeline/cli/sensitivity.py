@@ -15,15 +15,21 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.presets import CONF
+from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import open_console
 from pipeline.papers import OVERRIDDEN, Kind, Verdict
 from pipeline.storage import tables
+from pipeline.storage.provenance import PROJECT
 from pipeline.storage.store import Store
-from pipeline.studies.ledger import SMOKE, judge, read_folder
+from pipeline.studies import interventions
+from pipeline.studies.ledger import SMOKE, judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
 PLAIN = "as it is"
 """Name of the figures without a switch."""
+
+KEEP = "keep"
+"""Argument with which the results are kept in the repository."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
@@ -36,22 +42,28 @@ class Switch:
     ----------
     name : str
         `PLAIN`, or of the switch.
-    overrides, figures : tuple of str
-        As on the command line.
+    common, overrides, figures : tuple of str
+        Overrides as on the command line: those of the group's plain figures, too, and those of the switch.
     """
 
     name: str
+    common: tuple[str, ...]
     overrides: tuple[str, ...]
     figures: tuple[str, ...]
+
+
+def groups() -> Mapping[str, Any]:
+    """Return the groups of switches."""
+    return papers.read_mapping(CONF / "sensitivity.yaml")
 
 
 def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
     """Yield the plain figures of a group of `conf/sensitivity.yaml`, then each switch for this data set."""
     common, every = tuple(group["common"]), tuple(group["figures"])
-    yield Switch(PLAIN, common, every)
+    yield Switch(PLAIN, common, (), every)
     for name, switch in group["switches"].items():
         if data_name in switch.get("data", [data_name]):
-            yield Switch(name, (*common, *switch["overrides"]), tuple(switch.get("figures", every)))
+            yield Switch(name, common, tuple(switch["overrides"]), tuple(switch.get("figures", every)))
 
 
 def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) -> list[dict[str, Any]]:
@@ -84,39 +96,46 @@ def sensitivity(arguments: Sequence[str]) -> int:
     """Tabulate claim × switch → value and verdict, in ``results/sensitivity/<data>/<group>/table.csv``.
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
+    ``keep`` also writes what the repository holds: ``results/sensitivity.csv`` and the numbers of explanations.
+    A figure that is current is not made again: an interrupted run goes on where it ended.
     """
-    groups = papers.read_mapping(CONF / "sensitivity.yaml")
+    known = groups()
     options = [item for item in arguments if "=" in item]
-    chosen = [item for item in arguments if "=" not in item] or list(groups)
+    chosen = [item for item in arguments if "=" not in item and item != KEEP] or list(known)
     out = open_console()
     for name in chosen:
-        group = groups[require_choice("the group of switches", name, groups)]
-        rows = _measured(group, name, options)
-        data_name = compose([f"experiment={group['figures'][0]}", *options]).data.name
-        results = Path(compose([f"experiment={group['figures'][0]}", *options]).results)
-        folder = results / "sensitivity" / data_name / name
-        folder.mkdir(parents=True, exist_ok=True)
+        group = known[require_choice("the group of switches", name, known)]
+        first = compose([f"experiment={group['figures'][0]}", *options])
+        folder = Path(first.results) / "sensitivity" / first.data.name / name
+        rows, numbers = _measured(group, name, options, folder)
         columns = {column: np.array([row[column] for row in rows]) for column in rows[0]}
         tables.write(folder / "table.csv", columns, sort_by=["claim", "switch"])
         out.print(moved_table(rows))
         out.print(f"{len(rows)} values in {folder / 'table.csv'}")
+        if KEEP in arguments:
+            made = interventions.made_by(folder)
+            interventions.keep_numbers(
+                CONF / "paper" / papers.INTERVENTIONS, numbers, first.data.name, name, made
+            )
+            interventions.keep_table(
+                PROJECT / "results" / "sensitivity.csv", rows, first.data.name, name, made
+            )
     return 0
 
 
-def _measured(group: Mapping[str, Any], name: str, options: Sequence[str]) -> list[dict[str, Any]]:
-    """Make the figures of a group with each switch, and return the rows of its table."""
+def _measured(
+    group: Mapping[str, Any], name: str, options: Sequence[str], below: Path
+) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
+    """Make the figures of a group with each switch; return the rows of its table and the numbers for explanations."""
     rows: list[dict[str, Any]] = []
+    numbers: list[interventions.Numbers] = []
     plain_tables: dict[str, Any] = {}
     plain: list[Verdict] = []
-    for switch in switches(group, compose([f"experiment={group['figures'][0]}", *options]).data.name):
-        made: dict[str, Any] = {}
-        for figure in switch.figures:
-            experiment = compose([f"experiment={figure}", *options, *switch.overrides, *QUIET])
-            below = Path(experiment.results) / "sensitivity" / experiment.data.name / name
-            folder = below / switch.name.replace(" ", "_") / figure
-            make_figure(experiment, folder, store=Store(Path(experiment.results)))
-            made |= read_folder(folder.parent, [figure])
-            smoke = experiment.scale.name == SMOKE
+    data_name = below.parent.name
+    for switch in switches(group, data_name):
+        folder = below / switch.name.replace(" ", "_")
+        smoke = _made(switch, options, folder)
+        made = read_folder(folder, switch.figures)
         claims = [
             claim
             for paper in papers.PAPERS.values()
@@ -128,9 +147,27 @@ def _measured(group: Mapping[str, Any], name: str, options: Sequence[str]) -> li
         if switch.name == PLAIN:
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)
+        names = interventions.names_quoted(data_name, name, switch.name)
+        together = {**plain_tables, **made}
+        numbers.append(
+            interventions.Numbers(
+                switch.name, switch.overrides, numbers_of(names, plain_tables), numbers_of(names, together)
+            )
+        )
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", where=name)
-    return rows
+    return rows, numbers
+
+
+def _made(switch: Switch, options: Sequence[str], folder: Path) -> bool:
+    """Make the figures of a switch that are not current; return whether the run is a small one."""
+    smoke = False
+    for figure in switch.figures:
+        experiment = compose([f"experiment={figure}", *options, *switch.common, *switch.overrides, *QUIET])
+        smoke |= experiment.scale.name == SMOKE
+        if status(experiment, folder / figure).state != CURRENT:
+            make_figure(experiment, folder / figure, store=Store(Path(experiment.results)))
+    return smoke
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:

@@ -29,9 +29,6 @@ NOISE_VARIANCE_MM2 = 300.0
 """What recorded walkers differ from the synthetic ones by; best of 70, 300, 1000 and 3000 on recorded people."""
 
 _POPULATION_HZ, _POPULATION_S = 40.0, 3.0
-_LEGS = [
-    [WALKER15.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle")] for side in ("left", "right")
-]
 
 
 @dataclass(frozen=True)
@@ -87,19 +84,13 @@ def conditional_mean(model: LinearModel, coefficients: np.ndarray, missing: np.n
         About the mean pelvis, mm; those of missing joints are not read.
     missing : (15,) bool
     """
-    scale = LEG_MM / leg_length(coefficients)
+    scale = LEG_MM / walking.leg_length(coefficients[:1])
     seen = np.broadcast_to(~missing[None, :, None], coefficients.shape).reshape(-1)
     observed = (scale * coefficients).reshape(-1)[seen] - model.mean[seen]
     k = maximum_a_posteriori(
         model.components.T[seen], observed, model.eigenvalues, noise_variance=NOISE_VARIANCE_MM2
     )
     return (model.mean + k @ model.components).reshape(coefficients.shape) / scale
-
-
-def leg_length(coefficients: np.ndarray) -> float:
-    """Return hip to knee to ankle of the mean posture of a walk, mean of both sides."""
-    mean = coefficients[0]
-    return float(np.mean([np.linalg.norm(np.diff(mean[leg], axis=0), axis=-1).sum() for leg in _LEGS]))
 
 
 @functools.cache
@@ -123,5 +114,5 @@ def _centred(positions: np.ndarray) -> np.ndarray:
 
 def model_of(people: list[np.ndarray]) -> LinearModel:
     """Return the model of walkers (5, 15, 3) about their mean pelvis, all brought to legs of `LEG_MM`."""
-    scaled = np.stack([LEG_MM / leg_length(person) * person for person in people])
+    scaled = np.stack([LEG_MM / walking.leg_length(person[:1]) * person for person in people])
     return linear_model.fit(linear_model.flatten(scaled), COMPONENTS)

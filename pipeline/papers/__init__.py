@@ -1,23 +1,18 @@
 """The four papers as data: which functions compute each numbered equation, and how each claim is judged."""
 
-from pipeline.papers.claims import (
+from pipeline.papers.claims import LEAST_PEOPLE, Claim, Kind, Measure, Outcome, Quantity
+from pipeline.papers.entries import read_mapping
+from pipeline.papers.explanations import (
     ANY_DATA,
-    LEAST_PEOPLE,
     OVERRIDDEN,
-    Claim,
-    Estimate,
-    Evidence,
-    Interval,
-    Kind,
-    Measure,
-    Outcome,
-    Quantity,
-    Verdict,
-    count,
-    judge,
+    Explanation,
+    Run,
+    Support,
     placeholders,
+    read_runs,
 )
-from pipeline.papers.loading import Equation, Paper, load, read_mapping
+from pipeline.papers.intervals import Estimate, Interval
+from pipeline.papers.loading import INTERVENTIONS, Equation, Paper, load
 from pipeline.papers.register import (
     PAPERS,
     Tag,
@@ -28,9 +23,11 @@ from pipeline.papers.register import (
     paper,
     quantity,
 )
+from pipeline.papers.verdicts import Evidence, Verdict, count, judge
 
 __all__ = [
     "ANY_DATA",
+    "INTERVENTIONS",
     "LEAST_PEOPLE",
     "OVERRIDDEN",
     "PAPERS",
@@ -38,12 +35,15 @@ __all__ = [
     "Equation",
     "Estimate",
     "Evidence",
+    "Explanation",
     "Interval",
     "Kind",
     "Measure",
     "Outcome",
     "Paper",
     "Quantity",
+    "Run",
+    "Support",
     "Tag",
     "Verdict",
     "claim",
@@ -57,4 +57,5 @@ __all__ = [
     "placeholders",
     "quantity",
     "read_mapping",
+    "read_runs",
 ]

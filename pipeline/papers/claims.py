@@ -1,19 +1,20 @@
-"""Claims, measures and verdicts, and the rule by which a claim is judged.
+"""Claims, and the measures that give our numbers beside theirs.
 
 A claim is one number or one sentence of a paper, with the measure that computes our value from a table, the bounds
 within which it counts as reproduced, the wider bounds within which the paper's direction holds, the reason for these
 bounds, and its null: what the same measure gives when the method does nothing.  All are written down before the figure
-is made.  A verdict rests on the interval of our value, not on the value alone.
+is made.
 """
 
 from __future__ import annotations
 
-import math
-import string
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
+
+from pipeline.papers.explanations import ANY_DATA, Explanation
+from pipeline.papers.intervals import Interval
 
 
 class Outcome(StrEnum):
@@ -51,92 +52,6 @@ class Kind(StrEnum):
 
 LEAST_PEOPLE = 10
 """Fewer people decide no claim, unless the claim or its paper asks for another number."""
-
-OVERRIDDEN = "overridden"
-"""Data set of results with changed options, for which no explanation of a difference is given."""
-
-ANY_DATA = "any"
-"""Key of the explanation for data sets that have none of their own."""
-
-_UNEXPLAINED = {OVERRIDDEN: "not explained: the options differ from the preset's"}
-
-
-@dataclass(frozen=True)
-class Interval:
-    """An interval of numbers; an end belongs to it unless it is open.
-
-    Examples
-    --------
-    >>> 94.0 in Interval(88.9, 94.9), 95.0 in Interval(88.9, 94.9), 1.0 in Interval(1.0, math.inf, low_open=True)
-    (True, False, False)
-    >>> print(Interval(88.9, 94.9), "|", Interval(high=2.0), "|", Interval(80.0, 80.0))
-    88.9 to 94.9 | at most 2 | exactly 80
-    """
-
-    low: float = -math.inf
-    high: float = math.inf
-    low_open: bool = False
-    high_open: bool = False
-
-    def __contains__(self, value: float) -> bool:
-        over = value > self.low if self.low_open else value >= self.low
-        under = value < self.high if self.high_open else value <= self.high
-        return over and under
-
-    def covers(self, other: Estimate) -> bool:
-        """Whether the whole interval of an estimate lies within these bounds."""
-        return other.low in self and other.high in self
-
-    def meets(self, other: Estimate) -> bool:
-        """Whether the interval of an estimate has a part within these bounds."""
-        below = other.high < self.low or (self.low_open and other.high == self.low)
-        above = other.low > self.high or (self.high_open and other.low == self.high)
-        return not (below or above)
-
-    def side(self, value: float) -> int:
-        """On which side of a value the bounds lie: 1 above, -1 below, 0 on both."""
-        return int(value <= self.low) - int(value >= self.high)
-
-    def __str__(self) -> str:
-        if self.low == self.high:
-            return f"exactly {self.low:g}"
-        if math.isfinite(self.low) and math.isfinite(self.high) and not (self.low_open or self.high_open):
-            return f"{self.low:g} to {self.high:g}"
-        ends = []
-        if math.isfinite(self.low):
-            ends.append(f"{'over' if self.low_open else 'at least'} {self.low:g}")
-        if math.isfinite(self.high):
-            ends.append(f"{'under' if self.high_open else 'at most'} {self.high:g}")
-        return " and ".join(ends)
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value and its interval over people or populations.
-
-    Attributes
-    ----------
-    value : float
-    low, high : float
-        Ends of the 95 % interval; NaN if it has none.
-
-    Examples
-    --------
-    >>> print(Estimate(30.0, 22.0, 35.0), "|", Estimate(0.5))
-    30 [22, 35] | 0.5
-    """
-
-    value: float
-    low: float = math.nan
-    high: float = math.nan
-
-    @property
-    def known(self) -> bool:
-        """Whether there is an interval."""
-        return math.isfinite(self.low) and math.isfinite(self.high)
-
-    def __str__(self) -> str:
-        return f"{self.value:.4g}" + (f" [{self.low:.4g}, {self.high:.4g}]" if self.known else "")
 
 
 @dataclass(frozen=True)
@@ -249,9 +164,8 @@ class Claim:
         Our values for which at least the paper's direction holds; None if there are no such bounds.
     reason : str
         Why these bounds, in one line, written before the figure was made.
-    why : mapping of str to str
-        Why our value differs, by data set; `ANY_DATA` for all that have none of their own.  Our numbers stand
-        as placeholders, ``{value:.1f}`` for the claim's own and ``{zhang2007_walkers:.0f}`` for another's.
+    why : mapping of str to Explanation
+        Why our value differs, by data set; `ANY_DATA` for all that have none of their own.
     untestable : str
         Why none of our data can decide; empty if some can.
     history : str
@@ -274,173 +188,16 @@ class Claim:
     reproduced: Interval | None = None
     direction: Interval | None = None
     reason: str = ""
-    why: Mapping[str, str] = field(default_factory=dict)
+    why: Mapping[str, Explanation] = field(default_factory=dict)
     untestable: str = ""
     history: str = ""
+
+    def explanation(self, data_name: str) -> Explanation | None:
+        """Return why our value differs on a data set; None if nothing is said."""
+        return self.why.get(data_name) or self.why.get(ANY_DATA)
 
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables that the measure and the null read, each once."""
         measured = [m for m in (self.measure, self.null) if isinstance(m, Measure)]
         return tuple(dict.fromkeys(table for measure in measured for table in measure.tables))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Evidence:
-    """What the tables say on a claim.
-
-    Attributes
-    ----------
-    value : Estimate
-        Our value in the claim's unit; not finite if the tables have none.
-    null : Estimate or None
-        Of the claim's null; None if it has none.
-    gap : Estimate or None
-        Value less null, their replicates paired; None if there is no null.
-    people : int or None
-        How many people the tables rest on; None if it is not known.
-    """
-
-    value: Estimate
-    null: Estimate | None = None
-    gap: Estimate | None = None
-    people: int | None = None
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The verdict on a claim for one data set.
-
-    Attributes
-    ----------
-    claim : Claim
-    outcome : Outcome
-    why : str
-        Reason, one line.
-    evidence : Evidence or None
-        None if the claim has no value on this data.
-    """
-
-    claim: Claim
-    outcome: Outcome
-    why: str
-    evidence: Evidence | None = None
-
-    @property
-    def value(self) -> float | None:
-        """Our value in the claim's unit; None if there is none."""
-        return self.evidence.value.value if self.evidence else None
-
-
-def judge(
-    claim: Claim,
-    found: Evidence,
-    data_name: str,
-    number: Callable[[str], float] | None = None,
-    *,
-    smoke: bool = False,
-) -> Verdict:
-    """Return the verdict on a claim.
-
-    Parameters
-    ----------
-    claim : Claim
-    found : Evidence
-    data_name : str
-        Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
-    number : callable, optional
-        Our value of another claim or quantity, by name, for explanations that quote it.
-    smoke : bool
-        Whether the tables are of a small run, which decides nothing but conditions.
-    """
-    if claim.untestable or claim.reproduced is None:
-        return Verdict(claim, Outcome.UNTESTED, claim.untestable)
-    if not math.isfinite(found.value.value):
-        table = claim.tables[0] if claim.tables else claim.figure
-        return Verdict(claim, Outcome.UNTESTED, f"table {table} holds no finite value for: {claim.how}")
-    outcome, because = _decide(claim, claim.reproduced, found, smoke)
-    if claim.kind is Kind.CONDITION:
-        told = f"{found.value.value:.4g} {claim.unit}".rstrip()
-    else:
-        told = f"{found.value} {claim.unit}".rstrip()
-        told += f", null {found.null}" if found.null else ""
-    told += f", bounds {claim.reproduced}"
-    if outcome in (Outcome.REPRODUCED, Outcome.MET, Outcome.UNTESTED, Outcome.NOT_JUDGED):
-        return Verdict(claim, outcome, f"{told}: {because or claim.reason}", found)
-    text = (
-        claim.why.get(data_name)
-        or claim.why.get(ANY_DATA)
-        or _UNEXPLAINED.get(data_name, "" if because else "not explained yet")
-    )
-    # What the interval or the null decides needs no explanation of ours; one may follow.
-    why = "; ".join(filter(None, [because, _filled(text, {"value": found.value.value}, number)]))
-    return Verdict(claim, outcome, f"{told}: {why}", found)
-
-
-def _decide(claim: Claim, bounds: Interval, found: Evidence, smoke: bool) -> tuple[Outcome, str]:
-    """Return the outcome, and the reason where it is not that the value lies within or outside of the bounds."""
-    value, null, gap = found.value, found.null, found.gap
-    if claim.kind is Kind.CONDITION:
-        return (Outcome.MET if value.value in bounds else Outcome.NOT_MET), ""
-    if smoke:
-        return Outcome.NOT_JUDGED, "a small run decides nothing"
-    if found.people is not None and found.people < claim.least_people:
-        return Outcome.UNTESTED, f"{found.people} people, and fewer than {claim.least_people} decide nothing"
-    if null is None and not claim.no_null:
-        return Outcome.UNDECIDED, "no null is stated"
-    if not value.known:
-        return Outcome.UNDECIDED, "no interval is known"
-    if bounds.covers(value):
-        if null is None:
-            return Outcome.REPRODUCED, ""
-        if null.value in bounds:
-            return Outcome.OF_THE_NULL, "a method that does nothing is within the bounds, too"
-        if null.known and bounds.meets(null):
-            return Outcome.UNDECIDED, "the null's interval reaches into the bounds"
-        return Outcome.REPRODUCED, ""
-    if bounds.meets(value):
-        return Outcome.UNDECIDED, "the interval reaches over an end of the bounds"
-    directed = claim.direction is None or claim.direction.covers(value)
-    if null is None:
-        return (Outcome.DIRECTION_ONLY if directed and claim.direction else Outcome.DIFFERS), ""
-    if not (gap and gap.known and (gap.low > 0.0 or gap.high < 0.0)):
-        return Outcome.DIFFERS, "and not told apart from a method that does nothing"
-    towards = bounds.side(null.value) * gap.value > 0.0
-    return (Outcome.DIRECTION_ONLY if directed and towards else Outcome.DIFFERS), ""
-
-
-def count(verdicts: Iterable[Verdict]) -> dict[Kind, dict[Outcome, int]]:
-    """Return how many claims of each kind have each outcome, the kinds apart; outcomes of none are left out."""
-    counts: dict[Kind, dict[Outcome, int]] = {}
-    for verdict in verdicts:
-        of_kind = counts.setdefault(verdict.claim.kind, {})
-        of_kind[verdict.outcome] = of_kind.get(verdict.outcome, 0) + 1
-    return {
-        kind: {outcome: counts[kind][outcome] for outcome in Outcome if outcome in counts[kind]}
-        for kind in Kind
-        if kind in counts
-    }
-
-
-def placeholders(text: str) -> list[str]:
-    """Return the names of the numbers that a text quotes, in order.
-
-    Examples
-    --------
-    >>> placeholders("{value:.1f} of {zhang2007_walkers:.0f} walkers")
-    ['value', 'zhang2007_walkers']
-    """
-    return [name for _, name, _, _ in string.Formatter().parse(text) if name is not None]
-
-
-def _filled(text: str, known: Mapping[str, float], number: Callable[[str], float] | None) -> str:
-    numbers = {name: known[name] if name in known else number(name) if number else math.nan
-               for name in placeholders(text)}  # fmt: skip
-    return text.format_map({name: _Number(value) for name, value in numbers.items()})
-
-
-class _Number(float):
-    """A number that is formatted as ``(no number)`` if it is not finite."""
-
-    def __format__(self, specification: str) -> str:
-        return super().__format__(specification) if math.isfinite(self) else "(no number)"

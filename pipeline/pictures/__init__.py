@@ -10,6 +10,8 @@ all colours in `pipeline.palette`.  Every ``draw_…`` takes the path without a 
 `draw_postures`           rows of stick figures, original and reconstructed
 `draw_skeletons`          rows of stick figures, one posture and variations of it
 `draw_motions`            images, other views and whole trajectories of clips, by camera
+`draw_walking`            a walker who walks: what a camera sees, and his reconstruction turning (SVG)
+`draw_tallies`            counts in rows of bars, a colour to each kind
 `embedded`, `reduced`     a picture that is drawn, reduced: as text inside a page, or its bytes
 ========================  ==================================================================================
 
@@ -58,10 +60,13 @@ if TYPE_CHECKING:
     from pipeline.pictures.panels import Panel, Series
     from pipeline.pictures.postures import PostureRow, draw_postures
     from pipeline.pictures.skeletons import SkeletonRow, draw_skeletons
+    from pipeline.pictures.tallies import draw_tallies
+    from pipeline.pictures.walking import Walking, draw_walking
 
 __all__ = [
-    "HeatMap", "MotionBlock", "Panel", "PostureRow", "Series", "SkeletonRow", "Style", "draw_heat_map", "draw_lines",
-    "draw_motions", "draw_postures", "draw_skeletons", "embedded", "reduced", "series",
+    "HeatMap", "MotionBlock", "Panel", "PostureRow", "Series", "SkeletonRow", "Style", "Walking", "draw_heat_map",
+    "draw_lines", "draw_motions", "draw_postures", "draw_skeletons", "draw_tallies", "draw_walking", "embedded",
+    "reduced", "series",
 ]  # fmt: skip
 
 _MODULES = {
@@ -73,6 +78,8 @@ _MODULES = {
     "pipeline.pictures.panels": ("Panel", "Series"),
     "pipeline.pictures.postures": ("PostureRow", "draw_postures"),
     "pipeline.pictures.skeletons": ("SkeletonRow", "draw_skeletons"),
+    "pipeline.pictures.tallies": ("draw_tallies",),
+    "pipeline.pictures.walking": ("Walking", "draw_walking"),
 }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from pipeline.palette import CYCLE, Style, hex_colour
 from pipeline.pictures import style as look
@@ -178,6 +178,9 @@ def draw_data(axes: Axes, panel: Panel, lines: Sequence[Series]) -> None:
         axes.set_xticks(list(panel.xticks))
         if panel.xwords:
             axes.set_xticklabels(list(panel.xwords), rotation=35, ha="right", rotation_mode="anchor")
+        elif panel.xscale == "log":  # plain numbers, and none beside the ticks that were asked for
+            axes.set_xticklabels([f"{place:g}" for place in panel.xticks])
+            axes.xaxis.set_minor_formatter(NullFormatter())
     elif panel.xticks is not None:
         low, high = (limit / panel.xticks for limit in axes.get_xlim())
         axes.set_xticks(panel.xticks * np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1))

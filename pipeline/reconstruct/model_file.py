@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
 from pipeline.core.keypoint_walk.calibration import Calibration
-from pipeline.core.keypoint_walk.training import BLOCKS, BONES, JOINTS, PAIRS, SIZE
+from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"

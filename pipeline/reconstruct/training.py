@@ -8,31 +8,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.clips.filmed import belt_speed_mm_s, film, training_walks
 from pipeline.clips.walks import Walks
-from pipeline.core import walking
 from pipeline.core.keypoint_walk import (
-    HEIGHT_MM,
     Detector,
     Reconstruction,
-    TrainingWalk,
     compact,
+    errors,
     expand,
-    joint_angles,
     model_of,
     moments,
     prepare,
     reconstruct,
-    training_walk,
 )  # fmt: skip
 from pipeline.core.keypoint_walk.calibration import LEVELS, Calibration, learn
-from pipeline.core.keypoint_walk.training import stance_rows
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
-from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
+from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints
 from pipeline.validation import require_range
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
-_DOWN = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(kw_only=True)
@@ -71,44 +66,14 @@ class LeftOutClip:
     found: Reconstruction
 
     @property
-    def scale(self) -> float:
-        """Least-squares scale of the reconstruction to the truth."""
-        estimate = self.found.posterior.positions_mm
-        return float((estimate * self.simulated.positions_mm).sum() / (estimate**2).sum())
-
-    @property
     def joint_errors(self) -> np.ndarray:
         """Errors (T, 15, 3) over standard deviations; 0 for the pelvis."""
-        s, posterior = self.scale, self.found.posterior
-        off = s * posterior.positions_mm - self.simulated.positions_mm
-        return np.asarray(off / np.maximum(s * posterior.sd_mm, 1e-9))
+        return errors.joint_errors(self.found, self.simulated.positions_mm)
 
     @property
     def angle_errors(self) -> np.ndarray:
         """Errors (T, 8) over standard deviations."""
-        posterior = self.found.posterior
-        truth = joint_angles(self.simulated.positions_mm, _DOWN)
-        return np.asarray((posterior.angles_rad - truth) / posterior.angles_sd_rad)
-
-
-def training_walks(walks: Walks) -> list[TrainingWalk]:
-    """Walks of a corpus as the model is trained on them."""
-    motions = [about_pelvis(walks, k) for k in range(len(walks))]
-    return [
-        training_walk(motion, float(rate), walking.stature(motion))
-        for motion, rate in zip(motions, walks.frame_rate_hz, strict=True)
-    ]
-
-
-def about_pelvis(walks: Walks, number: int) -> np.ndarray:
-    """Positions (T, 15, 3) of one walk about the mean pelvis, mm."""
-    return walking.set_origin(walks.motion(number), origin="pelvis_mean")
-
-
-def belt_speed_mm_s(walk: TrainingWalk) -> float:
-    """Speed of the ground under a walker, by his own feet, in his own size."""
-    _, belt = stance_rows(walk.walker)
-    return float(2 * np.pi * walk.frequency_hz * (belt @ walk.walker.ravel()) * walk.height_mm / HEIGHT_MM)
+        return errors.angle_errors(self.found, self.simulated.positions_mm)
 
 
 def left_out_clips(
@@ -139,9 +104,7 @@ def left_out_clips(
             generator = derive_generator(options.seed, f"{number} {case}")
             speed = belt_speed_mm_s(trained[k]) if overground else 0.0
             filming = Filming(heading_rad=float(np.radians(heading)), speed_mm_s=speed)
-            sim = simulate_keypoints(
-                generator, about_pelvis(walks, k), float(walks.frame_rate_hz[k]), filming, error
-            )
+            sim = film(generator, walks, k, error, filming)
             seen = np.ones(sim.pixels.shape[:2])
             found = reconstruct(
                 sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, both_labellings=False

@@ -1,4 +1,4 @@
-"""Files of a reconstructed walk: ``summary.json``, ``joints.csv`` and ``picture.png`` in one folder."""
+"""Files of a reconstructed walk in one folder: summary, joints with bars, 3D motion, picture, recording, page."""
 
 from __future__ import annotations
 
@@ -7,21 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pipeline.core.keypoint_walk.calibration import angle_half_widths
-from pipeline.core.keypoint_walk.objective import HEADING
-from pipeline.core.keypoint_walk.posterior import ANGLES
-from pipeline.pictures.keypoint_walk import WalkPicture, draw_keypoint_walk
+from pipeline.reconstruct import motion, words
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
-from pipeline.reconstruct.summary import LEVEL_95, heading_words, summarise, table_rows
+from pipeline.reconstruct.motion import Format
+from pipeline.reconstruct.summary import summarise, table_rows
 from pipeline.storage import tables
 from pipeline.validation import InvalidInput, require_name
 
-OURS = ("summary.json", "joints.csv", "picture.png")
-PICTURED = 5
-"""Frames that a picture shows."""
+PAGE = "walk.html"
+OURS = ("summary.json", "joints.csv", "picture.png", "recording.rrd", PAGE)
 
 
 @dataclass(kw_only=True)
@@ -29,7 +24,10 @@ class Output:
     """What is written where."""
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
+    formats: list[Format] = field(default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv])
     picture: bool = True
+    recording: bool = True  # for the rerun viewer
+    page: bool = True  # HTML with a player
 
 
 @dataclass(kw_only=True)
@@ -79,41 +77,34 @@ def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Pat
     if folder.exists() and not folder.is_dir():
         raise InvalidInput("must be a folder", where="output.path", received=str(folder))
     folder.mkdir(parents=True, exist_ok=True)
-    for name in OURS:
-        (folder / name).unlink(missing_ok=True)
+    for path in _ours(folder):
+        path.unlink()
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
     (folder / "summary.json").write_text(text, encoding="utf-8")
     rows = table_rows(walk, options.input)
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
-    found = walk.best.found
-    if options.output.picture and found is not None and summary["verdict"] != "not_a_walk":
-        draw_keypoint_walk(folder / "picture.png", _picture(walk, options.input))
+    motion.write_motion(walk, options.input, options.output.formats, folder)
+    if walk.best.found is None or summary["verdict"] == "not_a_walk":
+        return
+    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
+    if options.output.picture:
+        from pipeline.pictures.keypoint_walk import draw_keypoint_walk
+        from pipeline.reconstruct.picture import picture_of
+
+        draw_keypoint_walk(folder / "picture.png", picture_of(walk, options.input))
+    if options.output.recording:
+        from pipeline.reconstruct.recording import write_recording
+
+        write_recording(walk, walk.best, words.as_markdown(summary), folder / "recording.rrd")
+    if options.output.page:
+        from pipeline.reconstruct.page import page_of
+        from pipeline.report.walk_page import write_walk_page
+
+        files = [path.name for path in _ours(folder)]
+        write_walk_page(folder / PAGE, page_of(walk, walk.best, summary, options.input, files))
 
 
-def _picture(walk: Walk, given: Input) -> WalkPicture:
-    stretch = walk.best
-    found = stretch.found
-    assert found is not None
-    T = len(stretch.pixels)
-    chosen = np.unique(np.linspace(0, T - 1, PICTURED).round().astype(int))
-    keypoints = np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
-    points = found.fit.objective.camera_points(found.fit.x)
-    reprojected = walk.focal_px * points[..., :2] / points[..., 2:]
-    knees = [ANGLES.index("left_knee"), ANGLES.index("right_knee")]
-    half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95) * walk.bars_factor
-    heading = float(found.fit.x[HEADING])
-    return WalkPicture(
-        keypoints=keypoints[chosen] + walk.centre_px,
-        reprojected=reprojected[chosen] + walk.centre_px,
-        frames=chosen + stretch.first_frame,
-        headings_deg=np.degrees(found.starts.headings_rad),
-        heading_cost=found.starts.heading_cost,
-        heading_deg=float(np.degrees(heading)),
-        times_s=(stretch.first_frame + np.arange(T)) / walk.frame_rate_hz,
-        angles_deg=np.degrees(found.posterior.angles_rad[:, knees]),
-        half_deg=np.degrees(half[:, knees]),
-        angle_names=["left knee", "right knee"],
-        positions_mm=found.posterior.positions_mm[chosen],
-        title=f"{Path(given.path).name}: {stretch.judgement.verdict}, {heading_words(heading)}",
-    )
+def _ours(folder: Path) -> list[Path]:
+    """Files in a folder that have names of ours."""
+    return sorted(path for path in folder.iterdir() if path.name in OURS or motion.OURS.fullmatch(path.name))

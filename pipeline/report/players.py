@@ -32,6 +32,19 @@ WALKER_ARRAYS = (
 CLIP_ARRAYS = ("truth", "positions", "images", "camera_matrix", "mirror_margin", "mirrored", "cameras")
 MOST_CLIPS = 4
 
+COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "zhang2007_fig5": {
+        "table.csv": ("method", "view_angle_deg", "absolute_error_mm2", "rms_error_mm", "relative_error")
+    },
+    "zhang2007_fig4": {
+        "table.csv": (
+            *("walker", "view_angle_deg", "method", "instant", "joint"),
+            *(f"reconstructed_{axis}_mm" for axis in "xyz"),
+        )
+    },
+}
+"""Columns of tables that the browser compares its own numbers with, by figure."""
+
 
 @dataclass(frozen=True)
 class Quantised:
@@ -108,6 +121,9 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     return {
         "names": [str(name) for name in arrays["walker"]],
         "person": person.tolist(),
+        "estimated": arrays["unmeasured"].astype(int).tolist()
+        if np.any(arrays.get("unmeasured", False))
+        else [],
         "frequency_hz": np.round(arrays["walker_frequency_hz"], 4).tolist(),
         "samples": encoded(arrays["samples"], "<f4"),
         "residual": encoded(_horizontal(arrays["residual_covariance_mm2"]), "<f4"),

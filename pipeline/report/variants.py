@@ -135,7 +135,7 @@ def _draw(stem: Path, variants: Sequence[Variant], chart: Mapping[str, Any]) -> 
             return []
         rows = np.ones(len(table[chart["x"]]), dtype=bool)
         for column, value in chart.get("where", {}).items():
-            rows &= table[column] == value
+            rows &= np.isin(table[column], value)
         keys = [" ".join(map(str, key)) for key in zip(*(table[c] for c in chart.get("by", [])), strict=True)]
         names = np.array(keys or [""] * len(rows))
         for place, key in enumerate(dict.fromkeys(names[rows].tolist())):

@@ -273,7 +273,9 @@ def _keep_files(
         "bytes": str(sum(path.stat().st_size for path in files.values())),
         "checksums_sha256": folders.digest(sums_text(wanted)),
     }
-    rows = [r for r in indexed if (r["archive"], r["data"]) != (archive.name, data)]
+    # A row of an archive that is no longer there would promise what nobody can look up.
+    there = [r for r in indexed if (archive.parent / r["archive"] / r["data"]).is_dir()]
+    rows = [r for r in there if (r["archive"], r["data"]) != (archive.name, data)]
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()

@@ -17,6 +17,7 @@ _TYPES = {
     ".json": "application/json",
     ".lock": "text/plain",
     ".rrd": "application/octet-stream",
+    ".svg": "image/svg+xml",
     ".webp": "image/webp",
 }
 

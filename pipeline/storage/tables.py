@@ -7,8 +7,10 @@ surplus of a long one for an index.
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -207,10 +209,13 @@ def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[
                 expected=f"sha256 {sha256[:12]}…",
                 received=f"{received[:12]}…",
             )
+        if path.suffix == ".gz":
+            content = gzip.decompress(content)
         reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
         lines = [(reader.line_num, row) for row in reader]
-    except OSError as error:
-        raise InvalidInput(f"cannot read the table: {error.strerror}", where=str(path)) from error
+    except (OSError, EOFError, zlib.error) as error:
+        what = f"cannot read the table: {getattr(error, 'strerror', '') or error}"
+        raise InvalidInput(what, where=str(path)) from error
     except UnicodeDecodeError as error:
         raise InvalidInput("the table is not UTF-8 text", where=f"{path.name}, byte {error.start}") from error
     except csv.Error as error:

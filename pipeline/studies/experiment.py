@@ -27,6 +27,7 @@ class Scale:
     clips: int  # most clips of varied motion; 0: all
     populations: int  # further synthetic populations for intervals; 0: none
     trials: int  # trials for every value of a sweep over limbs
+    filmed: int  # simulated clips of keypoints
 
 
 @dataclass(kw_only=True)

@@ -12,9 +12,12 @@ import pandas as pd
 from pipeline import papers
 from pipeline.core import bootstrap
 from pipeline.storage import tables
-from pipeline.studies import measures
+from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
+from pipeline.storage.sealed_folders import read_manifest
+from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import Replicated, replicate
+from pipeline.studies.rows import Number
 
 Tables = Mapping[str, Any]
 """Tables, or mappings of columns, by name: ``zhang2007_fig5`` is the figure's ``table.csv``, and
@@ -25,10 +28,6 @@ SMOKE = "smoke"
 
 MOST_SILENT = 0.05
 """Share of the replicates that may have no value, for there to be an interval."""
-
-TIMING = "table_timing"
-"""Table of times on the machine that made a figure; no claim uses it."""
-
 
 INGEST = "table_ingest"
 """Table of the clips that a figure rests on, which counts its people."""
@@ -86,9 +85,9 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     gap: papers.Estimate | None = None
     if claim.null is not None:
         nothing: float = np.nan
-        nulls: measures.Number = np.nan
+        nulls: Number = np.nan
         if isinstance(claim.null, papers.Measure):
-            nothing = float(measures.evaluate(claim.null, MEASURES, frames))
+            nothing = float(evaluation.evaluate(claim.null, MEASURES, frames))
             nulls = _replicates(claim.null, drawn)
         else:
             nothing = nulls = claim.null
@@ -97,15 +96,15 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     return papers.Evidence(value=_estimate(value, values), null=null, gap=gap, people=found.people)
 
 
-def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> measures.Number:
+def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Number:
     """Return a measure in all replicates (B,); NaN if there are none."""
     if drawn is None:
         return np.nan
     size = next(len(table.weights) for table in drawn.values() if isinstance(table, Replicated))
-    return measures.evaluate(measure, MEASURES, drawn, size)
+    return evaluation.evaluate(measure, MEASURES, drawn, size)
 
 
-def _estimate(value: float, replicates: measures.Number) -> papers.Estimate:
+def _estimate(value: float, replicates: Number) -> papers.Estimate:
     """Return a value with the interval of its replicates, widened to hold the value; without one if there is none.
 
     A replicate may hold none of the rows that a measure reads, such as no clip of walking: those few say nothing.
@@ -136,7 +135,7 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
 
 
 def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
-    return float(measures.evaluate(item.measure, MEASURES, frames)) if item.measure else np.nan
+    return float(evaluation.evaluate(item.measure, MEASURES, frames)) if item.measure else np.nan
 
 
 def judge_figure(
@@ -156,7 +155,8 @@ def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[p
     InvalidInput
         If a table differs from what was published.
     """
-    return judge(_claims(figures), read_folder(folder, figures), data_name, smoke=folder.name == SMOKE)
+    scales = {read_manifest(folder / f).get("scale") for f in figures if (folder / f).is_dir()}
+    return judge(_claims(figures), read_folder(folder, figures), data_name, smoke=SMOKE in scales)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:
@@ -190,11 +190,32 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
     return [claim for paper in papers.PAPERS.values() for claim in paper.claims if claim.figure in chosen]
 
 
-def write_claims(path: Path, verdicts: Sequence[papers.Verdict]) -> None:
-    """Write the verdicts as a table, one row per claim: the paper's number, ours, the null, the verdict and why."""
+def write_claims(
+    path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
+) -> None:
+    """Write the verdicts as a table, one row per claim: the paper's number, ours, the null, the verdict and why.
+
+    Parameters
+    ----------
+    path : Path
+    verdicts : sequence of Verdict
+    judged : iterable of str, optional
+        Figures that were judged: rows of others that the file has stay.  By default the file is replaced.
+    """
     rows = [_row(verdict) for verdict in verdicts]
-    columns = list(_row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, "")))
-    tables.write(path, {name: _column([row[name] for row in rows]) for name in columns}, sort_by=["claim"])
+    plain = _row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, ""))
+    if judged is not None and path.is_file():
+        anew = {*judged, *(row["figure"] for row in rows)}
+        before = [row for row in tables.read_rows(path) if row.get("figure") not in anew]
+        rows += [
+            {name: _cell(row[name], plain[name]) for name in plain} for row in before if {*row} == {*plain}
+        ]
+    tables.write(path, {name: _column([row[name] for row in rows]) for name in plain}, sort_by=["claim"])
+
+
+def _cell(text: str, like: Any) -> Any:
+    """Return a cell of a file as text or number, as in the same column of a verdict's row."""
+    return text if isinstance(like, str) else float(text or "nan")
 
 
 def _row(verdict: papers.Verdict) -> dict[str, Any]:

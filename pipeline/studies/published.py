@@ -1,7 +1,7 @@
-"""Published numbers: ``results/published.csv``, and the README's tables, which are made from it.
+"""Published numbers: ``results/published.csv``, and the tables of the README and the page, which are made from it.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
-commit.  `measured` returns the rows of a folder of published figures, `rendered` the tables.
+commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.
 """
 
 from __future__ import annotations
@@ -22,9 +22,6 @@ from pipeline.studies.ledger import judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput
 
 COLUMNS = ("data", "scale", "commit", "figure", "name", "value", "unit")
-
-
-HEADING_LINES = 2
 
 
 def names_quoted(layout: Mapping[str, Any]) -> list[str]:
@@ -96,22 +93,25 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
     tables.write(path, together, sort_by=["data", "name"])
 
 
-def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
-    """Return each table as Markdown, from the columns of the file."""
+Cells = tuple[list[str], list[list[str]]]
+"""The heads of a table's columns, and its rows."""
+
+
+def filled(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, Cells]:
+    """Return each table with its numbers, from the columns of the file; rows of which nothing is known are left out."""
     values: dict[str, dict[str, float]] = {}
     for data_name, name, value in zip(
         published["data"], published["name"], map(float, published["value"]), strict=True
     ):
         values.setdefault(str(data_name), {})[str(name)] = value
-    return {name: _rendered(table, values) for name, table in layout.items()}
+    return {name: _table(table, values) for name, table in layout.items()}
 
 
-def _rendered(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) -> str:
+def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) -> Cells:
     of = {data_name: values.get(data_name, {}) for data_name in table["columns"]}
     paper = "paper" in table
-    head = [_filled([title], of[data_name]) for data_name, title in table["columns"].items()]
-    lines = [[table["corner"], *([table["paper"]] if paper else []), *head]]
-    lines.append(["---"] * len(lines[0]))
+    heads = [_filled([title], of[data_name]) for data_name, title in table["columns"].items()]
+    rows = []
     for row in table["rows"]:
         if "verdicts" in row:
             kind = Kind(row["kind"])
@@ -119,12 +119,23 @@ def _rendered(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]
             templates = [", ".join(f"{{{name}:.0f}}" for name in counts)]
         else:
             templates = _templates(row)
-        cells = [_filled(templates, of[data_name]) for data_name in table["columns"]]
-        if any(cells):  # a row of which nothing was published yet would say nothing
-            lines.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
-    if len(lines) == HEADING_LINES:
+        cells = [re.sub(" +", " ", _filled(templates, of[data_name])) for data_name in table["columns"]]
+        if any(cells):
+            rows.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
+    return [table["corner"], *([table["paper"]] if paper else []), *heads], rows
+
+
+def rendered(layout: Mapping[str, Any], published: Mapping[str, Any]) -> dict[str, str]:
+    """Return each table as Markdown, from the columns of the file."""
+    made = filled(layout, published)
+    return {name: _markdown(heads, rows) for name, (heads, rows) in made.items()}
+
+
+def _markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    if not rows:
         return "Not published yet: `make claims` prints them after `make sweeps`."
-    ruled = (f"|{'|'.join(cells)}|" if cells[0] == "---" else f"| {' | '.join(cells)} |" for cells in lines)
+    lines = [f"| {' | '.join(cells)} |" for cells in (heads, *rows)]
+    ruled = [lines[0], f"|{'---|' * len(heads)}", *lines[1:]]
     return "\n".join(re.sub(" +", " ", line) for line in ruled)
 
 

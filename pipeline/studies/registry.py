@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pipeline.studies import actions, face_off, limbs, measures, walks
+from pipeline.studies import actions, evaluation, face_off, keypoints, limbs, measures, walks
 from pipeline.studies.study import NoSweep, Study
 
-STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, face_off.STUDY)
+STUDIES: tuple[Study, ...] = (walks.STUDY, actions.STUDY, limbs.STUDY, face_off.STUDY, keypoints.STUDY)
 
 GROUPS = ("dataset", "model", "sweep", "figure")
 """Groups of options that the studies fill."""
 
 
-MEASURES = measures.registry(measures, *(study.measures for study in STUDIES if study.measures))
+MEASURES = evaluation.registry(measures, *(study.measures for study in STUDIES if study.measures))
 """The measures of all studies, by name."""
 
 

@@ -21,9 +21,8 @@ from pipeline.papers import (
     Measure,
     Outcome,
     Verdict,
-    placeholders,
 )
-from pipeline.studies import measures
+from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
 from pipeline.studies.registry import MEASURES
 from pipeline.validation import InvalidInput
@@ -186,7 +185,7 @@ def numbers_in(quote: str) -> set[float]:
 def test_every_claim_has_a_name_of_its_own() -> None:
     names = [item.name for paper in papers.PAPERS.values() for item in paper.measured]
     assert sorted(set(names)) == sorted(names)
-    assert [name for name in names if not re.fullmatch(r"[a-z]+\d{4}(_[a-z0-9]+)+", name)] == []
+    assert [name for name in names if not re.fullmatch(r"[a-z]+(\d{4})?(_[a-z0-9]+)+", name)] == []
 
 
 @pytest.mark.parametrize("claim", by_name([c for c in CLAIMS if c.published is not None]))
@@ -228,26 +227,25 @@ WITH_NULLS = ("zhang2004", "zhang2007", "mozerov2006", "park2011")
 def test_every_result_and_sentence_has_a_null_or_says_why_not(claim: Claim) -> None:
     assert claim.kind is Kind.CONDITION or claim.no_null or claim.null is not None
     if isinstance(claim.null, Measure):
-        measures.check(claim.null, MEASURES, claim.name)
+        evaluation.check(claim.null, MEASURES, claim.name)
 
 
 @pytest.mark.parametrize("item", by_name(MEASURED))
 def test_every_measure_is_a_function_with_these_arguments(item: Claim | papers.Quantity) -> None:
     assert item.measure is not None
-    measures.check(item.measure, MEASURES, item.name)
+    evaluation.check(item.measure, MEASURES, item.name)
 
 
-QUOTED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d, text in c.why.items() if "{" in text]
+EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.why]
 
 
-@pytest.mark.parametrize(("claim", "data_name"), QUOTED)
+@pytest.mark.parametrize(("claim", "data_name"), EXPLAINED)
 def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, data_name: str) -> None:
     """So that a figure judged alone can say them; `value` is the claim's own."""
-    for name in placeholders(claim.why[data_name]):
-        if name != "value":
-            quoted = papers.quantity(name).measure
-            assert quoted is not None
-            assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
+    for name in claim.why[data_name].quoted:
+        quoted = papers.quantity(name).measure
+        assert quoted is not None
+        assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
 
 
 def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
@@ -291,7 +289,7 @@ claims:
     how: mean of x_mm
     measure: {mean: {table: table, column: x_mm}}
     bounds: {reproduced: {within: 1}, direction: {above: 0}, reason: an example}
-    why: {any: "it is {value:.1f}, of {little2000_quantity:.0f}"}
+    why: {any: {shown: "it is {value:.1f}, of {little2000_quantity:.0f}"}}
 quantities:
   little2000_quantity:
     figure: little2000_fig1
@@ -351,6 +349,18 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
         ("used: papers.load, ", "", "equation 1: no 'used'"),
         ('    section: "1"', '    like: little2000_claim\n    section: "1"', "like must be another claim"),
         ("claims:", "claims: [", "little2000.yaml: cannot be read"),
+        ("any: {shown: ", "any: {rumoured: ", "why any: unknown key 'rumoured'"),
+        ("{shown: ", "{untested: it may be so, shown: ", "why any must have one text"),
+        ("{shown: ", "{tested: ", "what is tested needs its run"),
+        (
+            '{shown: "it is',
+            '{beside: [little2000_quantity], untested: "it is',
+            "what is tested needs its run",
+        ),
+        ('{shown: "it is', '{beside: [little2000_no], tested: "it is', "no quantity 'little2000_no'"),
+        ('"it is {value', '"because it is {value', "why any: 'because' names a cause"),
+        ('"it is {value', '"it is 12.5, {value', "why any: the number 12.5 is typed"),
+        ('"it is {value', '"it was {without:.0f}, it is {value', "why any: quotes a run, and names none"),
     ],
 )
 def test_what_a_file_says_wrongly_is_refused_by_name(
@@ -361,6 +371,33 @@ def test_what_a_file_says_wrongly_is_refused_by_name(
         loaded(tmp_path, LITTLE.replace(old, new, 1))
     assert complaint in str(refused.value)
     assert "little2000" in str(refused.value)
+
+
+RUNS = """\
+data,group,switch,overrides,scale,commit,name,without,with
+synthetic,walks,few people,data.walkers=3,full,0123456789ab,little2000_claim,10,12.5
+synthetic,walks,few people,data.walkers=3,full,0123456789ab,little2000_quantity,80,3
+"""
+
+
+def test_an_explanation_quotes_the_run_that_tested_it(tmp_path: Path) -> None:
+    (tmp_path / papers.INTERVENTIONS).write_text(RUNS, encoding="utf-8")
+    why = (
+        "{tested: 'with {with_little2000_quantity:.0f} of {without_little2000_quantity:.0f} people {with:.1f} mm, "
+        "not {without:.0f}', run: {data: synthetic, group: walks, switch: few people}}"
+    )
+    old = '{shown: "it is {value:.1f}, of {little2000_quantity:.0f}"}'
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, why)).claims
+    verdict = papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "optical")
+    assert (
+        "with 3 of 80 people 12.5 mm, not 10 (tested: synthetic, few people: data.walkers=3)" in verdict.why
+    )
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, why.replace("few people", "many people"))).claims
+    assert "(no number)" in papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "optical").why
+    (claim,) = loaded(tmp_path, LITTLE.replace(old, "{untested: people may differ}")).claims
+    assert papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "cmu").why.endswith(
+        "not tested: people may differ"
+    )
 
 
 def test_a_null_may_be_missing_for_a_reason_and_people_counted(tmp_path: Path) -> None:
@@ -394,7 +431,25 @@ def columns(**values: list) -> dict[str, np.ndarray]:
 
 def worked_tables() -> dict[str, dict[str, np.ndarray]]:
     """The tables of all papers that are judged."""
-    return {**worked_walks(), **worked_performances(), **worked_limbs()}
+    return {**worked_walks(), **worked_performances(), **worked_limbs(), **worked_keypoints()}
+
+
+def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
+    """Tables of walks from keypoints, of two headings and of three clips."""
+    return {
+        "keypoints_headings": columns(
+            method=["keypoint_walk", AVERAGE, "image_kept"] * 2,
+            heading_deg=[0] * 3 + [30] * 3,
+            error_mm=[28.0, 40.0, 50.0, 32.0, 40.0, 50.0],
+            knee_error_deg=[3.0, 6.0, 5.0] * 2,
+        ),
+        "keypoints_headings/table_clips": columns(
+            person=["a", "b", "b", "b"],
+            view_distance_deg=[1.0, 2.0, 3.0, 40.0],
+            covered_95_percent=[94.0, 95.0, 96.0, 97.0],
+            covered_95_raw_percent=[97.0] * 4,
+        ),
+    }
 
 
 def worked_walks() -> dict[str, dict[str, np.ndarray]]:
@@ -469,10 +524,62 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             own_far_beyond=[0.0, 0.0, 1.0, 1.0],
         ),
         "zhang2007_occlusion": columns(hidden=["feet"]),
-        "zhang2007_occlusion/table_hidden": columns(
-            hidden=["feet", "head"] * 2,
-            method=["average_walker"] * 2 + ["map_tuned"] * 2,
-            hidden_error_mm=[90.0, 70.0, 50.0, 54.0],
+        "zhang2007_occlusion/table_walkers": columns(
+            person=["a", "b"] * 6,
+            walker=["a", "b"] * 6,
+            hidden=(["feet"] * 2 + ["head"] * 2) * 3,
+            method=["average_walker"] * 4 + ["map_tuned"] * 4 + ["anatomical"] * 4,
+            hidden_error_mm=[90.0, 90.0, 70.0, 70.0, 50.0, 50.0, 54.0, 54.0, 40.0, 38.0, 40.0, 38.0],
+        ),
+        "zhang2007_occlusion/table_walkers_bars": columns(
+            person=["a", "b"] * 2,
+            method=["map_tuned"] * 2 + ["anatomical"] * 2,
+            bars=["as computed"] * 2 + ["calibrated"] * 2,
+            covered_percent=[70.0, 80.0, 94.0, 96.0],
+        ),
+        "zhang2007_structure": columns(view_angle_deg=[0.0, 30.0]),
+        "zhang2007_structure/table_walkers": columns(
+            person=["a", "b"] * 4,
+            walker=["a", "b"] * 4,
+            method=["average_walker"] * 2 + ["map_tuned"] * 2 + ["shrinkage"] * 2 + ["anatomical"] * 2,
+            absolute_error_mm2=[900.0, 1100.0, 600.0, 400.0, 500.0, 400.0, 300.0, 420.0],
+        ),
+        "zhang2007_coverage": columns(method=["anatomical"]),
+        "zhang2007_coverage/table_walkers": columns(
+            person=["a", "b"] * 3,
+            method=["map_70"] * 2 + ["anatomical"] * 4,
+            bars=["as computed"] * 4 + ["calibrated"] * 2,
+            covered_percent=[60.0, 64.0, 97.0, 99.0, 94.0, 95.0],
+        ),
+        "zhang2007_coverage/table_walkers_views": columns(
+            person=["a", "b"] * 2,
+            method=["anatomical"] * 4,
+            view_angle_deg=[0.0, 0.0, 90.0, 90.0],
+            covered_percent=[96.0, 98.0, 93.0, 91.0],
+        ),
+        "zhang2007_coverage/table_walkers_joints": columns(
+            person=["a", "b"] * 2,
+            method=["anatomical"] * 4,
+            joint_group=["knee"] * 2 + ["hip"] * 2,
+            covered_percent=[90.0, 92.0, 95.0, 95.0],
+        ),
+        "zhang2007_noise": columns(condition=["bias_10_slow_3"]),
+        "zhang2007_noise/table_walkers": columns(
+            person=["a", "b"] * 4,
+            condition=["bias_10_slow_3"] * 6 + ["none"] * 2,
+            method=["map_tuned"] * 2
+            + ["anatomical_told"] * 2
+            + ["anatomical_untold"] * 2
+            + ["anatomical_told"] * 2,
+            absolute_error_mm2=[400.0, 600.0, 400.0, 500.0, 800.0, 700.0, 1.0, 1.0],
+            covered_percent=[80.0, 80.0, 94.0, 96.0, 40.0, 50.0, 99.0, 99.0],
+        ),
+        "zhang2007_view_posterior": columns(method=["anatomical"]),
+        "zhang2007_view_posterior/table_walkers": columns(
+            person=["a", "b"] * 2,
+            method=["two_harmonics"] * 2 + ["anatomical"] * 2,
+            absolute_angle_error_median_deg=[3.0, 3.0, 1.0, 2.0],
+            covered_percent=[99.0, 99.0, 94.0, 95.0],
         ),
         "zhang2007_joint_angles/table_walkers": columns(
             person=["a", "b"] * 6,
@@ -706,6 +813,12 @@ SPREAD_DEG = np.degrees(np.sqrt(-2 * np.log(np.cos(np.radians(2))))) / 2
 """Mean of the circular standard deviations of (0, 0) and of (0, 4) degrees."""
 
 WORKED = {
+    "keypoints_error_below_average_walker": 25.0,
+    "keypoints_error_below_image_kept": 40.0,
+    "keypoints_knee_below_average_walker": 50.0,
+    "keypoints_view_angle": 2.5,
+    "keypoints_view_not_mistaken": 25.0,
+    "keypoints_coverage": 95.5,
     "park2011_length_preserved": 1e-9,
     "park2011_smooth": 1.25,
     "park2011_imputed_points_articulated": 1e-12,
@@ -823,6 +936,19 @@ WORKED = {
     "zhang2004_legs_half_a_period_apart": 0.49,
     "zhang2004_variance_covered_in_profile": -0.25,
     "zhang2007_occluded_markers_recovered": 35,  # 80 and 52 mm
+    "zhang2007_structure_below_map": 28,  # 500 and 360 mm²
+    "zhang2007_structure_synthetic_below_map": 28,
+    "zhang2007_structure_error": 360,
+    "zhang2007_structure_walkers_better": 50,
+    "zhang2007_coverage_of_bars": 94.5,
+    "zhang2007_coverage_of_every_view": 92,
+    "zhang2007_coverage_of_every_joint": 91,
+    "zhang2007_occlusion_below_map": 25,  # 52 and 39 mm
+    "zhang2007_occlusion_covered": 95,
+    "zhang2007_noise_below_map": 10,  # 500 and 450 mm²
+    "zhang2007_noise_covered": 95,
+    "zhang2007_view_posterior_error": 1.5,
+    "zhang2007_view_posterior_covered": 94.5,
     "zhang2004_walkers": 2,
     "zhang2004_joints": 15,
     "zhang2004_dimensions_3d": 226,
@@ -900,6 +1026,11 @@ def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) 
 # --- verdicts ---------------------------------------------------------------------------------------------
 
 
+def shown(text: str) -> papers.Explanation:
+    """An explanation that only says what tables hold."""
+    return papers.Explanation(support=papers.Support.SHOWN, text=text)
+
+
 def little_claim(**changes: object) -> Claim:
     """Mean of one column, published as 10: 9 to 11 reproduces, positive keeps the direction."""
     settings: dict = {
@@ -916,7 +1047,7 @@ def little_claim(**changes: object) -> Claim:
         "reproduced": Interval(9, 11),
         "direction": Interval(low=0, low_open=True),
         "reason": "an example",
-        "why": {"optical": "these walkers are small: {value:.1f} mm"},
+        "why": {"optical": shown("these walkers are small: {value:.1f} mm")},
     }
     return Claim(**(settings | changes))
 
@@ -1018,7 +1149,7 @@ def test_a_small_run_decides_nothing_but_conditions() -> None:
 def test_a_difference_that_nobody_has_explained_says_so() -> None:
     assert outcome(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
     assert outcome(found(-20.0), papers.OVERRIDDEN)[1].endswith("differ from the preset's")
-    assert outcome(found(-1.0), "cmu", why={"any": "so it is"})[1].endswith("so it is")
+    assert outcome(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
 
 
 ESTIMATES = st.builds(
@@ -1050,7 +1181,7 @@ def little_verdict(claim: Claim, x_mm: list, data_name: str = "synthetic") -> Ve
 
 
 def test_explanations_quote_our_numbers_and_say_when_there_is_none() -> None:
-    claim = little_claim(why={"any": "{zhang2007_walkers:.0f} walkers"})
+    claim = little_claim(why={"any": shown("{zhang2007_walkers:.0f} walkers")})
     tables = {"zhang2007_fig5": {"x_mm": [20.0]}, "zhang2007_fig5/table_walkers": {"walker": ["a", "b"]}}
     assert judge([claim], tables, "cmu")[0].why.endswith("; 2 walkers")
     del tables["zhang2007_fig5/table_walkers"]
@@ -1091,8 +1222,8 @@ def columns_read(claim: Claim) -> set[tuple[str, str]]:
             named = [texts[name] for name in ("column", "by", "count", "unit_error") if name in texts]
             named += part.arguments.get("columns", ())
             if part.name in ("percent", "at_smallest"):
-                named += measures.columns_of(texts["of"])
-            named += measures.columns_of(texts["where"]) if "where" in texts else []
+                named += rows.columns_of(texts["of"])
+            named += rows.columns_of(texts["where"]) if "where" in texts else []
             found |= {(part.arguments["table"], column) for column in named}
     return found
 

@@ -5,42 +5,22 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import pipeline
-from pipeline.core.keypoint_walk import compact, moments
-from pipeline.core.keypoint_walk.calibration import Calibration
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.people import choose, find_tracks
-from pipeline.reconstruct.summary import heading_words
+from pipeline.reconstruct.summary import FOCAL_UNSURE, heading_words, off_middle_rad, summarise, view_sd_rad
 from pipeline.reconstruct.writing import Output, Reconstruct, run
-from pipeline.storage import tables
-from pipeline.synthetic.keypoints import DetectorError
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import clip, walks
-from tests.reconstruct.walks import SIZE, alphapose, in_layout
-
-ERROR = DetectorError(white_px=2.0, slow_px=2.0, bias_mm=5.0, missing=0.02, swaps_per_s=0.0)
-
-
-@pytest.fixture(scope="session")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model of the synthetic walkers, its bars not calibrated."""
-    small = compact(moments(walks()[1:], np.arange(len(walks()) - 1)), 6)
-    folder = tmp_path_factory.mktemp("model")
-    calibration = Calibration(np.ones((8, 3, 3)), np.ones((4, 3)))
-    model_file.save(model_file.TrainedModel(small, calibration, {"note": "synthetic"}), folder)
-    return folder
-
-
-def given(path: Path, **more: object) -> Input:
-    options = {"path": str(path), "frame_rate_hz": 30.0, "width": SIZE[0], "height": SIZE[1], "focal_px": 0.0}
-    return Input(**{**options, **more})  # type: ignore[arg-type]
+from tests.core.keypoint_walk.walkers import clip
+from tests.reconstruct.walks import ERROR, SIZE, alphapose, given, in_layout
 
 
 @pytest.mark.parametrize("layout", ["coco17", "halpe26"])
@@ -53,32 +33,6 @@ def test_a_walk_is_found_in_a_file(layout: str, model: Path, tmp_path: Path) -> 
     assert walk.best.found is not None
     assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(60.0, abs=12.0)
     assert any("not measured" in note for note in walk.notes)
-
-
-def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
-    sim = clip(-30.0, ERROR)
-    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
-    options = Reconstruct(
-        input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
-        output=Output(path=str(tmp_path / "out")),
-        model_folder=str(model),
-    )
-    _, summary, folder = run(options)
-    stored = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert stored == json.loads(json.dumps(summary))
-    assert stored["verdict"] in ("walk", "doubtful")
-    low, high = stored["view_angle_deg"]["interval_95"]
-    assert low < stored["view_angle_deg"]["value"] < high
-    assert stored["view_angle_deg"]["heading_deg"] == pytest.approx(-30.0, abs=12.0)
-    assert "towards the camera" in stored["view_angle_deg"]["words"]
-    assert stored["cadence"]["strides_per_s"] == pytest.approx(walks()[0].frequency_hz, rel=0.03)
-    assert 300.0 < stored["step_length"]["mm"] < 1000.0
-    table = tables.read(folder / "joints.csv")
-    assert set(table["joint"]) >= {"left_knee", "pelvis"}
-    legs = [table[a][table["joint"] == "left_knee"] - table[a][table["joint"] == "left_ankle"] for a in "xyz"]
-    assert 300.0 < np.sqrt(np.sum(np.square(legs), axis=0)).mean() < 500.0
-    assert set(table["observed"][table["joint"] == "sternum"]) == {0}
-    assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_two_people_and_another_video_behind(model: Path, tmp_path: Path) -> None:
@@ -129,7 +83,61 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     with pytest.raises(InvalidInput, match="frame rate is not known"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
-    assert any("is the frame rate 60 Hz" in note for note in walk.notes)
+    assert any("is the frame rate 60 Hz, or 30 Hz?" in note for note in walk.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("frame_rate_hz", -3.0),
+        ("frame_rate_hz", 1e6),
+        ("stature_mm", 17.0),
+        ("width", -5),
+        ("focal_px", -1.0),
+    ],
+)
+def test_impossible_values_are_refused_by_name(name: str, value: float, tmp_path: Path) -> None:
+    path = alphapose(tmp_path / "a.json", in_layout(clip(60.0, ERROR), "coco17"))
+    with pytest.raises(InvalidInput, match=f"input.{name} must be at least"):
+        reconstruct_clip(given(path, **{name: value}))
+
+
+def test_who_walks_is_found_behind_who_stands_for_longer(model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    walking = in_layout(sim, "coco17")
+    still = np.repeat(walking[10:11], len(walking) + 10, axis=0)
+    still[..., 0] += np.where(still[..., 2] > 0, 700.0, 0.0)
+    still[..., :2] += np.random.default_rng(0).normal(scale=1.5, size=still[..., :2].shape) * (
+        still[..., 2:] > 0
+    )
+    rows = [
+        {"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist()}
+        for people in (still, walking)
+        for t, v in enumerate(people)
+    ]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assert len(walk.track.rows) == len(walking)
+    assert walk.best.judgement.verdict != "not_a_walk"
+    assert any("The longest track" in note and "is no walk" in note for note in walk.notes)
+    named = reconstruct_clip(given(path, focal_px=sim.focal_px, person="1"), model)
+    assert named.best.judgement.verdict == "not_a_walk"
+
+
+def test_an_assumed_focal_length_widens_the_view_of_who_is_off_the_middle(
+    model: Path, tmp_path: Path
+) -> None:
+    sim = clip(90.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    known = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assumed = replace(known, focal_known=False)
+    assert known.best.found is not None
+    off = off_middle_rad(known, known.best.found)
+    across = np.nanmean(known.best.pixels[..., 0], axis=1) / sim.focal_px
+    assert off == pytest.approx(np.sqrt(np.mean(np.arctan(across) ** 2)), rel=0.05)
+    widened = view_sd_rad(assumed, known.best.found) ** 2 - view_sd_rad(known, known.best.found) ** 2
+    assert np.sqrt(widened) == pytest.approx(known.bars_factor * FOCAL_UNSURE * off)
 
 
 def test_somebody_who_stands_is_refused_with_the_reason(model: Path, tmp_path: Path) -> None:
@@ -253,6 +261,28 @@ def test_towards_the_camera_and_away_again(recordings: Path) -> None:
     assert abs(headings[0]) < 12.0
     assert abs(abs(headings[1]) - 180.0) < 12.0
     assert all(s.judgement.verdict == "walk" for s in walk.stretches)
+
+
+@pytest.mark.parametrize("walk", ["0_0", "0_1", "1_0", "1_1"])
+@pytest.mark.parametrize(("view", "headings"), [("00", (180, 0)), ("45", (135, -45)), ("90", (90, -90))])
+def test_known_views_are_within_the_interval(
+    view: str, headings: tuple[int, int], walk: str, recordings: Path
+) -> None:
+    """Away and towards the camera, or to its right and left; the line itself is known to a few degrees."""
+    path = recordings / "alphapose_known_angles" / "0" / f"000_{view}_{walk}_nm.json"
+    given_ = Input(path=str(path), frame_rate_hz=15.0)
+    found = summarise(reconstruct_clip(given_), given_)
+    low, high = found["view_angle_deg"]["interval_95"]
+    off = (found["view_angle_deg"]["heading_deg"] - headings[int(walk[0])] + 180.0) % 360.0 - 180.0
+    assert found["verdict"] != "not_a_walk"
+    assert abs(off) < (high - low) / 2.0 + 3.0
+
+
+def test_a_wrong_frame_rate_of_a_recording_is_remarked_on(recordings: Path) -> None:
+    path = recordings / "alphapose_sidewalk" / "alphapose-results.json"
+    walk = reconstruct_clip(Input(path=str(path), frame_rate_hz=60.0))
+    assert any("or 30 Hz?" in note for note in walk.notes)
+    assert reconstruct_clip(Input(path=str(path), frame_rate_hz=30.0)).best.judgement.verdict == "walk"
 
 
 @pytest.mark.parametrize("path", ["not_walking/openpose_balancing/pose-associated/cam01_json"])

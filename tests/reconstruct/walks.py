@@ -7,11 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.reconstruct.clip import Input
 from pipeline.reconstruct.layouts import layouts
 from pipeline.skeleton import WALKER15
-from pipeline.synthetic.keypoints import SimulatedKeypoints
+from pipeline.synthetic.keypoints import DetectorError, SimulatedKeypoints
 
 SIZE = (1920, 1080)
+ERROR = DetectorError(white_px=2.0, slow_px=2.0, bias_mm=5.0, missing=0.02, swaps_per_s=0.0)
+
+
+def given(path: Path, **more: object) -> Input:
+    """What is known of a simulated video."""
+    options = {"path": str(path), "frame_rate_hz": 30.0, "width": SIZE[0], "height": SIZE[1], "focal_px": 0.0}
+    return Input(**{**options, **more})  # type: ignore[arg-type]
 
 
 def in_layout(sim: SimulatedKeypoints, name: str) -> np.ndarray:

@@ -8,13 +8,18 @@ from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from pipeline import papers
 from pipeline.report import PAGE, write_page
-from pipeline.report.document import MOST_BYTES, TABLE_BYTES, charts_of, counts_by_kind
+from pipeline.report.document import MOST_BYTES
+from pipeline.report.entries import TABLE_BYTES, charts_of
 from pipeline.report.published import first_rows, read_published
+from pipeline.report.verdicts import counts_by_kind
 from pipeline.storage import provenance, tables
+from pipeline.storage.sealed_folders import read_manifest, write_manifest
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant, view_errors
 
@@ -161,6 +166,47 @@ def test_a_large_table_is_there_with_its_first_rows(tmp_path: Path) -> None:
     assert f"{TABLE_BYTES // 4:,} rows, 1 columns; the first 50 rows here, all in the folder" in page.text
 
 
+def test_curves_of_a_large_table_are_drawn_from_all_its_rows(tmp_path: Path) -> None:
+    rows = TABLE_BYTES // 8
+    large = {
+        "method": ["map"] * rows,
+        "view_angle_deg": list(range(rows)),
+        "absolute_error_mm2": [n / 3.0 for n in range(rows)],
+        "absolute_error_sd_mm2": [1.0] * rows,
+        "of_no_curve": [1] * rows,
+    }
+    folder = tmp_path / "synthetic" / "smoke"
+    plant(folder / "zhang2007_fig5", table=large)
+    text, page = page_of(folder)
+    embedded = re.search(r'id="curves-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
+    assert embedded is not None
+    lines = json.loads(embedded[1])["table.csv"].splitlines()
+    assert lines[0] == "method,view_angle_deg,absolute_error_mm2,absolute_error_sd_mm2"
+    assert lines[2] == "map,1,0.333333,1"
+    assert len(lines) == rows + 1
+    assert len(page.values("data-spec")) == 1
+
+
+def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, results: Path) -> None:
+    plant(tmp_path / "synthetic" / "full" / "zhang2007_fig5", claims=CLAIM, scale="full")
+    _, page = page_of(tmp_path / "synthetic" / "full")
+    assert "Numbers, by data set" in page.text
+    assert "rank correlation of error and η" in page.text
+    assert len(page.values("id")) == len(set(page.values("id")))
+    assert "Numbers, by data set" not in page_of(results)[1].text
+
+
+def test_pictures_shrink_before_a_page_is_too_large(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    noise = np.random.default_rng(0).integers(0, 256, (900, 1800, 3), dtype=np.uint8)
+    figure = results / "zhang2007_fig5"
+    Image.fromarray(noise).save(figure / "figure.png")
+    write_manifest(figure, {k: v for k, v in read_manifest(figure).items() if k != "files"})
+    _, whole = write_page(results, FIGURES)
+    monkeypatch.setattr("pipeline.report.document.MOST_BYTES", whole["page"] - 100_000)
+    _, parts = write_page(results, FIGURES)
+    assert 0 < parts["pictures"] < whole["pictures"] - 100_000
+
+
 def test_the_same_results_make_the_same_page(results: Path) -> None:
     assert page_of(results)[0] == page_of(results)[0]
 
@@ -182,7 +228,7 @@ def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
     assert set(layout["papers"]) == set(papers.PAPERS)
     for key, said in layout["papers"].items():
         assert len(said["sentences"]) == 3
-        assert said["figure"] in papers.paper(key).figures
+        assert said["figure"] in (papers.paper(key).figures or papers.paper(key).beyond)
         for sentence in said["sentences"]:
             for name in papers.placeholders(sentence):
                 assert papers.quantity(name).name == name

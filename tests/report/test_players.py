@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -24,7 +23,6 @@ from pipeline.storage.store import Store
 from tests.report.planted import plant
 
 FIGURES = ["zhang2007_fig4", "zhang2007_fig5"]
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
 @pytest.fixture(scope="module")
@@ -148,15 +146,6 @@ def test_results_without_walkers_say_so(tmp_path: Path) -> None:
     figure = read_published(tmp_path / "synthetic" / "smoke", ["zhang2007_fig5"]).figures["zhang2007_fig5"]
     assert players.walkers(figure)[1].startswith("zhang2007_fig5 was made before its walkers were published")
     assert players.walkers(None) == ({}, "zhang2007_fig5 is not made yet")
-
-
-@pytest.fixture(scope="module")
-def browser() -> str:
-    """A browser's name; tests that ask for it are skipped where there is none."""
-    found = next((name for name in BROWSERS if shutil.which(name)), "")
-    if not found:
-        pytest.skip("needs Chromium")
-    return found
 
 
 def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: Path) -> None:

@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.storage import locks, sealed_folders
+from pipeline import locks
 from pipeline.storage import provenance as provenance_module
+from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
 from pipeline.storage.sealed_folders import canonical, complaints_about, is_complete
 from pipeline.storage.store import Artefact

@@ -12,7 +12,7 @@ from pipeline import papers
 from pipeline.papers import Measure
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
-from pipeline.studies import measures
+from pipeline.studies import evaluation
 from pipeline.studies.ledger import judge, judge_figure, judge_folder, write_claims
 from pipeline.studies.registry import MEASURES
 from pipeline.studies.replicated import Replicated, replicate
@@ -45,6 +45,22 @@ def test_a_figure_is_judged_on_its_own_tables() -> None:
     assert thirty.value == pytest.approx(95.5)
     assert thirty.outcome == "undecided", "no interval is known of two walkers' spectrum"
     assert found["zhang2007_fundamental_share"].value == pytest.approx(91.9)
+
+
+def test_verdicts_on_some_figures_leave_those_on_others(tmp_path: Path) -> None:
+    path = tmp_path / "claims.csv"
+    spectrum = judge_figure("zhang2007_fig2", SPECTRUM, "synthetic")
+    others = [papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, "no people")]
+    write_claims(path, others)
+    write_claims(path, spectrum, judged=["zhang2007_fig2"])
+    both = path.read_bytes()
+    assert len(tables.read_rows(path)) == len(spectrum) + len(others)
+    write_claims(path, spectrum, judged=["zhang2007_fig2"])
+    assert path.read_bytes() == both
+    write_claims(path, [], judged=["zhang2007_fig2"])
+    assert {row["figure"] for row in tables.read_rows(path)} == {verdict.claim.figure for verdict in others}
+    write_claims(path, spectrum)
+    assert len(tables.read_rows(path)) == len(spectrum)
 
 
 def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
@@ -233,13 +249,13 @@ def test_every_replicate_is_what_its_rows_give() -> None:
         Measure("root", {"of": one}),
     ]
     for measure in wanted:
-        fast = measures.evaluate(measure, MEASURES, drawn, len(rows.weights))
+        fast = evaluation.evaluate(measure, MEASURES, drawn, len(rows.weights))
         assert np.shape(fast) == (2000,)
         for b in range(5):
-            slow = measures.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
+            slow = evaluation.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
             assert np.asarray(fast)[b] == pytest.approx(slow, rel=1e-9, nan_ok=True), measure.name
     counted = Measure("distinct", {"table": "fig", "columns": ("walker",)})
-    assert measures.evaluate(counted, MEASURES, drawn, 2000) == 7, "a count of what was done"
+    assert evaluation.evaluate(counted, MEASURES, drawn, 2000) == 7, "a count of what was done"
 
 
 def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() -> None:
@@ -247,11 +263,11 @@ def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() ->
     drawn = replicate(["fig"], {"fig": table})
     assert drawn is not None
     broken = Measure("broken_time_constraints", {"table": "fig"})
-    found = np.asarray(measures.evaluate(broken, MEASURES, drawn, 2000))
+    found = np.asarray(evaluation.evaluate(broken, MEASURES, drawn, 2000))
     assert found.shape == (2000,)
     rows = drawn["fig"]
     assert isinstance(rows, Replicated)
-    assert found[7] == pytest.approx(measures.evaluate(broken, MEASURES, {"fig": rows.drawn(7)}))
+    assert found[7] == pytest.approx(evaluation.evaluate(broken, MEASURES, {"fig": rows.drawn(7)}))
 
 
 def test_people_drawn_again_already_are_the_replicates() -> None:
@@ -260,7 +276,7 @@ def test_people_drawn_again_already_are_the_replicates() -> None:
     frames = {"fig/table_space": pd.DataFrame(space), "fig/table_space_draws": pd.DataFrame(draws)}
     drawn = replicate(["fig/table_space"], frames)
     assert drawn is not None
-    found = measures.evaluate(
+    found = evaluation.evaluate(
         Measure("mean", {"table": "fig/table_space", "column": "components"}), MEASURES, drawn, 5
     )
     assert np.asarray(found).tolist() == [3.0, 4.0, 5.0, 4.0, 3.0]

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from pipeline.papers import Measure
-from pipeline.studies import measures
+from pipeline.studies import evaluation, measures, rows
 from pipeline.studies.actions import measures as of_actions
 from pipeline.studies.limbs import measures as of_limbs
 from pipeline.studies.registry import MEASURES
@@ -35,7 +35,7 @@ LS, MAP = "least_squares", "map"
 )
 def test_a_measure_that_no_function_computes_is_refused(measure: Measure, complaint: str) -> None:
     with pytest.raises(InvalidInput, match=re.escape(complaint)):
-        measures.check(measure, MEASURES, "a claim")
+        evaluation.check(measure, MEASURES, "a claim")
 
 
 def table(**values: list) -> pd.DataFrame:
@@ -100,10 +100,10 @@ def test_a_text_compared_with_a_number_is_refused_by_name() -> None:
     mixed.attrs["name"] = "some_figure"
     for wrong in ("method > 1", "method == 1", "x == 'map'", "x > 0 and 3 == method", "2 * method > x"):
         with pytest.raises(InvalidInput, match=r"table some_figure: .*compares texts with numbers"):
-            measures.holds(mixed, wrong)
-    assert measures.holds(mixed, f"method == {LS!r} and x < 2").tolist() == [True, False]
-    assert measures.holds(mixed, "shown == 1").tolist() == [True, False]
-    assert measures.holds(mixed, "empty == 'a' or empty > 0").tolist() == [False, False], "of either kind"
+            rows.holds(mixed, wrong)
+    assert rows.holds(mixed, f"method == {LS!r} and x < 2").tolist() == [True, False]
+    assert rows.holds(mixed, "shown == 1").tolist() == [True, False]
+    assert rows.holds(mixed, "empty == 'a' or empty > 0").tolist() == [False, False], "of either kind"
 
 
 def reconstructibilities(eta: list[float], error: list[float]) -> pd.DataFrame:

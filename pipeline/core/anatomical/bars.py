@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.anatomical.prior import cycle
+from pipeline.core import fourier
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
 
@@ -33,7 +33,8 @@ GROUP_OF_JOINT = np.array(
 
 def at_instants(coefficients: np.ndarray, phases: int) -> np.ndarray:
     """Positions (…, K) of coefficients (…, 1 + 2H) at K equally spaced phases."""
-    return np.asarray(coefficients @ cycle(coefficients.shape[-1], phases).T)
+    basis = fourier.cycle_basis(fourier.equal_phases(phases), coefficients.shape[-1])
+    return np.asarray(coefficients @ basis.T)
 
 
 def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> np.ndarray:
@@ -44,7 +45,7 @@ def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> n
     size = covariance.shape[-1] // blocks
     split = covariance.reshape(*covariance.shape[:-2], size, blocks, size, blocks)
     own = np.moveaxis(np.diagonal(split, axis1=-4, axis2=-2), -1, -3)  # (…, U / B, B, B)
-    basis = cycle(blocks, phases)
+    basis = fourier.cycle_basis(fourier.equal_phases(phases), blocks)
     return np.sqrt(((own @ basis.T) * basis.T).sum(axis=-2))
 
 

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import lapack
 
-from pipeline.core.anatomical.prior import JOINTS, Prior, turned
+from pipeline.core.anatomical.prior import JOINTS, TurnedPrior
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 
@@ -64,13 +64,15 @@ NOTHING_HIDDEN = np.zeros(JOINTS, dtype=bool)
 
 def inverse(matrix: np.ndarray) -> np.ndarray:
     """The inverse of a positive definite matrix.  Raises InvalidInput if it is not positive definite."""
-    factor, failed = lapack.dpotrf(matrix, lower=1)
+    factor, failed = lapack.dpotrf(matrix.T, lower=1)
     if failed:
         raise InvalidInput(
             "a covariance of unknown coefficients is not positive definite", expected="tau above 0"
         )
-    inverse, _ = lapack.dpotri(factor, lower=1)
-    return np.asarray(np.tril(inverse) + np.tril(inverse, -1).T)
+    half, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
+    above = np.triu_indices(len(half), 1)
+    half[above] = half.T[above]
+    return np.asarray(half)
 
 
 @dataclass(frozen=True)
@@ -83,21 +85,33 @@ class Conditional:
         Which coefficients are unknown: U of them.
     mean : (A, 45 B)
         Prior mean of all coefficients in the axes of each view, mm.
+    order : (O,) int
+        Of the observed coefficients in `factor` and `crossed`: axis by axis.
     factor : (A, O, O)
-        L, the lower Cholesky factor of ``C_oo + N``.
-    cross : (A, O, U)
-        ``L^-1 C_ou``.
-    covariance : (A, U, U)
-        Sigma, mm².
+        Lower Cholesky factor of ``C_oo + N``.
+    crossed : (A, U, O)
+        ``C_uo``, mm².
+    before : (A, U, U)
+        ``C_uu``, mm².
     view_angle_rad : (A,)
     """
 
     unknown: np.ndarray
     mean: np.ndarray
+    order: np.ndarray
     factor: np.ndarray
-    cross: np.ndarray
-    covariance: np.ndarray
+    crossed: np.ndarray
+    before: np.ndarray
     view_angle_rad: np.ndarray
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Sigma (A, U, U), mm²."""
+        found = self.before.copy()
+        for sigma, factor, crossed in zip(found, self.factor, self.crossed, strict=True):
+            white, _ = lapack.dtrtrs(factor, crossed.T, lower=1)
+            sigma -= white.T @ white
+        return found
 
     @cached_property
     def precision(self) -> np.ndarray:
@@ -106,14 +120,15 @@ class Conditional:
 
     def expect(self, observed: np.ndarray) -> np.ndarray:
         """mu (A, M, U) of the observed coefficients (A, M, O) of M walkers, mm."""
-        off = observed - self.mean[:, None, ~self.unknown]
-        white = np.stack([lapack.dtrtrs(L, d.T, lower=1)[0].T for L, d in zip(self.factor, off, strict=True)])
-        return np.asarray(self.mean[:, None, self.unknown] + white @ self.cross)
+        off = (observed - self.mean[:, None, ~self.unknown])[..., self.order]
+        found = np.repeat(self.mean[:, None, self.unknown], observed.shape[1], axis=1)
+        for mean, factor, crossed, of_view in zip(found, self.factor, self.crossed, off, strict=True):
+            mean += lapack.dpotrs(factor, of_view.T, lower=1)[0].T @ crossed.T
+        return found
 
 
 def condition(
-    prior: Prior,
-    view_angles_rad: np.ndarray,
+    turned: TurnedPrior,
     *,
     noise: Noise,
     hidden: np.ndarray = NOTHING_HIDDEN,
@@ -122,8 +137,8 @@ def condition(
 
     Parameters
     ----------
-    prior : Prior
-    view_angles_rad : (A,)
+    turned : TurnedPrior
+        The prior in the axes of the views.
     noise : Noise
     hidden : (15,) bool
         Joints that the image does not show.
@@ -134,28 +149,37 @@ def condition(
         If the noise is negative, or prior and noise leave the observed coefficients without variance.
     """
     _require_noise(noise)
-    mean, C = turned(prior, view_angles_rad)
-    blocks = prior.mean.shape[-1]
+    views, blocks = len(turned.mean), turned.mean.shape[-1]
     unknown = unknown_coefficients(hidden, blocks)
-    seen, missing = np.flatnonzero(~unknown), np.flatnonzero(unknown)
-    floor = np.broadcast_to(noise.floor(blocks), (JOINTS, 3, blocks)).ravel()[seen]
-    factors = np.empty((len(C), len(seen), len(seen)))
-    crosses = np.empty((len(C), len(seen), len(missing)))
-    covariance = np.empty((len(C), len(missing), len(missing)))
+    C = turned.covariance
+    place = np.arange(len(unknown)).reshape(JOINTS, 3, blocks).swapaxes(0, 1).ravel()  # by axis, of by joint
+    seen = np.flatnonzero(~unknown[place])
+    order = (np.cumsum(~unknown) - 1)[place[seen]]
+    if hidden.any():
+        missing = np.argsort(place)[unknown]
+        parts = C[:, seen[:, None], seen], C[:, missing[:, None], seen], C[:, missing[:, None], missing]
+    else:  # each stands together
+        n = len(seen)
+        parts = C[:, :n, :n], C[:, n:, :n], C[:, n:, n:]
+    observed, crossed, before = (np.array(part, order="C") for part in parts)
+    floor = np.broadcast_to(noise.floor(blocks), (3, JOINTS, blocks)).ravel()[seen]
     diagonal = np.arange(len(seen))
-    for a, of_view in enumerate(C):
-        observed = of_view[np.ix_(seen, seen)]
-        observed[diagonal, diagonal] += noise.variance + noise.share * np.diag(observed) + floor
-        factor, failed = lapack.dpotrf(observed.T, lower=1)
+    observed[:, diagonal, diagonal] += noise.variance + noise.share * observed[:, diagonal, diagonal] + floor
+    for of_view in observed:
+        _, failed = lapack.dpotrf(of_view.T, lower=1, overwrite_a=1)
         if failed:
             raise InvalidInput(
                 "the observed coefficients have no variance", expected="a noise variance or tau above 0"
             )
-        cross, _ = lapack.dtrtrs(factor, of_view[np.ix_(missing, seen)].T, lower=1)
-        factors[a], crosses[a] = factor, cross
-        covariance[a] = of_view[np.ix_(missing, missing)] - cross.T @ cross
-    angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
-    return Conditional(unknown, mean.reshape(len(mean), -1), factors, crosses, covariance, angles)
+    return Conditional(
+        unknown=unknown,
+        mean=turned.mean.reshape(views, -1),
+        order=order,
+        factor=np.swapaxes(observed, 1, 2),
+        crossed=crossed,
+        before=before,
+        view_angle_rad=turned.view_angle_rad,
+    )
 
 
 def _require_noise(noise: Noise) -> None:

@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 from scipy.linalg import lapack
 
+from pipeline.core import fourier
 from pipeline.core.anatomical.conditional import Conditional, inverse
-from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior, cycle
+from pipeline.core.anatomical.prior import BONES, JOINTS, PAIRS, PHASES, Prior
 from pipeline.validation import require_range, require_shape
 
 LEAST_VARIANCE = 1.0
@@ -31,8 +32,8 @@ LEAST_VARIANCE = 1.0
 TURNING = 0.1
 """What fixed offsets of two joints do to the variance of a length within the cycle, since the bone turns by some 25
 degrees either way: twice the variance of the cosine between offset and bone."""
-STEP_MM = 1e-7
-"""Largest change of a coefficient at which the minimum is reached."""
+STEP_MM = 1e-3
+"""Newton's last step changes no coefficient by more; what is left is of the order of its square."""
 GAUSS_NEWTON_STEPS = 3
 """First steps, which may be far from the minimum; the ones after them know the curvature of lengths too."""
 MOST_STEPS = 60
@@ -41,15 +42,22 @@ _ROUNDING = 1e-12
 """Relative increase of J that is rounding."""
 
 
+_ENDS = np.eye(JOINTS)[BONES[:, 1]] - np.eye(JOINTS)[BONES[:, 0]]
+"""(16, 15): what a bone is of the joints, its end less its start."""
+_LEVERS = np.stack([np.outer(_ENDS[a], np.eye(len(BONES))[a]) for a in range(len(BONES))])
+_LEVERS = (_LEVERS[PAIRS[:, 0]] - _LEVERS[PAIRS[:, 1]]).reshape(-1, len(BONES))
+"""(15 P, 16): what the mean length of a left bone less that of the right one takes from the slopes of bones."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
     """How constant and how symmetric bones are.
 
     Attributes
     ----------
-    within : (16,)
-        s_b, mm; infinite for a bone that says nothing.
-    pairs : (P,)
+    within : (16,) or (M, 16)
+        s_b, mm, for all walkers or for each; infinite for a bone that says nothing.
+    pairs : (P,) or (M, P)
         s_p, mm.
     """
 
@@ -108,21 +116,26 @@ class Lengths:
     ----------
     unknown : (45 B,) bool
         As `Conditional.unknown`.
-    tolerances : Tolerances
+    within : (16,) or (n, 16)
+        s_b, mm, for all observations or for each.
+    pairs : (P,) or (n, P)
+        s_p, mm.
     """
 
-    def __init__(self, unknown: np.ndarray, tolerances: Tolerances) -> None:
+    def __init__(self, unknown: np.ndarray, within: np.ndarray, pairs: np.ndarray) -> None:
         of = unknown.reshape(JOINTS, 3, -1)
         self.blocks = of.shape[-1]
         self.axes = np.flatnonzero(of.any(axis=(0, 2)))
         rows = of[:, self.axes].ravel()
         self.rows = np.flatnonzero(rows)
         self.all_rows = bool(rows.all())
-        self.basis = cycle(self.blocks, PHASES)
-        self.weight = (self.blocks - 1) / PHASES / require_shape("s_b", tolerances.within, (len(BONES),)) ** 2
-        self.pair_weight = 1.0 / require_shape("s_p", tolerances.pairs, (len(PAIRS),)) ** 2
-        self.starts, self.ends = np.array(BONES).T
-        self.left, self.right = np.array(PAIRS).T
+        self.basis = fourier.cycle_basis(fourier.equal_phases(PHASES), self.blocks)
+        self.weight = (self.blocks - 1) / PHASES / np.atleast_2d(within) ** 2
+        self.pair_weight = 1.0 / np.atleast_2d(pairs) ** 2
+        require_shape("s_b", self.weight, ("n", len(BONES)))
+        require_shape("s_p", self.pair_weight, ("n", len(PAIRS)))
+        self.starts, self.ends = BONES.T
+        self.left, self.right = PAIRS.T
 
     def _measured(self, walkers: np.ndarray) -> tuple[np.ndarray, ...]:
         of = walkers.reshape(len(walkers), JOINTS, 3, self.blocks)
@@ -132,60 +145,57 @@ class Lengths:
         mean = length.mean(axis=-1)
         return along, length, length - mean[..., None], mean[:, self.left] - mean[:, self.right]
 
-    def cost(self, walkers: np.ndarray) -> np.ndarray:
-        """Length terms (n,) of coefficients (n, 45 B)."""
+    def _weights(self, which: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Weights (n or 1, 16) of bones and (n or 1, P) of pairs, for some of the observations."""
+        if which is None or len(self.weight) == 1:
+            return self.weight, self.pair_weight
+        return self.weight[which], self.pair_weight[which]
+
+    def cost(self, walkers: np.ndarray, which: np.ndarray | None = None) -> np.ndarray:
+        """Length terms (n,) of coefficients (n, 45 B), which are those of all or of some of the observations."""
         _, _, off, apart = self._measured(walkers)
-        return np.asarray((off**2).sum(axis=-1) @ self.weight + apart**2 @ self.pair_weight)
+        weight, pair_weight = self._weights(which)
+        return np.asarray(
+            ((off**2).sum(axis=-1) * weight).sum(axis=-1) + (apart**2 * pair_weight).sum(axis=-1)
+        )
 
     def derivatives(
-        self, walkers: np.ndarray, *, exact: bool = False
+        self, walkers: np.ndarray, which: np.ndarray | None = None, *, exact: bool = False
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Length terms (n,), half their gradient (n, U) and half their matrix (n, U, U).
 
         The matrix is that of Gauss and Newton, or the exact one: with the curvature of lengths.
         """
         along, length, off, apart = self._measured(walkers)
+        weight, pair_weight = self._weights(which)
         n, size = len(walkers), len(self.axes) * self.blocks
         direction = along[:, :, self.axes] / length[:, :, None]
         slope = (direction[:, :, :, None] * self.basis.T).reshape(n, len(BONES), size, PHASES)
         mean = slope.mean(axis=-1)
-        scaled = slope * self.weight[:, None, None]
-        gradient_b = (scaled @ off[..., None])[..., 0]
-        centred = slope - mean[..., None]
-        matrix_b = (centred * self.weight[:, None, None]) @ np.swapaxes(slope, -1, -2)
+        gradient_b = weight[..., None] * (slope @ off[..., None])[..., 0]
+        matrix_b = slope @ np.swapaxes(slope, -1, -2) - PHASES * (mean[..., None] * mean[..., None, :])
+        matrix_b *= weight[..., None, None]
         if exact:
-            matrix_b += self._curvature(direction, length, off, apart)
-        gradient = np.zeros((n, JOINTS, size))
-        matrix = np.zeros((n, JOINTS, size, JOINTS, size))
-        for bone, (start, end) in enumerate(BONES):
-            gradient[:, end] += gradient_b[:, bone]
-            gradient[:, start] -= gradient_b[:, bone]
-            block = matrix_b[:, bone]
-            matrix[:, end, :, end] += block
-            matrix[:, start, :, start] += block
-            matrix[:, end, :, start] -= block
-            matrix[:, start, :, end] -= block
-        lever = np.zeros((n, len(PAIRS), JOINTS, size))
-        for pair, (left, right) in enumerate(PAIRS):
-            for bone, sign in ((left, 1.0), (right, -1.0)):
-                start, end = BONES[bone]
-                lever[:, pair, end] += sign * mean[:, bone]
-                lever[:, pair, start] -= sign * mean[:, bone]
-        levers = lever.reshape(n, len(PAIRS), -1)
-        weighted = levers * self.pair_weight[:, None]
-        whole_gradient = gradient.reshape(n, -1) + (apart[:, None] @ weighted)[:, 0]
-        whole = matrix.reshape(n, JOINTS * size, -1) + np.swapaxes(levers, 1, 2) @ weighted
-        cost = (off**2).sum(axis=-1) @ self.weight + apart**2 @ self.pair_weight
+            matrix_b += self._curvature(direction, length, off * weight[..., None], apart * pair_weight)
+        levers = (_LEVERS @ mean).reshape(n, len(PAIRS), -1)
+        weighted = levers * pair_weight[..., None]
+        whole_gradient = (_ENDS.T @ gradient_b).reshape(n, -1) + (apart[:, None] @ weighted)[:, 0]
+        whole = np.swapaxes(levers, 1, 2) @ weighted
+        of_joints = (np.abs(_ENDS).T @ matrix_b.reshape(n, len(BONES), -1)).reshape(n, JOINTS, size, size)
+        blocks, joint = whole.reshape(n, JOINTS, size, JOINTS, size), np.arange(JOINTS)
+        blocks[:, joint, :, joint] += np.swapaxes(of_joints, 0, 1)
+        for one, other in ((self.starts, self.ends), (self.ends, self.starts)):
+            blocks[:, one, :, other] -= np.swapaxes(matrix_b, 0, 1)
+        cost = ((off**2).sum(axis=-1) * weight).sum(axis=-1) + (apart**2 * pair_weight).sum(axis=-1)
         if self.all_rows:
             return cost, whole_gradient, whole
         return cost, whole_gradient[:, self.rows], whole[:, self.rows[:, None], self.rows]
 
     def _curvature(
-        self, direction: np.ndarray, length: np.ndarray, off: np.ndarray, apart: np.ndarray
+        self, direction: np.ndarray, length: np.ndarray, pull: np.ndarray, apart: np.ndarray
     ) -> np.ndarray:
         """What the second derivatives of lengths add to the matrix of each bone, (n, 16, aB, aB)."""
-        pull = off * self.weight[:, None]
-        force = apart * self.pair_weight / PHASES
+        force = apart / PHASES
         pull[:, self.left] += force[..., None]
         pull[:, self.right] -= force[..., None]
         axes = np.arange(direction.shape[2])
@@ -221,7 +231,11 @@ def fit_lengths(
     of_view = np.repeat(np.arange(views), walkers)
     precision = conditional.precision
     unknown = conditional.unknown
-    lengths = Lengths(unknown, tolerances)
+    within, pairs = (
+        np.tile(each, (views, 1)) if each.ndim == 2 else each
+        for each in (tolerances.within, tolerances.pairs)
+    )
+    lengths = Lengths(unknown, within, pairs)
     expected = conditional.expect(observed).reshape(views * walkers, -1)
     n, size = expected.shape
     state = np.empty((n, len(unknown)))
@@ -230,14 +244,19 @@ def fit_lengths(
     converged, iterations, cost = np.zeros(n, dtype=bool), np.zeros(n, dtype=int), np.zeros(n)
 
     def pulled(rows: np.ndarray, off: np.ndarray) -> np.ndarray:
-        return (precision[of_view[rows]] @ off[..., None])[..., 0]
+        found = np.empty_like(off)
+        ends = np.searchsorted(of_view[rows], np.arange(views + 1))  # rows of a view stand together
+        for view in range(views):
+            part = slice(ends[view], ends[view + 1])
+            found[part] = off[part] @ precision[view]
+        return found
 
     left = np.arange(n)
     for iteration in range(MOST_STEPS):
         off = state[left][:, unknown] - expected[left]
         pull = pulled(left, off)
         exact = iteration >= GAUSS_NEWTON_STEPS
-        terms, gradient, matrix = lengths.derivatives(state[left], exact=exact)
+        terms, gradient, matrix = lengths.derivatives(state[left], left, exact=exact)
         cost[left] = (off * pull).sum(axis=1) + terms
         iterations[left] += 1
         step = np.empty_like(off)
@@ -245,11 +264,12 @@ def fit_lengths(
             prior = precision[of_view[which]]
             solved = _solve(matrix[row] + prior, gradient[row] + pull[row])
             if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
-                plain = lengths.derivatives(state[which : which + 1])[2][0]
+                plain = lengths.derivatives(state[which : which + 1], left[row : row + 1])[2][0]
                 solved = _solve(plain + prior, gradient[row] + pull[row])
             step[row] = -solved
-        small = np.abs(step).max(axis=1) < STEP_MM
+        small = (np.abs(step).max(axis=1) < STEP_MM) & exact
         converged[left[small]] = True
+        state[np.ix_(left[small], np.flatnonzero(unknown))] += step[small]
         trying, factor = np.flatnonzero(~small), 1.0
         for _ in range(MOST_HALVINGS):
             if not len(trying):
@@ -258,7 +278,7 @@ def fit_lengths(
             proposal = state[rows]
             proposal[:, unknown] += factor * step[trying]
             off = proposal[:, unknown] - expected[rows]
-            here = (off * pulled(rows, off)).sum(axis=1) + lengths.cost(proposal)
+            here = (off * pulled(rows, off)).sum(axis=1) + lengths.cost(proposal, rows)
             falls = here <= cost[rows] * (1.0 + _ROUNDING)
             state[rows[falls]] = proposal[falls]
             trying, factor = trying[~falls], factor / 2.0
@@ -281,5 +301,5 @@ def fit_lengths(
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:
     """The solution of a positive definite system, None if the matrix is not positive definite."""
-    _, solution, failed = lapack.dposv(matrix, right, lower=1)
+    _, solution, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
     return None if failed else solution

@@ -15,6 +15,7 @@ Why so: a few dozen people tell what the joints do together in a harmonic, but n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,18 +25,18 @@ from pipeline.validation import InvalidInput, require_finite, require_range, req
 
 JOINTS = len(WALKER15.joints)
 
-BONES = (*WALKER15.bones, (9, 12), (2, 5))
-"""The tree's bones, then hip to hip and shoulder to shoulder: pairs of joints, 16 of them."""
+BONES = np.array((*WALKER15.bones, (9, 12), (2, 5)))
+"""(16, 2): the tree's bones as parent and child, then hip to hip and shoulder to shoulder."""
 
 
-def _pairs() -> tuple[tuple[int, int], ...]:
-    place = {frozenset(bone): number for number, bone in enumerate(BONES)}
-    mirrored = [place[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES]
-    return tuple((bone, other) for bone, other in enumerate(mirrored) if bone < other)
+def _pairs() -> np.ndarray:
+    place = {frozenset(bone): number for number, bone in enumerate(BONES.tolist())}
+    mirrored = [place[frozenset(WALKER15.mirror[joint] for joint in bone)] for bone in BONES.tolist()]
+    return np.array([(bone, other) for bone, other in enumerate(mirrored) if bone < other])
 
 
 PAIRS = _pairs()
-"""Bones of the left and the right side that are each other's mirror image, as indices into `BONES`."""
+"""(P, 2): bones of the left and the right side that are each other's mirror image, as rows of `BONES`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,6 +84,12 @@ class Prior:
     length_variance: np.ndarray
     pair_variance: np.ndarray
     effective_size: float
+
+    @cached_property
+    def by_axis(self) -> np.ndarray:
+        """The covariance (3, 3, 15 B, 15 B) of each axis with each."""
+        n = JOINTS * self.mean.shape[-1]
+        return np.ascontiguousarray(self.covariance.transpose(1, 4, 0, 2, 3, 5)).reshape(3, 3, n, n)
 
 
 def by_joint(coefficients: np.ndarray) -> np.ndarray:
@@ -145,32 +152,40 @@ def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> 
     mean = w @ rows
     centred = np.sqrt(w)[:, None] * (rows - mean)
     S = size / (size - 1.0) * (centred.T @ centred)
-    C = (1.0 - a - b) * S
-    if a:
-        whole = S.reshape(JOINTS * 3, blocks, JOINTS * 3, blocks)
-        T = np.zeros_like(whole)
-        for block in range(blocks):
-            same = [block] if block == 0 else [block, block + 1 if block % 2 else block - 1]
-            T[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
-        C += a * T.reshape(S.shape)
-    C[np.diag_indices_from(C)] += b * np.diag(S) + shrinkage.extra_variance
+    C = structured_covariance(S, blocks, shrinkage)
     lengths = bone_lengths(by_joint(walks))
-    mean_length = lengths.mean(axis=1)
-    apart = np.stack([mean_length[:, left] - mean_length[:, right] for left, right in PAIRS], axis=1)
+    mean_length = lengths.mean(axis=-1)
+    apart = mean_length[:, PAIRS[:, 0]] - mean_length[:, PAIRS[:, 1]]
     return Prior(
         mean=mean.reshape(JOINTS, 3, blocks),
         covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
-        length_variance=w @ lengths.var(axis=1),
+        length_variance=w @ lengths.var(axis=-1),
         pair_variance=w @ apart**2,
         effective_size=size,
     )
 
 
-def cycle(blocks: int, phases: int) -> np.ndarray:
-    """Values (K, 1 + 2H) of 1, sin, cos, sin 2, … at K equally spaced phases of the cycle."""
-    angle = 2.0 * np.pi * np.arange(phases)[:, None] / phases * np.arange(1, blocks // 2 + 1)
-    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(phases, -1)
-    return np.concatenate([np.ones((phases, 1)), waves], axis=1)
+def within_harmonics(covariance: np.ndarray, blocks: int) -> np.ndarray:
+    """T of a covariance (n, n): per harmonic the mean of its sine's and its cosine's block, nothing between them."""
+    whole = covariance.reshape(-1, blocks, len(covariance) // blocks, blocks)
+    kept = np.zeros_like(whole)
+    for block in range(blocks):
+        same = (0,) if block == 0 else (block, block + 1 if block % 2 else block - 1)
+        kept[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
+    return kept.reshape(covariance.shape)
+
+
+def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
+    """C: a sample covariance S (n, n), shrunken towards what a few dozen people can support.
+
+    The coefficients of a coordinate, `blocks` of them, stand together.
+    """
+    a, b = shrinkage.within_harmonic, shrinkage.diagonal
+    found = (1.0 - a - b) * covariance
+    if a:
+        found += a * within_harmonics(covariance, blocks)
+    found[np.diag_indices_from(found)] += b * np.diag(covariance) + shrinkage.extra_variance
+    return found
 
 
 PHASES = 20
@@ -178,27 +193,49 @@ PHASES = 20
 
 
 def bone_lengths(walkers: np.ndarray) -> np.ndarray:
-    """Lengths (…, K, 16) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
-    ends = np.array(BONES)
-    across = walkers[..., ends[:, 1], :, :] - walkers[..., ends[:, 0], :, :]
-    along = across @ cycle(walkers.shape[-1], PHASES).T  # (…, 16, 3, K)
-    return np.asarray(np.swapaxes(np.sqrt((along**2).sum(axis=-2)), -1, -2))
+    """Lengths (…, 16, K) of the bones at the phases of the cycle, of walkers (…, 15, 3, 1 + 2H)."""
+    across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
+    basis = fourier.cycle_basis(fourier.equal_phases(PHASES), walkers.shape[-1])
+    return np.asarray(np.linalg.norm(across @ basis.T, axis=-2))
 
 
-def turned(prior: Prior, view_angles_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (A, 15, 3, B) and covariance (A, n, n), n = 45 B, with axes across, up and away of A views.
+@dataclass(frozen=True)
+class TurnedPrior:
+    """A prior with axes across, up and away of A views.
 
     Across and up are what an image shows [zhang2007 B.2, B.3]; away is the missing dimension.
+
+    Attributes
+    ----------
+    mean : (A, 15, 3, B)
+        mm.
+    covariance : (A, n, n)
+        mm², n = 45 B; in the order axis, joint, block, so that what is seen and what is missing each stand together.
+    view_angle_rad : (A,)
     """
-    rotation = image_axes(view_angles_rad)
+
+    mean: np.ndarray
+    covariance: np.ndarray
+    view_angle_rad: np.ndarray
+
+
+def turned(prior: Prior, view_angles_rad: np.ndarray) -> TurnedPrior:
+    """Return mean and covariance of walkers as A views have them."""
+    angles = np.atleast_1d(np.asarray(view_angles_rad, dtype=float))
+    rotation = image_axes(angles)
     mean = np.einsum("aij,kjb->akib", rotation, prior.mean)
-    blocks = prior.mean.shape[-1]
-    n = JOINTS * 3 * blocks
-    rows = rotation[:, None] @ prior.covariance.reshape(JOINTS, 3, blocks * n)
-    both = rotation[:, None, None] @ np.swapaxes(rows.reshape(-1, n, n), 1, 2).reshape(
-        -1, JOINTS, 1, 3, blocks * n
-    )
-    return mean, both.reshape(-1, n, n)
+    C = prior.by_axis
+    n = C.shape[-1]
+    found = np.empty((len(angles), 3, n, 3, n))
+    level, upright = C[:2, :2].reshape(4, -1), C[:2, 2].reshape(2, -1)  # a turn leaves up as it is
+    for p in (0, 2):
+        for q in (0, 2):
+            weights = (rotation[:, p, :2, None] * rotation[:, q, None, :2]).reshape(-1, 4)
+            found[:, p, :, q] = (weights @ level).reshape(-1, n, n)
+        found[:, p, :, 1] = (rotation[:, p, :2] @ upright).reshape(-1, n, n)
+        found[:, 1, :, p] = np.swapaxes(found[:, p, :, 1], -1, -2)
+    found[:, 1, :, 1] = C[2, 2]
+    return TurnedPrior(mean, found.reshape(-1, 3 * n, 3 * n), angles)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:

@@ -14,36 +14,45 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint, cycle
+from pipeline.core import fourier
+from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint
 from pipeline.skeleton import WALKER15
 
-STANCE_SHARE = 0.4
-"""Of the cycle: the phases at which an ankle moves backwards fastest."""
+STANCE_PHASES = 8
+"""Phases of `PHASES` at which an ankle moves backwards fastest: 40 % of the cycle."""
+ANKLES = (WALKER15.index("left_ankle"), WALKER15.index("right_ankle"))
 _LEAST_VARIANCE = 25.0
 """(mm per rad)²."""
 
 
-def stance_rows(mean: np.ndarray) -> np.ndarray:
-    """R of a mean walker (15, 3, 1 + 2H)."""
+def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear functionals of a walker that are about zero because the feet stand on one ground, and its speed.
+
+    Parameters
+    ----------
+    mean : (15, 3, 1 + 2H)
+        The average walker, which says when a foot stands.
+
+    Returns
+    -------
+    rows : (16, 45 B)
+        R.
+    belt : (45 B,)
+        Minus the mean of dy/dpsi over the stance of both feet: the speed of the ground, mm per radian of phase.
+    """
     blocks = mean.shape[-1]
-    harmonic = np.repeat(np.arange(1, blocks // 2 + 1), 2)
-    basis = cycle(blocks, PHASES)
-    slope = np.zeros_like(basis)
-    slope[:, 1::2] = basis[:, 2::2] * harmonic[::2]
-    slope[:, 2::2] = -basis[:, 1::2] * harmonic[::2]
-    count = round(STANCE_SHARE * PHASES)
-    rows = np.zeros((2, count, JOINTS, 3, blocks))
-    for foot, name in enumerate(("left_ankle", "right_ankle")):
-        joint = WALKER15.index(name)
-        order = np.argsort(np.round(slope @ mean[joint, 1], 6), kind="stable")
-        rows[foot, :, joint, 1] = slope[np.sort(order[:count])]
-    flat = rows.reshape(2 * count, -1)
-    return np.asarray(flat - flat.mean(axis=0))
+    slope = fourier.cycle_slope(fourier.equal_phases(PHASES), blocks)
+    rows = np.zeros((2, STANCE_PHASES, JOINTS, 3, blocks))
+    for foot, ankle in enumerate(ANKLES):
+        order = np.argsort(np.round(slope @ mean[ankle, 1], 6), kind="stable")  # ties do not go by rounding
+        rows[foot, :, ankle, 1] = slope[np.sort(order[:STANCE_PHASES])]
+    flat = rows.reshape(2 * STANCE_PHASES, -1)
+    return flat - flat.mean(axis=0), -flat.mean(axis=0)
 
 
 def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, share: float) -> Prior:
     """Return a prior that knows the stance of its training walks (R, 1 + 2H, 15, 3)."""
-    rows = stance_rows(prior.mean)
+    rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
     spread = weights @ (values - weights @ values) ** 2 + _LEAST_VARIANCE
     C = prior.covariance.reshape(rows.shape[1], -1)

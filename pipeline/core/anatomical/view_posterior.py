@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import lapack
 
-from pipeline.core.anatomical.conditional import NOTHING_HIDDEN, Noise, unknown_coefficients
+from pipeline.core.anatomical.conditional import Noise, condition
 from pipeline.core.anatomical.prior import JOINTS, Prior, turned
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import WALKER15
@@ -56,17 +56,12 @@ def view_costs(prior: Prior, observed: np.ndarray, candidates: int, *, noise: No
     observed = require_shape("the observations", np.asarray(observed, dtype=float), ("n", JOINTS, 2, blocks))
     half = circle(candidates)[candidates // 2 :]  # 0 up to pi, pi not included
     half = np.append(half, np.pi)
-    mean, C = turned(prior, half)
-    seen = np.flatnonzero(~unknown_coefficients(NOTHING_HIDDEN, blocks))
-    floor = np.broadcast_to(noise.floor(blocks), (JOINTS, 3, blocks)).ravel()[seen]
     both = np.concatenate([observed, mirrored_image(observed)]).reshape(2 * len(observed), -1)
     costs = np.empty((len(half), 2, len(observed)))
-    diagonal = np.arange(len(seen))
     for g in range(len(half)):
-        matrix = C[g][np.ix_(seen, seen)]
-        matrix[diagonal, diagonal] += noise.variance + noise.share * np.diag(matrix) + floor
-        factor, _ = lapack.dpotrf(matrix.T, lower=1)
-        off = both - mean[g].ravel()[seen]
+        given = condition(turned(prior, half[g]), noise=noise)
+        factor = given.factor[0]
+        off = (both - given.mean[0, ~given.unknown])[:, given.order]
         white, _ = lapack.dtrtrs(factor, off.T, lower=1)
         cost = (white**2).sum(axis=0) + 2.0 * np.log(np.diag(factor)).sum()
         costs[g] = cost.reshape(2, -1)
@@ -98,6 +93,8 @@ class ViewPosterior:
         Standard deviation about it of the part of the posterior that is within a right angle.
     other_angle_rad : (n,)
         Of the next mode; the same angle if there is none.
+    other_cost : (n,)
+        By how much J is higher there; infinite if there is none.
     other_share : (n,)
         Probability of all angles more than a right angle away from the highest mode.
     density : (n, F)
@@ -108,6 +105,7 @@ class ViewPosterior:
     angle_rad: np.ndarray
     sd_rad: np.ndarray
     other_angle_rad: np.ndarray
+    other_cost: np.ndarray
     other_share: np.ndarray
     density: np.ndarray
     angles_rad: np.ndarray
@@ -145,6 +143,7 @@ def posterior_of(costs: np.ndarray, *, temperature: float = 1.0) -> ViewPosterio
         angle_rad=np.mod(angle + np.pi, 2.0 * np.pi) - np.pi,
         sd_rad=sd,
         other_angle_rad=np.where(some, fine[next_one], angle),
+        other_cost=np.where(some, J[rows, next_one] - middle, np.inf),
         other_share=1.0 - inside.sum(axis=1) * step,
         density=density,
         angles_rad=fine,

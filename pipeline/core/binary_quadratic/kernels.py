@@ -18,10 +18,9 @@ anything about NaN or infinity.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-from numba import njit
+
+from pipeline.compilation import compiled_with_free_sums
 
 FORCED, RELAXED = 1, 2
 """Kinds of frames beside 0, a sign to be found: always +1, and any value from -1 to +1."""
@@ -59,29 +58,23 @@ FIRST, SEARCHED = 1, 2
 """How far a start of it is prepared, beside 0, not at all: the best known is followed, its tree is searched."""
 
 
-def compiled(kernel: Callable) -> Callable:
-    """The kernel, compiled when it is first called, and kept on disk where that is possible.
-
-    The compiler may reorder and fuse the terms of sums, and assume nothing else.  Where neither the package's folder
-    nor the user's cache can be written to, every process compiles for itself: some seconds, the same results.
-    """
-    sums = {"reassoc", "contract"}
-    try:
-        return njit(cache=True, nogil=True, fastmath=sums)(kernel)
-    except RuntimeError:  # numba's word for no place to keep it
-        return njit(nogil=True, fastmath=sums)(kernel)
-
-
-@compiled
+@compiled_with_free_sums
 def allowance_of(numbers, size, objective):  # type: ignore[no-untyped-def]
     """As `Programme.allowance`, of F + K `numbers`."""
     return 8.0 * numbers * EPS * np.sqrt(max(objective, 0.0) * size) + 64.0 * EPS * size
 
 
+@compiled_with_free_sums
+def copy(numbers, into):  # type: ignore[no-untyped-def]
+    """Copies one number after the other: an assignment of whole arrays takes seconds to compile."""
+    for i in range(len(numbers)):
+        into[i] = numbers[i]
+
+
 # --- the cost and its derivative ---------------------------------------------------------------------------
 
 
-@compiled
+@compiled_with_free_sums
 def project(p, values, z):  # type: ignore[no-untyped-def]
     """z = B^T (m + s u), into `z`."""
     basis, middle, half_chord = p.basis, p.middle, p.half_chord
@@ -96,7 +89,7 @@ def project(p, values, z):  # type: ignore[no-untyped-def]
             z[2, k] += basis[i, k] * w
 
 
-@compiled
+@compiled_with_free_sums
 def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-def]
     """Half the derivative of J by the value of frame `i`, and |r|² of that frame."""
     x = y = w = 0.0
@@ -110,7 +103,7 @@ def slope(basis, middle, half_chord, i, value, z):  # type: ignore[no-untyped-de
     return half_chord[i, 0] * x + half_chord[i, 1] * y + half_chord[i, 2] * w, x * x + y * y + w * w
 
 
-@compiled
+@compiled_with_free_sums
 def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
     """J where `z` is that of the values, with half its derivative by each of them into `half`."""
     basis, excess, middle, half_chord = p.basis, p.excess, p.middle, p.half_chord
@@ -128,21 +121,21 @@ def gradient(p, values, z, half):  # type: ignore[no-untyped-def]
     return total
 
 
-@compiled
+@compiled_with_free_sums
 def cost(p, values, z):  # type: ignore[no-untyped-def]
     """J; `z` is overwritten with that of the values."""
     project(p, values, z)
     return gradient(p, values, z, np.empty(len(p.basis)))
 
 
-@compiled
+@compiled_with_free_sums
 def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
     """As `gradient`, from the table where there is one, else from `z`, which is overwritten."""
     table, pull = p.table, p.pull
     if len(table) == 0:
         project(p, values, z)
         return gradient(p, values, z, half)
-    half[:] = pull
+    copy(pull, half)
     for j in range(len(table)):
         value = values[j]
         if value != 0.0:
@@ -154,7 +147,7 @@ def slopes(p, values, z, half):  # type: ignore[no-untyped-def]
     return max(total, 0.0)
 
 
-@compiled
+@compiled_with_free_sums
 def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
     """What a change of the value of frame `i` adds to J; `half` goes along or, where there is no table, `z`."""
     basis, half_chord, table = p.basis, p.half_chord, p.table
@@ -171,7 +164,7 @@ def move(p, i, change, z, half):  # type: ignore[no-untyped-def]
     return 0.0
 
 
-@compiled
+@compiled_with_free_sums
 def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
     """Half the second derivative of J by each value, (F,): |u|² (1 - |B_i|²)."""
     bent = np.empty(len(basis))
@@ -184,7 +177,7 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
     return bent
 
 
-@compiled
+@compiled_with_free_sums
 def relax(p, held, values, z, half, cutoff, fewest, most, allowance, trail, length):  # type: ignore[no-untyped-def]
     """The least J over the box, about: (a lower bound over the whole box, J, sweeps, frames on the trail).
 
@@ -245,7 +238,7 @@ def relax(p, held, values, z, half, cutoff, fewest, most, allowance, trail, leng
 # --- signs without a certificate ---------------------------------------------------------------------------
 
 
-@compiled
+@compiled_with_free_sums
 def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
     """Signs (F,) of the smoothest path, by weighted first and second differences; of equals the far candidate, +1.
 
@@ -296,7 +289,7 @@ def smooth_path(p, first, second):  # type: ignore[no-untyped-def]
     return values
 
 
-@compiled
+@compiled_with_free_sums
 def descend(p, values, longest, other, weight, bounded, allowance):  # type: ignore[no-untyped-def]
     """Takes the best window from each first frame in turn, if it is an improvement, until none is; J then.
 
@@ -380,13 +373,13 @@ def descend(p, values, longest, other, weight, bounded, allowance):  # type: ign
     return cost(p, values, z)
 
 
-@compiled
+@compiled_with_free_sums
 def better(frames_and_components, size, first, second):  # type: ignore[no-untyped-def]
     """Whether the second J is less than the first by the margin."""
     return second < first - MARGIN * abs(first) - allowance_of(frames_and_components, size, first)
 
 
-@compiled
+@compiled_with_free_sums
 def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[no-untyped-def]
     """Signs (F,) from all starts, and their J: smooth paths by these `differences` (D, 2), their mirrors, descended.
 
@@ -400,16 +393,20 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
     starts = np.empty((2 * len(differences) + 1, frames))
     costs = np.empty(len(starts))
     count = 0
+    single = min(longest, 1)  # not a constant, for which `descend` would be compiled once more
     for d in range(len(differences)):
         path = smooth_path(p, differences[d, 0], differences[d, 1])
         for mirror in range(2):
             start = starts[count]
             for i in range(frames):
                 start[i] = -path[i] if mirror and kind[i] == 0 else path[i]
-            costs[count] = descend(p, start, 1, start, weight, False, allowance)
+            costs[count] = descend(p, start, single, start, weight, False, allowance)
             known = False
             for other in range(count):
-                known = known or (starts[other] == start).all()
+                same = True
+                for i in range(frames):
+                    same = same and starts[other, i] == start[i]
+                known = known or same
             if not known:
                 count += 1
     least = costs[:count].min()
@@ -430,7 +427,7 @@ def first_signs(p, weight, differences, longest, nearly, size):  # type: ignore[
 # --- branch and bound over boxes ---------------------------------------------------------------------------
 
 
-@compiled
+@compiled_with_free_sums
 def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
     """Whether J of `trial` less that of `values`, whose `half` is given, is below what is wanted, for all we know."""
     table = p.table
@@ -447,7 +444,7 @@ def may_gain(p, values, trial, half, wanted):  # type: ignore[no-untyped-def]
     return change < wanted
 
 
-@compiled
+@compiled_with_free_sums
 def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
     """Go on with a `searches.BoxTree` for about `budget` sweeps; better signs go into `best` and `found`."""
     held, values, z, half, trail, levels, bounds, counts = (
@@ -502,7 +499,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
             and cost(p, trial, z) < enough
         ):
             best[0] = cost(p, trial, z)
-            found[:] = trial
+            copy(trial, found)
             cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
             if bound >= cutoff:
                 continue
@@ -532,7 +529,7 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
 # --- depth first in time -----------------------------------------------------------------------------------
 
 
-@compiled
+@compiled_with_free_sums
 def prepare(rows, kind, kappa, start, gains, norms):  # type: ignore[no-untyped-def]
     """Gains of recursive least squares from frame `start` on, which no sign enters."""
     components = rows.shape[2]
@@ -561,7 +558,7 @@ def prepare(rows, kind, kappa, start, gains, norms):  # type: ignore[no-untyped-
                 gains[row, i, k] /= norm
 
 
-@compiled
+@compiled_with_free_sums
 def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: ignore[no-untyped-def]
     """Go on with a `searches.SuffixTree` for about `budget` nodes; better signs go into `best` and `found`."""
     rows, gains, norms, state, spent, signs, rest, ends, counts = (
@@ -624,7 +621,8 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
                 break
             if row == 0:
                 if kind[i] == RELAXED:
-                    state[i + 1] = state[i]
+                    for k in range(components):
+                        copy(state[i, k], state[i + 1, k])
                     continue
                 x = middle[i, 0] + sign * half_chord[i, 0]
                 y = middle[i, 1] + sign * half_chord[i, 1]
@@ -668,7 +666,7 @@ def search_suffixes(p, tree, best, found, gap, allowance, budget):  # type: igno
             budget -= frames
 
 
-@compiled
+@compiled_with_free_sums
 def enter_leaf(p, signs, z, best, found, gap, allowance, ends):  # type: ignore[no-untyped-def]
     """All signs are chosen: J itself, with the relaxed frames at their best."""
     frames = len(p.basis)
@@ -689,6 +687,6 @@ def enter_leaf(p, signs, z, best, found, gap, allowance, ends):  # type: ignore[
     # Half of what is not looked for: what is better by less may be rounding.
     if here < 0.5 * (best[0] + cutoff):
         best[0] = here
-        found[:] = values
+        copy(values, found)
     if bound < best[0] - max(gap * abs(best[0]), 2.0 * allowance):
         ends[1] = min(ends[1], bound)

@@ -10,13 +10,24 @@ Symbols
 ``omega``     fundamental angular frequency, rad/s; ``omega = 2 pi frequency_hz``
 """
 
-from pipeline.core.fourier.frequency import SEARCH_HZ, design, fundamental_frequency, single_frequency_power
+from pipeline.core.fourier.frequency import (
+    SEARCH_HZ,
+    cycle_basis,
+    cycle_slope,
+    design,
+    equal_phases,
+    fundamental_frequency,
+    single_frequency_power,
+)
 from pipeline.core.fourier.series import FourierRepresentation, mirrored, represent, shift, synthesise
 
 __all__ = [
     "SEARCH_HZ",
     "FourierRepresentation",
+    "cycle_basis",
+    "cycle_slope",
     "design",
+    "equal_phases",
     "fundamental_frequency",
     "mirrored",
     "represent",

@@ -20,13 +20,39 @@ _LEFT_ANKLE = WALKER15.index("left_ankle")
 _RIGHT_ANKLE = WALKER15.index("right_ankle")
 
 
-def design(frequency_hz: float, times_s: np.ndarray, harmonics: int) -> np.ndarray:
-    """Columns 1, sin wt, cos wt, sin 2wt, cos 2wt, … of [zhang2007 3.1]; (T, 1 + 2H)."""
+def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int) -> np.ndarray:
+    """Columns 1, sin wt, cos wt, sin 2wt, cos 2wt, … of [zhang2007 3.1]; (T, 1 + 2H).
+
+    Frequencies (C, 1) give (C, T, 1 + 2H).
+    """
     angle = 2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float)
-    columns = [np.ones_like(angle)]
+    columns = np.empty((*angle.shape, 1 + 2 * harmonics))
+    columns[..., 0] = 1.0
     for h in range(1, harmonics + 1):
-        columns += [np.sin(h * angle), np.cos(h * angle)]
-    return np.stack(columns, axis=-1)
+        np.sin(h * angle, out=columns[..., 2 * h - 1])
+        np.cos(h * angle, out=columns[..., 2 * h])
+    return columns
+
+
+def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
+    """Values (…, B) of 1, sin, cos, sin 2, cos 2, … at phases (…)."""
+    angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
+    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(*np.shape(phase_rad), -1)
+    return np.concatenate([np.ones((*np.shape(phase_rad), 1)), waves], axis=-1)
+
+
+def cycle_slope(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
+    """Derivatives (…, B) of `cycle_basis` with respect to the phase."""
+    order = np.arange(1, blocks // 2 + 1)
+    angle = np.asarray(phase_rad)[..., None] * order
+    waves = np.stack([order * np.cos(angle), -order * np.sin(angle)], axis=-1)
+    flat = waves.reshape(*np.shape(phase_rad), -1)
+    return np.concatenate([np.zeros((*np.shape(phase_rad), 1)), flat], axis=-1)
+
+
+def equal_phases(count: int) -> np.ndarray:
+    """Phases (K,) that divide the cycle equally, radians, the first 0."""
+    return 2.0 * np.pi * np.arange(count) / count
 
 
 def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
@@ -101,19 +127,20 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)
 
-    def unexplained(frequency_hz: float) -> float:
-        # The values have no mean, so the constant explains nothing by itself.
-        columns = design(frequency_hz, times, harmonics)
-        projected = columns.T @ values
-        return -float((projected * np.linalg.solve(columns.T @ columns, projected)).sum())
+    # The values have no mean, so the constant explains nothing by itself.
+    def unexplained(frequencies_hz: np.ndarray) -> np.ndarray:
+        columns = design(frequencies_hz[:, None], times, harmonics)
+        across = columns.swapaxes(-1, -2)
+        projected = across @ values
+        return -(projected * np.linalg.solve(across @ columns, projected)).sum(axis=(-2, -1))
 
     # The guess is good to the clip's resolution, 1/T, of which twice is looked at: in long clips less than 15 %.
     reach = min(0.15 * guess, 2.0 / duration)
     bounds = max(guess - reach, 0.85 * lowest), guess + reach
     grid = np.linspace(*bounds, int(np.ceil((bounds[1] - bounds[0]) * duration * harmonics * 6)) + 3)
-    best = int(first_lowest(np.array([unexplained(frequency) for frequency in grid])))
+    best = int(first_lowest(unexplained(grid)))
     found = minimize_scalar(
-        unexplained,
+        lambda frequency_hz: unexplained(np.array([frequency_hz]))[0],
         bounds=(grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]),
         method="bounded",
         options={"xatol": 1e-8},

@@ -124,9 +124,15 @@ def represent(
         phase_rad=phase,
         variance_fractions=gains / total if total > 0 else np.zeros(harmonics),
         residual_fraction=float((residual**2).sum() / total) if total > 0 else 0.0,
-        residual_covariance=np.einsum("tja,tjb->jab", residual, residual) / len(positions),
-        temporal_covariance=np.einsum("tja,tjb->jab", centred, centred) / len(positions),
+        residual_covariance=_products(residual) / len(positions),
+        temporal_covariance=_products(centred) / len(positions),
     )
+
+
+def _products(motion: np.ndarray) -> np.ndarray:
+    """Sum over the clip of each joint's motion times itself, (J, S, S)."""
+    by_joint = motion.swapaxes(0, 1)
+    return by_joint.swapaxes(1, 2) @ by_joint
 
 
 def synthesise(coefficients: np.ndarray, frequency_hz: float, times_s: np.ndarray) -> np.ndarray:

@@ -24,7 +24,6 @@ from pipeline.core.keypoint_walk.training import (
     expand,
     model_of,
     moments,
-    structured_covariance,
     train,
     training_walk,
 )
@@ -50,7 +49,6 @@ __all__ = [
     "prepare",
     "reconstruct",
     "reconstruct_followed",
-    "structured_covariance",
     "train",
     "training_walk",
     "view_angle_deg",

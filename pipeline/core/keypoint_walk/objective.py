@@ -20,25 +20,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.core.anatomical import BONES, JOINTS, PAIRS, PHASES
+from pipeline.core.fourier import cycle_basis, cycle_slope, equal_phases
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.training import (
-    BLOCKS,
-    BONES,
-    CYCLE,
-    HARMONICS,
-    JOINTS,
-    PAIRS,
-    PHASES,
-    SIZE,
-    cycle_basis,
-    cycle_slope,
-)
+from pipeline.core.keypoint_walk.training import BLOCKS, HARMONICS, SIZE
 from pipeline.core.keypoint_walk.view import level_axes, level_axes_slope, pitched, pitched_slope
 
 X0, Y0, Z0, VX, VZ, HEADING, PITCH, PHASE, LOG_F, AX, AZ, TURN = range(SIZE, SIZE + 12)
 UNKNOWNS = SIZE + 12
 """Without the coefficients of a wandering path, of which there are three for each cosine."""
 
+CYCLE = cycle_basis(equal_phases(PHASES), BLOCKS)
+"""(20, 9): basis at the phases at which lengths are looked at."""
 NU = 4.0
 """Degrees of freedom of Student's t."""
 PITCH_SD = np.radians(6.0)
@@ -188,7 +181,7 @@ class Objective:
         """Points P (T, 15, 3) in level camera axes, mm."""
         walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS)
         t = self.setting.times
-        basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE])
+        basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * t + x[PHASE], BLOCKS)
         own = np.moveaxis(walker @ basis.T, -1, 0)  # (T, 15, 3)
         level = own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * t), 1, 2)
         return np.asarray(level + self._path(x)[:, None])
@@ -282,7 +275,7 @@ class Objective:
         T = len(t)
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         psi = omega * t + x[PHASE]
-        basis, slope = cycle_basis(psi), cycle_slope(psi)
+        basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
         own = walker @ basis.T  # (15, 3, T)
         moving = walker @ slope.T
         heading = x[HEADING] + x[TURN] * t

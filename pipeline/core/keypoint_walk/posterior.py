@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
+from pipeline.core.anatomical import JOINTS
+from pipeline.core.fourier import cycle_basis, cycle_slope
 from pipeline.core.keypoint_walk.objective import (
     HEADING,
     LOG_F,
@@ -23,7 +25,7 @@ from pipeline.core.keypoint_walk.objective import (
 )  # fmt: skip
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit
-from pipeline.core.keypoint_walk.training import BLOCKS, JOINTS, SIZE, cycle_basis, cycle_slope
+from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.keypoint_walk.view import level_axes, level_axes_slope
 from pipeline.skeleton import WALKER15
 
@@ -123,7 +125,7 @@ def give_bias_back(prior: Prior, drawn: np.ndarray) -> np.ndarray:
 
 def relative_positions(walker: np.ndarray, x: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Positions (T, 15, 3) relative to the pelvis in level camera axes, mm."""
-    basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE])
+    basis = cycle_basis(2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE], BLOCKS)
     own = np.moveaxis((walker - walker[PELVIS]) @ basis.T, -1, 0)
     return np.asarray(own @ np.swapaxes(level_axes(x[HEADING] + x[TURN] * times), 1, 2))
 
@@ -152,7 +154,7 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
 
     omega = 2.0 * np.pi * np.exp(x[LOG_F])
     psi = omega * times + x[PHASE]
-    basis, slope = cycle_basis(psi), cycle_slope(psi)
+    basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
     A, dA = level_axes(x[HEADING] + x[TURN] * times), level_axes_slope(x[HEADING] + x[TURN] * times)
     relative = walker - walker[PELVIS]
     own, moving = relative @ basis.T, relative @ slope.T
@@ -202,6 +204,35 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
     )
 
 
+def sample_positions(
+    found: Posterior, x: np.ndarray, times: np.ndarray, generator: np.random.Generator, count: int
+) -> np.ndarray:
+    """Walks (S, T, 15, 3) drawn from the posterior of walker and heading: about the pelvis, level camera axes, mm.
+
+    Parameters
+    ----------
+    found : Posterior
+    x : (417,)
+        Unknowns of the fit.
+    times : (T,)
+    generator : numpy.random.Generator
+    count : int
+
+    Notes
+    -----
+    Of periodic walkers: what changes from step to step is in `Posterior.sd_mm`, not in these.
+    """
+    values, vectors = np.linalg.eigh(found.walker_covariance)
+    drawn = generator.standard_normal((count, SIZE + 1))
+    off = (drawn[:, :SIZE] * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+    walks = []
+    for walker, turn in zip(off.reshape(count, *found.walker.shape), drawn[:, SIZE], strict=True):
+        turned = x.copy()
+        turned[HEADING] += turn * found.heading_sd_rad
+        walks.append(relative_positions(found.walker + walker, turned, times))
+    return np.stack(walks)
+
+
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 
@@ -209,7 +240,7 @@ def _angles(
     walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, omega: float, times: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Joint angles (T, 8) in the walker's frame and their variances."""
-    basis, slope = cycle_basis(psi), cycle_slope(psi)
+    basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
     own = np.moveaxis(walker @ basis.T, -1, 0)
     angles = joint_angles(own, _DOWN)
     variance = np.empty_like(angles)

@@ -15,13 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from pipeline.core.keypoint_walk.training import (
-    BLOCKS,
-    JOINTS,
-    SIZE,
-    WalkerModel,
-    stance_rows,
-)
+from pipeline.core.anatomical import JOINTS, stance_rows
+from pipeline.core.keypoint_walk.training import BLOCKS, SIZE, WalkerModel
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.validation import require_range, require_shape
 

@@ -4,8 +4,7 @@ Symbols
 -------
 ``W``      walker, (15, 3, 1 + 2H): the coefficients of a joint's coordinate stand together; H = 4, 405 numbers
 ``m, S``   weighted mean and covariance of the training walks and their mirror images
-``T``      S without what ties harmonics, or sine and cosine, together: one 45 x 45 covariance for each harmonic
-``C``      prior covariance ``(1 - a - b) S + a T + b diag S + tau I``
+``T, C``   as in `pipeline.core.anatomical.prior`, which shrinks S as here
 ``n_eff``  ``1 / sum of squared weights``: walks of one person count as one person
 
 Every walker is scaled to a height of 1500 mm (centre of the head above the ankles): one camera cannot tell size from
@@ -19,35 +18,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.core import fourier
+from pipeline.core import anatomical, fourier
+from pipeline.core.anatomical import JOINTS, PAIRS, Shrinkage
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
-JOINTS = len(WALKER15.joints)
 HARMONICS = 4
 BLOCKS = 1 + 2 * HARMONICS
 SIZE = JOINTS * 3 * BLOCKS
 HEIGHT_MM = 1500.0
 """Height of the centre of the head above the ankles to which every walker is scaled."""
 
-BONES = np.array((*WALKER15.bones, (9, 12), (2, 5)))
-"""(16, 2): the tree's bones as parent and child, then hip to hip and shoulder to shoulder."""
-_PLACE = {frozenset(bone): number for number, bone in enumerate(BONES.tolist())}
-PAIRS = np.array([
-    (number, other)
-    for number, (i, j) in enumerate(BONES.tolist())
-    if number < (other := _PLACE[frozenset((WALKER15.mirror[i], WALKER15.mirror[j]))])
-])  # fmt: skip
-"""(P, 2): bones of the left and the right side that are each other's mirror image."""
-
-PHASES = 20
-"""Phases of the cycle at which lengths and feet are looked at."""
-STANCE_PHASES = 8
-"""Phases in which a foot moves backwards fastest: 40 % of the cycle."""
 MOST_WALKERS = 60.0
 """Largest effective number of walkers."""
-
-ANKLES = (WALKER15.index("left_ankle"), WALKER15.index("right_ankle"))
 
 
 @dataclass(frozen=True)
@@ -127,100 +110,7 @@ def training_walk(positions: np.ndarray, frame_rate_hz: float, height_mm: float)
 
 def mirror_image(walkers: np.ndarray) -> np.ndarray:
     """Mirror images of walkers (…, 15, 3, B): left and right exchanged, shifted by half a cycle."""
-    return np.moveaxis(fourier.mirrored(np.moveaxis(walkers, -1, -3)), -3, -1)
-
-
-def person_weights(people: np.ndarray) -> np.ndarray:
-    """Weights (R,) of walks that give every person the same weight; they sum to one.
-
-    Examples
-    --------
-    >>> person_weights(np.array(["a", "b", "b"])).tolist()
-    [0.5, 0.25, 0.25]
-    """
-    _, of, counts = np.unique(people, return_inverse=True, return_counts=True)
-    return np.asarray(1.0 / (len(counts) * counts[of]))
-
-
-def within_harmonics(covariance: np.ndarray, blocks: int = BLOCKS) -> np.ndarray:
-    """T of a covariance (n, n): per harmonic the mean of its sine's and its cosine's block, nothing between them."""
-    whole = covariance.reshape(-1, blocks, len(covariance) // blocks, blocks)
-    kept = np.zeros_like(whole)
-    for block in range(blocks):
-        same = (0,) if block == 0 else (block, block + 1 if block % 2 else block - 1)
-        kept[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
-    return kept.reshape(covariance.shape)
-
-
-def structured_covariance(
-    covariance: np.ndarray, *, within: float = 0.2, diagonal: float = 0.1, extra_variance: float = 20.0
-) -> np.ndarray:
-    """C: a sample covariance, shrunken towards what a few dozen people can support.
-
-    Parameters
-    ----------
-    covariance : (n, n)
-        S, n a multiple of 1 + 2H with the coefficients of a coordinate beside each other.
-    within, diagonal : float
-        Shares a of T and b of diag S.
-    extra_variance : float
-        tau, mm².
-    """
-    found = (1.0 - within - diagonal) * covariance + within * within_harmonics(covariance)
-    found[np.diag_indices_from(found)] += diagonal * np.diag(covariance) + extra_variance
-    return found
-
-
-def cycle_basis(phase_rad: np.ndarray, blocks: int = BLOCKS) -> np.ndarray:
-    """Values (…, B) of 1, sin, cos, sin 2, cos 2, … at phases (…)."""
-    angle = np.asarray(phase_rad)[..., None] * np.arange(1, blocks // 2 + 1)
-    waves = np.stack([np.sin(angle), np.cos(angle)], axis=-1).reshape(*np.shape(phase_rad), -1)
-    return np.concatenate([np.ones((*np.shape(phase_rad), 1)), waves], axis=-1)
-
-
-def cycle_slope(phase_rad: np.ndarray, blocks: int = BLOCKS) -> np.ndarray:
-    """Derivatives (…, B) of `cycle_basis` with respect to the phase."""
-    order = np.arange(1, blocks // 2 + 1)
-    angle = np.asarray(phase_rad)[..., None] * order
-    waves = np.stack([order * np.cos(angle), -order * np.sin(angle)], axis=-1).reshape(
-        *np.shape(phase_rad), -1
-    )
-    return np.concatenate([np.zeros((*np.shape(phase_rad), 1)), waves], axis=-1)
-
-
-_CYCLE = 2.0 * np.pi * np.arange(PHASES) / PHASES
-CYCLE = cycle_basis(_CYCLE)
-"""(20, 9): basis at equally spaced phases of the cycle."""
-
-
-def stance_rows(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Linear functionals of a walker that are about zero because the feet stand on one ground, and its belt speed.
-
-    Parameters
-    ----------
-    mean : (15, 3, 9)
-        The average walker, which says when a foot stands.
-
-    Returns
-    -------
-    rows : (16, 405)
-        dy/dphase of an ankle at each of its stance phases, minus the mean of all.
-    belt : (405,)
-        Minus that mean: the speed of the ground, mm per radian of phase.
-    """
-    slope = cycle_slope(_CYCLE)
-    rows = np.zeros((2 * STANCE_PHASES, JOINTS, 3, BLOCKS))
-    for foot, ankle in enumerate(ANKLES):
-        backwards = np.argsort(slope @ mean[ankle, 1], kind="stable")[:STANCE_PHASES]
-        rows[foot * STANCE_PHASES : (foot + 1) * STANCE_PHASES, ankle, 1] = slope[backwards]
-    flat = rows.reshape(len(rows), -1)
-    return flat - flat.mean(axis=0), -flat.mean(axis=0)
-
-
-def bone_lengths(walkers: np.ndarray) -> np.ndarray:
-    """Lengths (…, 16, 20) of the bones over the cycle, of walkers (…, 15, 3, 9), mm."""
-    across = walkers[..., BONES[:, 1], :, :] - walkers[..., BONES[:, 0], :, :]
-    return np.asarray(np.linalg.norm(across @ CYCLE.T, axis=-2))
+    return anatomical.by_joint(fourier.mirrored(anatomical.by_block(walkers)))
 
 
 @dataclass(frozen=True)
@@ -264,14 +154,14 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     people = require_shape("people", people, (len(walks),))
     if (count := len(np.unique(people))) < 2:
         raise InvalidInput("a model of walkers needs two people or more", received=str(count))
-    weights = person_weights(people)
+    weights = anatomical.person_weights(people)
     walkers = require_finite("walkers", np.stack([walk.walker for walk in walks]))
     both = np.concatenate([walkers, mirror_image(walkers)]).reshape(2 * len(walks), -1)
     half = np.concatenate([weights, weights]) / 2.0
     effective = min(1.0 / float((weights**2).sum()), MOST_WALKERS)
     mean = half @ both
     centred = np.sqrt(half)[:, None] * (both - mean)
-    lengths = bone_lengths(walkers)
+    lengths = anatomical.bone_lengths(walkers)
     average = lengths.mean(axis=-1)
     aperiodic = weights @ np.stack([walk.aperiodic_variance for walk in walks]).reshape(len(walks), -1)
     aperiodic = aperiodic.reshape(JOINTS, 3)
@@ -290,10 +180,12 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
 
 def model_of(found: Moments, *, extra_variance: float = 20.0) -> WalkerModel:
     """The model of walkers with these moments; `extra_variance` is tau, mm²."""
-    rows, _ = stance_rows(found.mean)
+    rows, _ = anatomical.stance_rows(found.mean)
     return WalkerModel(
         mean=found.mean,
-        covariance=structured_covariance(found.covariance, extra_variance=extra_variance),
+        covariance=anatomical.structured_covariance(
+            found.covariance, BLOCKS, Shrinkage(extra_variance=extra_variance)
+        ),
         bone_variance=found.bone_variance,
         pair_variance=found.pair_variance,
         stance_variance=np.einsum("ra,ab,rb->r", rows, found.covariance, rows, optimize=True),
@@ -344,7 +236,7 @@ def compact(found: Moments, components: int) -> CompactMoments:
     require_range("the number of eigenwalkers", components, at_least=1, below=found.walkers / 2.0, whole=True)
     values, vectors = np.linalg.eigh(found.covariance)
     order = np.argsort(values)[::-1][:components]
-    T = within_harmonics(found.covariance).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)
+    T = anatomical.within_harmonics(found.covariance, BLOCKS).reshape(JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS)
     blocks = np.stack([T[:, k, :, k] for k in (0, *range(1, BLOCKS, 2))])
     empty = np.empty((0, 0))
     return CompactMoments(
@@ -361,5 +253,5 @@ def expand(found: CompactMoments) -> Moments:
     T = np.zeros((JOINTS * 3, BLOCKS, JOINTS * 3, BLOCKS))
     for block in range(BLOCKS):
         T[:, block, :, block] = found.within[(block + 1) // 2]
-    covariance = main + T.reshape(SIZE, SIZE) - within_harmonics(main)
+    covariance = main + T.reshape(SIZE, SIZE) - anatomical.within_harmonics(main, BLOCKS)
     return replace(found.rest, covariance=(covariance + covariance.T) / 2.0)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.compilation import compiled_exactly
+from pipeline.compilation import compiled_exactly
 
 DEFINED, NOT_FINITE, NO_COSINES, NO_STANCE, NO_HIP, NO_SHOULDER, AGAINST_REST = range(7)
 """What a posture is, or why it has no joints."""

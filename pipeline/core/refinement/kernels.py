@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.binary_quadratic.kernels import compiled
+from pipeline.compilation import compiled_with_free_sums
 
 
-@compiled
+@compiled_with_free_sums
 def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def]
     """Sum of squared distances of reprojection and image, px²; infinite with a joint behind its camera."""
     images, seen, projection, centre, root = seen_by
@@ -48,7 +48,7 @@ def squared_distances(seen_by, tree, theta, phi):  # type: ignore[no-untyped-def
     return total
 
 
-@compiled
+@compiled_with_free_sums
 def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, couplings):  # type: ignore[no-untyped-def]
     """What the normal equations sum over frames, by the C numbers of a limb: theta, phi and, if free, its length.
 
@@ -163,7 +163,7 @@ def frame_by_frame(seen_by, tree, lines, theta, phi, free, exact, along, own, co
                         couplings[limb, m, a, b, f] = total
 
 
-@compiled
+@compiled_with_free_sums
 def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyped-def]
     """Blocks between angles into `rows` (L, N, M, N), from the sums (L, M, C, C, n) of couplings by products."""
     components = len(scale)
@@ -180,7 +180,7 @@ def fill_rows(sums, first, second, scale, lines, rows):  # type: ignore[no-untyp
                             )
 
 
-@compiled
+@compiled_with_free_sums
 def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
     """The square step^T H step of a step (L, N)."""
     total = 0.0
@@ -197,7 +197,7 @@ def curvature_along(rows, lines, step):  # type: ignore[no-untyped-def]
     return total
 
 
-@compiled
+@compiled_with_free_sums
 def solve_along_tree(rows, lines, gradient, damping, step):  # type: ignore[no-untyped-def]
     """The step (L, N) that solves (H + diag(damping)) step = -gradient; False if that is not positive definite.
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.compilation import compiled_exactly
+from pipeline.compilation import compiled_exactly
 
 _NOT_FORBIDDEN = 1e-12
 """What a product with a direction may be above the largest allowed: rounding."""
@@ -38,9 +38,14 @@ def farthest_pole(units, near, thinnest, margin):  # type: ignore[no-untyped-def
         Of h; directions that are nearer to each other, or to their opposites, are taken as one.
     """
     frames = len(units)
-    across = units.T.copy()
-    pole, corner = near.copy(), np.empty(3)
-    least = np.abs(units @ near).max()
+    across = np.empty((3, frames))
+    for i in range(frames):
+        for k in range(3):
+            across[k, i] = units[i, k]
+    pole, corner, opposite = near.copy(), np.empty(3), np.empty(3)
+    least = 0.0
+    for i in range(frames):
+        least = max(least, abs(units[i, 0] * near[0] + units[i, 1] * near[1] + units[i, 2] * near[2]))
     bound = np.zeros(frames)  # of h where a direction is the nearest
     product, axes = np.empty(frames), np.empty((2, 3))
     # One corner for each cut at most, and for each side of the first square.
@@ -64,7 +69,8 @@ def farthest_pole(units, near, thinnest, margin):  # type: ignore[no-untyped-def
             bound[i] = np.inf
             for n in range(usual[1]):
                 cutting[0, n] = cutting[1, n]
-            usual[0], usual[1] = usual[1], 0
+            usual[0] = usual[1]
+            usual[1] = 0
             for _ in range(8 * most):
                 far = -1
                 size = 0.0
@@ -111,10 +117,12 @@ def farthest_pole(units, near, thinnest, margin):  # type: ignore[no-untyped-def
                 bound[i] = min(bound[i], here)
                 least = min(least, here)
                 if slack > 0.0:
-                    if _by_digits(corner, -corner) > 0:
-                        corner *= -1.0
-                    if not found or _by_digits(corner, pole) < 0:
-                        pole[:] = corner
+                    for k in range(3):
+                        opposite[k] = -corner[k]
+                    first = corner if _by_digits(corner, opposite) <= 0 else opposite
+                    if not found or _by_digits(first, pole) < 0:
+                        for k in range(3):
+                            pole[k] = first[k]
                         found = True
     return pole
 
@@ -122,7 +130,10 @@ def farthest_pole(units, near, thinnest, margin):  # type: ignore[no-untyped-def
 @compiled_exactly
 def _axes_across(d, axes):  # type: ignore[no-untyped-def]
     """Two axes (2, 3) across a unit vector and each other, into `axes`."""
-    least = np.argmin(np.abs(d))
+    least = 0
+    for k in range(1, 3):
+        if abs(d[k]) < abs(d[least]):
+            least = k
     for k in range(3):
         axes[0, k] = (1.0 if k == least else 0.0) - d[least] * d[k]
     size = np.sqrt(axes[0, 0] ** 2 + axes[0, 1] ** 2 + axes[0, 2] ** 2)

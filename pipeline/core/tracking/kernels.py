@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.core.compilation import compiled_exactly
+from pipeline.compilation import compiled_exactly
 
 
 @compiled_exactly

@@ -29,8 +29,8 @@ const Charts = (() => {
   // Series of a table, as conf/report.yaml describes them.
   function series(spec, table) {
     const column = name => table.header.indexOf(name), x = column(spec.x), by = (spec.by ?? []).map(column);
-    const where = Object.entries(spec.where ?? {}).map(([name, value]) => [column(name), String(value)]);
-    const rows = table.rows.filter(row => where.every(([c, v]) => row[c] === v));
+    const where = Object.entries(spec.where ?? {}).map(([name, value]) => [column(name), [value].flat().map(String)]);
+    const rows = table.rows.filter(row => where.every(([c, values]) => values.includes(row[c])));
     const categorical = rows.some(row => row[x] !== "" && Number.isNaN(Number(row[x])));
     const names = categorical ? [...new Set(rows.map(row => row[x]))] : null;
     const found = new Map();
@@ -68,7 +68,7 @@ const Charts = (() => {
   }
   function bandWords(spec, header) {
     const band = [spec.y].flat().length > 1 ? [] : bandOf(spec, header, [spec.y].flat()[0]);
-    return !band.length ? "" : band.length === 2 ? "bands: interval" : band[0].includes("_se") ? "bands: ±1 standard error"
+    return !band.length ? "" : band.length === 2 ? "bands: 95 % interval" : band[0].includes("_se") ? "bands: ±1 standard error"
       : "bands: ±1 standard deviation";
   }
 

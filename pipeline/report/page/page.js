@@ -1,30 +1,22 @@
 "use strict";
-// Theme, curves and tables on demand, players.
+// Curves and tables on demand, players.
 (() => {
   const store = new Map();
-  const tables = (figure, name) => {
-    const key = `${figure}/${name}`;
+  // A table of the page, of large ones the first rows; `curves` of these have all rows of the columns that are drawn.
+  const tables = (figure, name, kind = "tables") => {
+    const key = `${kind}-${figure}/${name}`;
     if (!store.has(key)) {
-      const at = document.getElementById(`tables-${figure}`), text = at ? JSON.parse(at.textContent)[name] : undefined;
+      const at = document.getElementById(`${kind}-${figure}`), text = at ? JSON.parse(at.textContent)[name] : undefined;
       store.set(key, text === undefined ? null : Charts.parse(text));
     }
     return store.get(key);
   };
-
-  const theme = document.getElementById("theme");
-  const root = document.documentElement;
-  const remember = (value) => { try { value === undefined ? 0 : localStorage.setItem("theme", value); return localStorage.getItem("theme"); } catch { return null; } };
-  const show = value => {
-    if (value === "light" || value === "dark") root.dataset.theme = value; else delete root.dataset.theme;
-    theme.value = value ?? "auto";
-  };
-  show(remember());
-  theme.addEventListener("change", () => { remember(theme.value); show(theme.value); });
+  const curves = (figure, name) => tables(figure, name, "curves") ?? tables(figure, name);
 
   function drawn(box) {
     if (box.dataset.done) return;
     box.dataset.done = "yes";
-    const spec = JSON.parse(box.dataset.spec), table = tables(box.dataset.figure, `${spec.table}.csv`);
+    const spec = JSON.parse(box.dataset.spec), table = curves(box.dataset.figure, `${spec.table}.csv`);
     if (!table) return;
     const made = Charts.series(spec, table);
     if (made.series.length) new Charts.Chart(box, { ...made, spec, note: Charts.bandWords(spec, table.header) });
@@ -34,6 +26,13 @@
     for (const entry of entries) if (entry.isIntersecting) { drawn(entry.target); near.unobserve(entry.target); }
   }, { rootMargin: "600px" });
   boxes.forEach(box => near.observe(box));
+  // Curves take room: all are drawn before somebody goes to a place on the page, so that it stays where it is.
+  document.addEventListener("click", event => { if (event.target.closest('a[href^="#"]')) boxes.forEach(drawn); });
+  const idle = window.requestIdleCallback ?? (work => setTimeout(work, 50)), later = [...boxes];
+  const next = () => { const box = later.shift(); if (box) { drawn(box); idle(next); } };
+  idle(next);
+  const place = document.getElementById(location.hash.slice(1));
+  if (place) { boxes.forEach(drawn); requestAnimationFrame(() => place.scrollIntoView({ behavior: "instant" })); }
   addEventListener("beforeprint", () => {
     boxes.forEach(drawn);
     document.querySelectorAll("details:not([data-name])").forEach(details => { details.open = true; });
@@ -85,5 +84,5 @@
   for (const button of document.querySelectorAll("button.copy")) button.addEventListener("click", async () => {
     try { await navigator.clipboard.writeText(button.dataset.text); button.textContent = "copied"; } catch { button.textContent = "select and copy"; }
   });
-  Players.start(tables);
+  Players.start(curves);
 })();

@@ -42,21 +42,23 @@ const Players = (() => {
     dot([x, y], radius, colour, hollow = false) {
       const g = this.context;
       g.beginPath(); g.arc(x, y, radius, 0, 2 * Math.PI);
-      if (hollow) { g.strokeStyle = colour; g.lineWidth = 1.6; g.stroke(); } else { g.fillStyle = colour; g.fill(); }
+      if (hollow) { g.fillStyle = ink("--soft"); g.fill(); g.strokeStyle = colour; g.lineWidth = 1.6; g.stroke(); } else { g.fillStyle = colour; g.fill(); }
     }
-    skeleton(joints, project, colour, { width = 2.4, dash = [], radius = 3.2, fade = true } = {}) {
+    skeleton(joints, project, colour, { width = 2.4, dash = [], radius = 3.2, fade = true, hollow = null } = {}) {
       const at = Array.from({ length: 15 }, (_, j) => project(joints[3 * j], joints[3 * j + 1], joints[3 * j + 2]));
       const g = this.context;
       for (const [a, b] of BONES) { g.globalAlpha = fade && (RIGHT.has(a) || RIGHT.has(b)) ? 0.62 : 1; this.line([at[a], at[b]], colour, width, dash); }
       g.globalAlpha = 1;
-      if (radius) for (const p of at) this.dot(p, radius, colour);
+      if (radius) at.forEach((p, j) => this.dot(p, hollow?.[j] ? radius + 1.5 : radius, colour, Boolean(hollow?.[j])));
       return at;
     }
-    floor(height, reach) {
+    // A ring on the ground, with an arrow where [x, y], a unit vector, points.
+    floor(height, reach, [px, py] = [0, 1]) {
       const ring = Array.from({ length: 49 }, (_, i) => this.turned(reach * Math.cos(i * Math.PI / 24), reach * Math.sin(i * Math.PI / 24), height));
       this.line(ring, ink("--line"), 1);
       for (const [x, y] of [[1, 0], [0, 1]]) this.line([this.turned(-reach * x, -reach * y, height), this.turned(reach * x, reach * y, height)], ink("--line"), 1);
-      this.line([this.turned(0, reach, height), this.turned(-60, reach - 110, height), this.turned(60, reach - 110, height), this.turned(0, reach, height)], ink("--muted"), 1.5);
+      const arrow = [[0, reach], [-60, reach - 110], [60, reach - 110], [0, reach]];
+      this.line(arrow.map(([x, y]) => this.turned(py * x + px * y, py * y - px * x, height)), ink("--muted"), 1.5);
     }
   }
   function drag(canvas, move, begin = () => {}) {
@@ -133,6 +135,7 @@ const Players = (() => {
 
     const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
     const published = Charts.series({ x: "view_angle_deg", y: "absolute_error_mm2", by: ["method"], band: [] , y_label: "" }, table);
+    published.series = published.series.filter(s => s.parts[0] === "average_walker" || s.parts[0] in Gait.METHODS);
     published.series.forEach(s => { s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3"; });
     const own = { name: "this walker, now", parts: [], points: people.views_deg.map(x => ({ x, y: 1 })), colour: "blue", dash: "", width: 2.6 };
     let chart = null;
@@ -186,7 +189,7 @@ const Players = (() => {
       const cycle = clock * people.frequency_hz[state.r], real = Gait.posture(state.fold.walker, cycle), made = Gait.posture(state.found, cycle);
       const c = Math.cos(state.angle), s = Math.sin(state.angle), colour = ink(`--c-${own.colour}`), grey = ink("--truth");
       image.begin();
-      image.skeleton(real, (x, y, z) => image.place(c * x + s * y, z), ink("--text"), { width: 3, radius: 4 });
+      image.skeleton(real, (x, y, z) => image.place(c * x + s * y, z), ink("--text"), { width: 3, radius: 4, hollow: people.estimated?.[state.r] });
       if (spin.on) turn.azimuth += step * 0.5;
       turn.begin();
       turn.floor(-960, 950);
@@ -199,7 +202,7 @@ const Players = (() => {
       camera(turn, -960, 950);
       for (let j = 0; j < 15; j++) turn.line([turn.turned(...real.subarray(3 * j, 3 * j + 3)), turn.turned(...made.subarray(3 * j, 3 * j + 3))], ink("--bad"), 1);
       turn.skeleton(real, (x, y, z) => turn.turned(x, y, z), grey, { width: 3, radius: 2.5, dash: [6, 5] });
-      turn.skeleton(made, (x, y, z) => turn.turned(x, y, z), colour, { width: 3, radius: 3.4 });
+      turn.skeleton(made, (x, y, z) => turn.turned(x, y, z), colour, { width: 3, radius: 3.4, hollow: people.estimated?.[state.r] });
       ring.begin();
       ring.floor(0, 950);
       ring.skeleton(real, (x, y, z) => ring.turned(x, y, 0), grey, { width: 1.6, radius: 0 });
@@ -399,9 +402,9 @@ const Players = (() => {
     return { worst, compared };
   }
 
-  function start(tables) {
+  function start(curves) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
-    const five = tables("zhang2007_fig5", "table.csv"), four = tables("zhang2007_fig4", "table.csv");
+    const five = curves("zhang2007_fig5", "table.csv"), four = curves("zhang2007_fig4", "table.csv");
     let player = null;
     if (people && five) {
       hero(people);
@@ -417,8 +420,8 @@ const Players = (() => {
         const began = performance.now();
         for (let i = 0; i < 100; i++) player.draw(i / 60, 1 / 60);
         out.dataset.drawing = ((performance.now() - began) / 100).toFixed(3);
-        out.textContent = `Recomputed here: ${found.compared} numbers of figure 5 agree within ${(100 * found.worst).toPrecision(2)} %`
-          + (posture ? `, ${posture.compared} coordinates of figure 4 within ${posture.worst.toFixed(3)} mm.` : ".");
+        out.textContent = !found.compared ? "The page has no numbers of figure 5 to compare with." : `Recomputed here: ${found.compared} numbers of figure 5 agree within ${(100 * found.worst).toPrecision(2)} %`
+          + (posture ? `, ${posture.compared} coordinates of figure 4 within ${posture.worst.toPrecision(2)} mm.` : ".");
         button.disabled = false;
       };
       button.addEventListener("click", check);
@@ -427,5 +430,5 @@ const Players = (() => {
     if (clipped) limbs(clipped);
     requestAnimationFrame(now => { last = now; tick(now); });
   }
-  return { start };
+  return { start, Stage, drag, orbit, play, loop, ink, still, bones: BONES };
 })();

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.studies.measures import Number, Table, only, require_columns, rows_of, values
+from pipeline.studies.measures import only
+from pipeline.studies.rows import Number, Table, require_columns, rows_of, values
 
 
 def variance_left(table: Table, column: str) -> Number:

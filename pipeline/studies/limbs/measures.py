@@ -6,9 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pipeline.studies.measures import Expression, Number, Rows, Table, require_columns, rows_of, values
-
-ALL = Expression("")
+from pipeline.studies.rows import ALL, Expression, Number, Rows, Table, require_columns, rows_of, values
 
 PAPERS_ADJUSTMENT = "refined"
 """What the paper makes of a radius: longer in all frames where a ray misses the sphere, then refined."""

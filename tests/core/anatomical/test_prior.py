@@ -83,11 +83,11 @@ def test_bones_are_those_of_the_tree_and_pairs_are_left_and_right() -> None:
 def test_lengths_are_distances_of_the_synthesised_joints() -> None:
     walker = walkers(np.random.default_rng(4), 1)[0]
     lengths = anatomical.bone_lengths(anatomical.by_joint(walker))
-    times = np.arange(len(lengths)) / len(lengths)
+    times = np.arange(anatomical.PHASES) / anatomical.PHASES
     motion = fourier.synthesise(walker, 1.0, times)
     for number, (a, b) in enumerate(anatomical.BONES):
         np.testing.assert_allclose(
-            lengths[:, number], np.linalg.norm(motion[:, a] - motion[:, b], axis=1), rtol=1e-12
+            lengths[number], np.linalg.norm(motion[:, a] - motion[:, b], axis=1), rtol=1e-12
         )
 
 
@@ -117,6 +117,19 @@ def test_a_walk_that_is_not_finite_is_refused() -> None:
         anatomical.fit(people, equal(3), Shrinkage())
 
 
+@given(seed=st.integers(0, 1000))
+def test_shrinkage_keeps_the_trace_and_bounds_the_eigenvalues(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(12, 4 * 9))
+    S = rows.T @ rows / 12
+    C = anatomical.structured_covariance(S, 9, Shrinkage(extra_variance=0.5))
+    assert np.linalg.eigvalsh(C).min() >= 0.5 * (1 - 1e-9)
+    # T averages a sine with its cosine, so the trace is kept; the rest of C is S itself.
+    assert np.trace(C) == pytest.approx(np.trace(S) + 0.5 * len(S))
+    nothing = Shrinkage(within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
+    np.testing.assert_array_equal(anatomical.structured_covariance(S, 9, nothing), S)
+
+
 # --- stance -----------------------------------------------------------------------------------------------
 
 
@@ -124,7 +137,7 @@ def test_the_stance_prior_is_that_of_the_sum_of_precisions() -> None:
     people = walkers(np.random.default_rng(5), 8)
     prior = anatomical.fit(people, equal(8), Shrinkage())
     changed = anatomical.with_stance(prior, people, equal(8), share=0.3)
-    rows = anatomical.stance_rows(prior.mean)
+    rows, _ = anatomical.stance_rows(prior.mean)
     values = anatomical.by_joint(people).reshape(8, -1) @ rows.T
     spread = values.var(axis=0) + 25.0
     C = prior.covariance.reshape(225, 225)
@@ -136,7 +149,7 @@ def test_a_foot_that_slides_with_constant_speed_satisfies_the_stance_rows() -> N
     """Rows of the mean are backward speeds less their mean, and the slope is that of the series."""
     people = walkers(np.random.default_rng(6), 8)
     prior = anatomical.fit(people, equal(8), Shrinkage())
-    rows = anatomical.stance_rows(prior.mean)
+    rows, _ = anatomical.stance_rows(prior.mean)
     np.testing.assert_allclose(rows.sum(axis=0), 0.0, atol=1e-12)
     phase = 2 * np.pi * np.arange(20) / 20
     step = 1e-5

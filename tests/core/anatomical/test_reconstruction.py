@@ -15,6 +15,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.strategies import angles, seeds, walkers
 
+HIDDEN = np.isin(WALKER15.joints, ["left_wrist", "head"])
 PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
 
 
@@ -38,7 +39,9 @@ def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_var
     people = walkers(np.random.default_rng(seed), 12)
     view = np.array([angle, -angle])
     prior = anatomical.fit(people[1:], np.full(11, 1 / 11), PLAIN)
-    conditional = anatomical.condition(prior, view, noise=Noise(variance=noise_variance, share=0.0))
+    conditional = anatomical.condition(
+        anatomical.turned(prior, view), noise=Noise(variance=noise_variance, share=0.0)
+    )
     found = conditional.expect(seen_from(people[0], view)[..., ~conditional.unknown])[:, 0]
     rows = linear_model.flatten(people)
     expected = from_known_views(linear_model.fit(rows[1:], 10), rows[0], view, noise_variance=noise_variance)
@@ -46,10 +49,32 @@ def test_without_its_parts_it_is_approach_two(seed: int, angle: float, noise_var
     np.testing.assert_allclose(missing, expected.missing, rtol=0, atol=1e-7)
 
 
+@pytest.mark.parametrize("hidden", [False, True], ids=["all seen", "hidden joints"])
+def test_the_conditional_is_that_of_the_formula(hidden: bool) -> None:
+    """With the whole covariance in image axes, and inverses written out."""
+    prior, walker = learnt(12)
+    view = np.array([-0.7, 0.3])
+    found = anatomical.condition(
+        anatomical.turned(prior, view),
+        noise=Noise(bias=4.0),
+        hidden=HIDDEN if hidden else anatomical.NOTHING_HIDDEN,
+    )
+    u, o = found.unknown, ~found.unknown
+    rows = seen_from(walker, view)
+    for a, axes in enumerate(anatomical.image_axes(view)):
+        C = np.einsum("pi,kiblju,qj->kpblqu", axes, prior.covariance, axes).reshape(225, 225)
+        m = np.einsum("pi,kib->kpb", axes, prior.mean).ravel()
+        floor = np.broadcast_to(np.array([16.0, 0.0, 0.0, 0.0, 0.0]), (15, 3, 5)).ravel()[o]
+        gain = C[np.ix_(u, o)] @ np.linalg.inv(C[np.ix_(o, o)] + np.diag(100 + 0.2 * np.diag(C)[o] + floor))
+        expected = m[u] + gain @ (rows[a, 0, o] - m[o])
+        np.testing.assert_allclose(found.expect(rows[..., o])[a, 0], expected, atol=1e-8)
+        np.testing.assert_allclose(found.covariance[a], C[np.ix_(u, u)] - gain @ C[np.ix_(o, u)], atol=1e-7)
+
+
 def test_lengths_without_limits_leave_the_linear_part() -> None:
     prior, walker = learnt(1)
     view = np.radians([-40.0, 0.0, 90.0])
-    conditional = anatomical.condition(prior, view, noise=Noise())
+    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
     observed = seen_from(walker, view)[..., ~conditional.unknown]
     endless = Tolerances(
         within=np.full(len(anatomical.BONES), np.inf), pairs=np.full(len(anatomical.PAIRS), np.inf)
@@ -58,9 +83,6 @@ def test_lengths_without_limits_leave_the_linear_part() -> None:
     np.testing.assert_allclose(found.unknown, conditional.expect(observed), atol=1e-9)
     np.testing.assert_allclose(found.covariance[:, 0], conditional.covariance, rtol=1e-6, atol=1e-6)
     assert found.converged.all()
-
-
-HIDDEN = np.isin(WALKER15.joints, ["left_wrist", "head"])
 
 
 def cost_of(lengths: anatomical.Lengths, rows: np.ndarray) -> float:
@@ -72,7 +94,8 @@ def test_the_derivatives_are_those_of_finite_differences(hidden: np.ndarray) -> 
     prior, walker = learnt(2)
     rows = seen_from(walker, np.array([0.6]))[0, 0]
     unknown = anatomical.unknown_coefficients(hidden, 5)
-    lengths = anatomical.Lengths(unknown, anatomical.tolerances(prior))
+    limits = anatomical.tolerances(prior)
+    lengths = anatomical.Lengths(unknown, limits.within, limits.pairs)
     value, gradient, matrix = lengths.derivatives(rows[None], exact=True)
     assert value[0] == pytest.approx(cost_of(lengths, rows))
     where = np.flatnonzero(unknown)
@@ -98,7 +121,7 @@ def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> N
     prior, walker = learnt(3)
     limits = anatomical.tolerances(prior)
     view = np.array([0.4])
-    conditional = anatomical.condition(prior, view, noise=Noise(), hidden=hidden)
+    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise(), hidden=hidden)
     unknown = conditional.unknown
     rows = seen_from(walker, view)
     observed = rows[..., ~unknown]
@@ -135,7 +158,7 @@ def test_all_observations_converge_and_do_not_depend_on_their_company() -> None:
     prior, walker = learnt(4)
     other = learnt(5)[1]
     view = np.radians([-90.0, -45.0, 0.0, 30.0])
-    conditional = anatomical.condition(prior, view, noise=Noise())
+    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
     both = np.concatenate([seen_from(walker, view), seen_from(other, view)], axis=1)
     limits = anatomical.tolerances(prior)
     together = anatomical.fit_lengths(conditional, both[..., ~conditional.unknown], limits)
@@ -150,7 +173,7 @@ def test_the_mirror_image_from_the_other_side_is_the_mirrored_answer() -> None:
     limits = anatomical.tolerances(prior)
     missing = []
     for w, view in ((walker, -angle), (fourier.mirrored(walker), angle)):
-        conditional = anatomical.condition(prior, view, noise=Noise())
+        conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
         observed = seen_from(w, view)[..., ~conditional.unknown]
         missing.append(anatomical.fit_lengths(conditional, observed, limits).unknown[0, 0].reshape(15, 5))
     back = missing[1][list(WALKER15.mirror)]
@@ -162,7 +185,7 @@ def test_a_hidden_joint_is_recovered_from_the_others_and_kept_off_the_seen() -> 
     """Joints that go together: the hidden one follows its mean more closely than chance when the rest is seen."""
     prior, walker = learnt(7, count=30)
     view = np.array([0.3])
-    conditional = anatomical.condition(prior, view, noise=Noise(), hidden=HIDDEN)
+    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise(), hidden=HIDDEN)
     assert conditional.unknown.sum() == 15 * 5 + 2 * 2 * 5
     spoiled = walker.copy()
     spoiled[:, HIDDEN] += 1e3
@@ -175,8 +198,8 @@ def test_a_hidden_joint_is_recovered_from_the_others_and_kept_off_the_seen() -> 
 def test_a_floor_widens_the_posterior_and_the_tolerances() -> None:
     prior, _ = learnt(8)
     view = np.array([0.2])
-    sharp = anatomical.condition(prior, view, noise=Noise())
-    blunt = anatomical.condition(prior, view, noise=Noise(bias=10.0, slow=3.0))
+    sharp = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+    blunt = anatomical.condition(anatomical.turned(prior, view), noise=Noise(bias=10.0, slow=3.0))
     assert np.linalg.eigvalsh(blunt.covariance[0] - sharp.covariance[0])[0] > -1e-6
     narrow, wide = anatomical.tolerances(prior), anatomical.tolerances(prior, bias=10.0, slow=3.0)
     assert (wide.within > narrow.within).all()
@@ -186,9 +209,9 @@ def test_a_floor_widens_the_posterior_and_the_tolerances() -> None:
 def test_without_any_variance_the_conditional_is_refused() -> None:
     prior, _ = learnt(9, shrinkage=PLAIN)
     with pytest.raises(InvalidInput, match="no variance"):
-        anatomical.condition(prior, np.array([0.0]), noise=Noise(variance=0.0, share=0.0))
+        anatomical.condition(anatomical.turned(prior, np.array([0.0])), noise=Noise(variance=0.0, share=0.0))
     with pytest.raises(InvalidInput, match="the noise's bias"):
-        anatomical.condition(prior, np.array([0.0]), noise=Noise(bias=-1.0))
+        anatomical.condition(anatomical.turned(prior, np.array([0.0])), noise=Noise(bias=-1.0))
 
 
 # --- bars ---------------------------------------------------------------------------------------------------
@@ -223,11 +246,11 @@ def test_the_costs_are_minus_twice_the_log_density_on_both_sides() -> None:
     shown = seen_from(walker, np.array([0.5]))[0].reshape(1, 15, 3, 5)[:, :, :2]
     costs = anatomical.view_costs(prior, shown, 12, noise=Noise())
     for g, beta in enumerate(anatomical.circle(12)):
-        mean, C = anatomical.turned(prior, np.array([beta]))
-        seen = ~anatomical.unknown_coefficients(anatomical.NOTHING_HIDDEN, 5)
-        matrix = C[0][np.ix_(seen, seen)]
+        axes = anatomical.image_axes(np.array([beta]))[0, :2]
+        C = np.einsum("pi,kiblju,qj->kpblqu", axes, prior.covariance, axes)
+        matrix = C.reshape(150, 150)
         matrix = matrix + np.diag(100.0 + 0.2 * np.diag(matrix))
-        off = shown.ravel() - mean[0].ravel()[seen]
+        off = (shown[0] - np.einsum("pi,kib->kpb", axes, prior.mean)).ravel()
         wanted = off @ np.linalg.solve(matrix, off) + np.linalg.slogdet(matrix)[1]
         assert costs[0, g] == pytest.approx(wanted, rel=1e-9)
 

@@ -14,11 +14,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
+from pipeline.compilation import compiled_with_free_sums
 from pipeline.core.binary_quadratic import BinarySolution, minimise
 from pipeline.core.binary_quadratic import candidates as programmes
 from pipeline.core.binary_quadratic import descent as sign_search
 from pipeline.core.binary_quadratic.candidates import Programme, programme_of
-from pipeline.core.binary_quadratic.kernels import compiled
 from pipeline.core.binary_quadratic.searches import BoxSearch, SuffixSearch
 from pipeline.core.trajectory_basis import TrajectoryBasis, cosine_basis, restricted, soft_ridge
 from pipeline.validation import InvalidInput
@@ -349,7 +349,7 @@ def test_where_nothing_can_be_kept_kernels_are_compiled_all_the_same(monkeypatch
     for name in ("CacheImpl", "_CacheImpl"):
         if hasattr(numba.core.caching, name):
             monkeypatch.setattr(getattr(numba.core.caching, name), "_locator_classes", [])
-    kernel = compiled(lambda x: 2.0 * x)
+    kernel = compiled_with_free_sums(lambda x: 2.0 * x)
     assert kernel(1.5) == 3.0
 
 

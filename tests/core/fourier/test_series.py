@@ -211,3 +211,9 @@ def test_what_cannot_be_represented_is_refused(
 ) -> None:
     with pytest.raises(InvalidInput, match=sentence):
         fourier.represent(positions, rate_hz, **options)
+
+
+def test_slope_of_the_basis_of_a_cycle() -> None:
+    phase, step = np.linspace(0, 6, 7), 1e-6
+    numeric = (fourier.cycle_basis(phase + step, 9) - fourier.cycle_basis(phase - step, 9)) / (2 * step)
+    np.testing.assert_allclose(fourier.cycle_slope(phase, 9), numeric, atol=1e-8)

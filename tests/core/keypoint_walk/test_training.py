@@ -4,22 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from pipeline.core.keypoint_walk import compact, expand, moments, prepare, structured_covariance, train
+from pipeline.core.anatomical import BONES, PAIRS, bone_lengths, stance_rows
+from pipeline.core.keypoint_walk import compact, expand, moments, prepare, train
 from pipeline.core.keypoint_walk.prior import Detector
-from pipeline.core.keypoint_walk.training import (
-    BLOCKS,
-    BONES,
-    HEIGHT_MM,
-    PAIRS,
-    bone_lengths,
-    cycle_basis,
-    cycle_slope,
-    mirror_image,
-    stance_rows,
-)  # fmt: skip
+from pipeline.core.keypoint_walk.training import HEIGHT_MM, mirror_image
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import prior, walks
 
@@ -28,18 +17,6 @@ def test_every_walker_has_the_same_height() -> None:
     for walk in walks():
         rest = walk.walker[:, 2, 0]
         assert rest[0] - min(rest[11], rest[14]) == pytest.approx(HEIGHT_MM, rel=0.08)
-
-
-@given(seed=st.integers(0, 1000))
-def test_structured_covariance_is_positive_and_keeps_the_diagonal(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    rows = rng.normal(size=(12, 4 * BLOCKS))
-    S = rows.T @ rows / 12
-    C = structured_covariance(S, extra_variance=0.5)
-    assert np.linalg.eigvalsh(C).min() >= 0.5 * (1 - 1e-9)
-    # T averages a sine with its cosine, so the trace is kept; the rest of C is S itself.
-    assert np.trace(C) == pytest.approx(np.trace(S) + 0.5 * len(S))
-    np.testing.assert_allclose(structured_covariance(S, within=0.0, diagonal=0.0, extra_variance=0.0), S)
 
 
 def test_the_model_of_mirrored_people_is_the_same() -> None:
@@ -59,12 +36,6 @@ def test_walks_of_one_person_count_as_one_person() -> None:
     once = train(list(walks()), people)
     twice = train([*walks(), walks()[0]], np.append(people, 0))
     np.testing.assert_allclose(twice.mean, once.mean, atol=1e-9)
-
-
-def test_slope_of_the_basis() -> None:
-    phase, step = np.linspace(0, 6, 7), 1e-6
-    numeric = (cycle_basis(phase + step) - cycle_basis(phase - step)) / (2 * step)
-    np.testing.assert_allclose(cycle_slope(phase), numeric, atol=1e-8)
 
 
 def test_feet_on_the_ground_move_backwards_at_the_belt_speed() -> None:

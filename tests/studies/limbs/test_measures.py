@@ -9,7 +9,7 @@ import pytest
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.statistics import rank_correlation
 from pipeline.papers import Measure
-from pipeline.studies import measures
+from pipeline.studies import evaluation
 from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
@@ -60,17 +60,17 @@ def test_every_replicate_is_what_its_rows_give(measure: Measure) -> None:
     rows = drawn["fig"]
     assert isinstance(rows, Replicated)
     assert rows.weights.shape == (2000, CLIPS), "all rows of a clip together"
-    fast = np.asarray(measures.evaluate(measure, MEASURES, drawn, len(rows.weights)))
+    fast = np.asarray(evaluation.evaluate(measure, MEASURES, drawn, len(rows.weights)))
     assert fast.shape == (2000,)
     assert len(np.unique(fast[np.isfinite(fast)])) > 1
     for b in range(8):
-        slow = measures.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
+        slow = evaluation.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
         assert fast[b] == pytest.approx(slow, rel=1e-9, nan_ok=True)
 
 
 def test_the_correlation_is_spearmans() -> None:
     table = trials()
-    found = measures.evaluate(WANTED[1], MEASURES, {"fig": table})
+    found = evaluation.evaluate(WANTED[1], MEASURES, {"fig": table})
     expected = rank_correlation(table["reconstructibility"].to_numpy(), table["limb_error"].to_numpy())
     assert found == pytest.approx(expected, rel=1e-12)
 

@@ -15,7 +15,7 @@ from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import PLAIN, People, Setting, anatomical_setting, approach_two
 from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion, covered_by_bars
-from pipeline.studies.walks.sweeps.structure import Structure, error_of
+from pipeline.studies.walks.sweeps.structure import Structure, errors_of
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars
 from pipeline.validation import InvalidInput
 from tests.strategies import walkers
@@ -85,11 +85,28 @@ def test_no_walk_of_a_person_reaches_the_fold_without_that_person(setting: Setti
 
 def test_no_walk_of_a_person_chooses_for_that_person() -> None:
     candidates = [approach_two(value) for value in (10.0, 100.0, 1000.0)] + [WHOLE]
-    chosen, errors = people().chosen(candidates, 4, 1)
-    again, with_other = people(spoiled(1)).chosen(candidates, 4, 1)
+    errors, with_other = (people(data).tried(candidates, 4, 1) for data in (samples(), spoiled(1)))
     np.testing.assert_array_equal(errors[0], with_other[0])
-    assert chosen[0] == again[0]
     assert (errors[1:] != with_other[1:]).any()
+    assert people().chosen(candidates, 4, 1) == [candidates[best] for best in errors.argmin(axis=1)]
+
+
+def test_settings_reconstruct_alike_alone_and_in_company() -> None:
+    settings = [
+        WHOLE,
+        replace(WHOLE, within=3.0),
+        replace(WHOLE, pairs=np.inf),
+        WHOLE.linear,
+        approach_two(70.0),
+    ]
+    view = np.radians([0.0, 40.0])
+    everybody = people()
+    walkers_seen = np.stack([everybody.walker(0), everybody.walker(3)])
+    together = everybody.fold(0).with_each(settings, walkers_seen, view, with_covariance=True)
+    for setting, found in zip(settings, together, strict=True):
+        alone = everybody.fold(0).reconstruct(setting, walkers_seen, view, with_covariance=True)
+        np.testing.assert_allclose(found.estimated, alone.estimated, atol=1e-6)
+        np.testing.assert_allclose(found.covariance, alone.covariance, atol=1e-5)
 
 
 def test_everybody_is_in_as_many_pairs() -> None:
@@ -105,8 +122,8 @@ def test_everybody_is_in_as_many_pairs() -> None:
 def test_half_of_the_views_serve_all(setting: Setting) -> None:
     everybody = people()
     view = np.radians([-90.0, -35.0, 0.0, 35.0, 90.0])
-    together = everybody.fold(2).errors(setting, [2], view)[0]
-    alone = [everybody.fold(2).errors(setting, [2], view[[a, a]])[0, 0] for a in range(5)]
+    together = everybody.fold(2).errors([setting], 2, view)[0]
+    alone = [everybody.fold(2).errors([setting], 2, view[[a, a]])[0][0] for a in range(5)]
     np.testing.assert_allclose(together, np.stack(alone), rtol=1e-6)
 
 
@@ -115,8 +132,8 @@ def test_the_average_walker_does_not_look_at_the_image() -> None:
     setting = approach_two(1e12)
     view = np.radians([0.0, 50.0])
     fold = everybody.fold(1)
-    null = error_of(everybody, fold, "average_walker", setting, 1, view)
-    blind = fold.errors(setting, [1], view)[0]
+    null = errors_of(everybody, fold, {"average_walker": setting}, 1, view)[0]
+    blind = fold.errors([setting], 1, view)[0]
     np.testing.assert_allclose(null, blind, rtol=1e-4)
 
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.core import anatomical, errors, fourier
-from pipeline.core.anatomical import Conditional, Noise, Prior, Shrinkage
+from pipeline.core.anatomical import Conditional, Noise, Prior, Shrinkage, Tolerances, TurnedPrior
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
@@ -54,6 +54,11 @@ class Setting:
     within: float = np.inf
     pairs: float = np.inf
     stance: float = 0.0
+
+    @property
+    def linear(self) -> Setting:
+        """The same without lengths."""
+        return replace(self, within=np.inf, pairs=np.inf)
 
     @property
     def lengths(self) -> bool:
@@ -117,6 +122,11 @@ class People:
         self._person = np.array([int(np.flatnonzero(model.people == who)[0]) for who in data.person])
 
     @property
+    def more_walks(self) -> bool:
+        """Whether anybody has more walks than the one that is tested."""
+        return len(self._person) > self.count
+
+    @property
     def harmonics(self) -> int:
         """Of the truth."""
         return self.data.coefficients.shape[1] // 2
@@ -174,12 +184,10 @@ class People:
         found = [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
         return found
 
-    def chosen(
-        self, candidates: Sequence[Setting], partners: int, workers: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Index (P,) of the candidate that is best for the others of each person, and the errors (P, C) behind it.
+    def tried(self, candidates: Sequence[Setting], partners: int, workers: int) -> np.ndarray:
+        """Mean errors (P, C) of candidates on the others of each person, mm².
 
-        The models that choose for a person have seen neither that person nor the one they are tried on.
+        The models behind a person's errors have seen neither that person nor the one they are tried on.
         """
         pairs = self.pairs(partners)
 
@@ -188,21 +196,38 @@ class People:
             view = np.radians([CHOOSING_VIEWS_DEG[(i + j) % len(CHOOSING_VIEWS_DEG)]])
             walkers = np.stack([self.walker(j), self.walker(i)])
             found = np.empty((len(candidates), 2))
-            fold = self.fold(i, j)
-            for c, setting in enumerate(candidates):
+            estimates = self.fold(i, j).with_each(candidates, walkers, view)
+            for c, (setting, estimate) in enumerate(zip(candidates, estimates, strict=True)):
                 blocks = 1 + 2 * setting.harmonics
-                estimate = fold.reconstruct(setting, walkers, view)
                 off = (estimate.true - estimate.estimated).reshape(2, -1, blocks)
                 found[c] = (off**2 @ errors.parseval_weights(blocks)).mean(axis=1)
             return found
 
         total = np.zeros((self.count, len(candidates)))
-        tried = np.zeros(self.count)
+        times = np.zeros(self.count)
         for (i, j), found in zip(pairs, map_processes(one, pairs, workers), strict=True):
             total[i] += found[:, 0]  # j, tried by a model that has not seen i
             total[j] += found[:, 1]
-            tried[[i, j]] += 1
-        return first_lowest(total, axis=1), total / tried[:, None]
+            times[[i, j]] += 1
+        return np.asarray(total / times[:, None])
+
+    def chosen(self, candidates: Sequence[Setting], partners: int, workers: int) -> list[Setting]:
+        """For each person the candidate that is best for the others."""
+        best = first_lowest(self.tried(candidates, partners, workers), axis=1)
+        return [candidates[number] for number in best]
+
+    def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
+        """MAP for each person, with the sigma² that is best for the others."""
+        return self.chosen([approach_two(value) for value in noise_variances], partners, workers)
+
+
+def require_choosers(partners: int, noise_variances_mm2: Sequence[float]) -> None:
+    """Require two people or more to choose among one positive sigma² or more."""
+    require_range("sweep.partners", partners, at_least=2, whole=True)
+    if not noise_variances_mm2:
+        raise InvalidInput("must name one value or more", where="sweep.noise_variances_mm2", received="none")
+    for value in noise_variances_mm2:
+        require_range("a value of sweep.noise_variances_mm2", value, above=0)
 
 
 class Fold:
@@ -212,10 +237,12 @@ class Fold:
         self._people, self._without, self._source = people, without, source
         self._priors: dict[object, Prior] = {}
         self._conditionals: dict[object, Conditional] = {}
+        self._last_turned: tuple[object, TurnedPrior] | None = None
 
     def prior(self, setting: Setting) -> Prior:
         """The prior of a setting."""
-        learnt = (setting.harmonics, setting.all_walks, setting.shrinkage, setting.stance)
+        more = setting.all_walks and self._people.more_walks
+        learnt = (setting.harmonics, more, setting.shrinkage, setting.stance)
         if learnt not in self._priors:
             self._priors[learnt] = self._people.learn(setting, self._without, self._source)
         return self._priors[learnt]
@@ -226,9 +253,16 @@ class Fold:
         seen = (id(prior), setting.noise, view_rad.tobytes(), hidden.tobytes())
         if seen not in self._conditionals:
             self._conditionals[seen] = anatomical.condition(
-                prior, view_rad, noise=setting.noise, hidden=hidden
+                self._turned(prior, view_rad), noise=setting.noise, hidden=hidden
             )
         return self._conditionals[seen]
+
+    def _turned(self, prior: Prior, view_rad: np.ndarray) -> TurnedPrior:
+        """The prior in the axes of some views; the last one is kept, for others with the same and another noise."""
+        wanted = (id(prior), view_rad.tobytes())
+        if self._last_turned is None or self._last_turned[0] != wanted:
+            self._last_turned = wanted, anatomical.turned(prior, view_rad)
+        return self._last_turned[1]
 
     def reconstruct(
         self,
@@ -244,54 +278,115 @@ class Fold:
 
         `observation_error` is (A, M, 15, 3, 1 + 2H), in image axes.
         """
-        blocks = 1 + 2 * setting.harmonics
-        conditional = self.conditional(setting, view_rad, hidden)
-        turned = np.einsum(
-            "aij,mkjb->amkib", anatomical.image_axes(view_rad), anatomical.by_joint(walkers[:, :blocks])
-        )
-        rows = (turned + observation_error).reshape(*turned.shape[:2], -1)
-        unknown = conditional.unknown
-        true = turned.reshape(rows.shape)[..., unknown]
-        observed = rows[..., ~unknown]
-        if not setting.lengths:
-            covariance = np.broadcast_to(conditional.covariance[:, None], (*true.shape, true.shape[-1]))
-            everywhere = np.ones(true.shape[:2], dtype=bool)
-            return Estimate(true, conditional.expect(observed), covariance, unknown, everywhere)
-        limits = anatomical.tolerances(
+        return self.with_each(
+            [setting],
+            walkers,
+            view_rad,
+            hidden=hidden,
+            observation_error=observation_error,
+            with_covariance=with_covariance,
+        )[0]
+
+    def with_each(
+        self,
+        settings: Sequence[Setting],
+        walkers: np.ndarray,
+        view_rad: np.ndarray,
+        *,
+        hidden: np.ndarray = anatomical.NOTHING_HIDDEN,
+        observation_error: np.ndarray | float = 0.0,
+        with_covariance: bool = False,
+    ) -> list[Estimate]:
+        """Reconstruct walkers with each of several settings; those alike but for lengths are fitted together."""
+        found: dict[int, Estimate] = {}
+        alike: dict[tuple[Setting, bool], list[int]] = {}
+        for number, setting in enumerate(settings):
+            alike.setdefault((setting.linear, setting.lengths), []).append(number)
+        for (linear, lengths), numbers in alike.items():
+            blocks = 1 + 2 * linear.harmonics
+            conditional = self.conditional(linear, view_rad, hidden)
+            turned = np.einsum(
+                "aij,mkjb->amkib", anatomical.image_axes(view_rad), anatomical.by_joint(walkers[:, :blocks])
+            )
+            rows = (turned + observation_error).reshape(*turned.shape[:2], -1)
+            unknown = conditional.unknown
+            true = turned.reshape(rows.shape)[..., unknown]
+            observed = rows[..., ~unknown]
+            if not lengths:
+                covariance = np.empty((*true.shape[:2], 0, 0))
+                if with_covariance:
+                    covariance = np.broadcast_to(
+                        conditional.covariance[:, None], (*true.shape, true.shape[-1])
+                    )
+                everywhere = np.ones(true.shape[:2], dtype=bool)
+                expected = conditional.expect(observed)
+                for number in numbers:
+                    found[number] = Estimate(true, expected, covariance, unknown, everywhere)
+                continue
+            limits = [self._tolerances(settings[number]) for number in numbers]
+            count = len(walkers)
+            fitted = anatomical.fit_lengths(
+                conditional,
+                np.tile(observed, (1, len(numbers), 1)),
+                anatomical.Tolerances(
+                    within=np.repeat([each.within for each in limits], count, axis=0),
+                    pairs=np.repeat([each.pairs for each in limits], count, axis=0),
+                ),
+                with_covariance=with_covariance,
+            )
+            for place, number in enumerate(numbers):
+                part = slice(place * count, (place + 1) * count)
+                found[number] = Estimate(
+                    true,
+                    fitted.unknown[:, part],
+                    fitted.covariance[:, part],
+                    unknown,
+                    fitted.converged[:, part],
+                )
+        return [found[number] for number in range(len(settings))]
+
+    def _tolerances(self, setting: Setting) -> Tolerances:
+        return anatomical.tolerances(
             self.prior(setting),
             within=setting.within,
             pairs=setting.pairs,
             bias=setting.noise.bias,
             slow=setting.noise.slow,
         )
-        found = anatomical.fit_lengths(conditional, observed, limits, with_covariance=with_covariance)
-        return Estimate(true, found.unknown, found.covariance, unknown, found.converged)
 
-    def errors(self, setting: Setting, persons: Sequence[int], view_rad: np.ndarray) -> np.ndarray:
-        """E_abs (M, A, 15) of some people in the missing dimension, mm² [zhang2007 4.1]."""
-        walkers = np.stack([self._people.walker(person) for person in persons])
-        weights = errors.parseval_weights(1 + 2 * setting.harmonics)
-        both_sides = setting.shrinkage.mirror and _mirrored_grid(view_rad)
-        seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
-        if both_sides:
-            walkers = np.concatenate([walkers, fourier.mirrored(walkers)])
-        found = self.reconstruct(setting, walkers, seen_from)
-        off = (found.true - found.estimated).reshape(*found.true.shape[:2], -1, len(weights))
-        square = off**2 @ weights  # (A', M or 2 M, 15)
-        if both_sides:
-            left = square[:0:-1, len(persons) :][..., list(WALKER15.mirror)]
-            square = np.concatenate([left, square[:, : len(persons)]])
-        beyond = [self._people.beyond(person, view_rad, setting.harmonics) for person in persons]
-        return np.asarray(np.swapaxes(square, 0, 1) + np.stack(beyond))
+    def errors(self, settings: Sequence[Setting], person: int, view_rad: np.ndarray) -> list[np.ndarray]:
+        """E_abs (A, 15) of a person in the missing dimension with each of several settings, mm² [zhang2007 4.1]."""
+        walker = self._people.walker(person)[None]
+        found: dict[int, np.ndarray] = {}
+        for mirrored in (False, True):
+            both_sides = mirrored and mirrored_grid(view_rad)
+            seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
+            walkers = np.concatenate([walker, fourier.mirrored(walker)]) if both_sides else walker
+            numbers = [n for n, setting in enumerate(settings) if setting.shrinkage.mirror is mirrored]
+            of_settings = [settings[number] for number in numbers]
+            for number, estimate in zip(
+                numbers, self.with_each(of_settings, walkers, seen_from), strict=True
+            ):
+                harmonics = settings[number].harmonics
+                weights = errors.parseval_weights(1 + 2 * harmonics)
+                off = (estimate.true - estimate.estimated).reshape(*estimate.true.shape[:2], -1, len(weights))
+                square = off**2 @ weights  # (A', 1 or 2, 15)
+                right = square[:, 0]
+                if both_sides:
+                    left = square[:0:-1, 1][:, list(WALKER15.mirror)]
+                    right = np.concatenate([left, right])
+                found[number] = right + self._people.beyond(person, view_rad, harmonics)
+        return [found[number] for number in range(len(settings))]
 
 
-def _mirrored_grid(view_rad: np.ndarray) -> bool:
+def mirrored_grid(view_rad: np.ndarray) -> bool:
+    """Whether view angles lie alike on both sides of the frontal one, which is among them."""
     return bool(np.allclose(view_rad, -view_rad[::-1], atol=1e-9) and len(view_rad) % 2)
 
 
 def require_mirrored_grid(name: str, values: np.ndarray) -> None:
     """Require view angles that are symmetric about the frontal view, which is one of them."""
-    if not _mirrored_grid(values):
+    if not mirrored_grid(values):
         raise InvalidInput(
             "views must lie alike on both sides of the frontal one",
             where=name,

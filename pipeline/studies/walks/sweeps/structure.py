@@ -6,13 +6,14 @@ seen neither that person nor the one they are tried on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pipeline.core import anatomical, errors
 from pipeline.core.anatomical import Shrinkage
+from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
@@ -120,9 +121,7 @@ class Structure(Sweep):
             fold = people.fold(person)
 
             def of(methods: Sequence[str], views: np.ndarray) -> np.ndarray:
-                return np.stack(
-                    [error_of(people, fold, m, settings[m][person], person, views) for m in methods]
-                )
+                return errors_of(people, fold, {m: settings[m][person] for m in methods}, person, views)
 
             return of(ADDED, view), of(parts, view[few])
 
@@ -144,27 +143,28 @@ class Structure(Sweep):
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
         """The setting of every method for every person."""
 
-        def nested(candidates: list[Setting]) -> list[Setting]:
-            if len(candidates) == 1:
-                return candidates * people.count
-            chosen, _ = people.chosen(candidates, self.partners, workers)
-            return [candidates[index] for index in chosen]
-
-        def tuned(setting: Setting, variances: list[float]) -> list[Setting]:
-            return nested([setting.with_noise(value) for value in variances])
-
         published = approach_two(70.0)
         mirror = replace(published, shrinkage=replace(PLAIN, mirror=True))
-        linear = replace(whole, within=np.inf, pairs=np.inf)
-        found = {
-            "average_walker": [published] * people.count,
-            "map_70": [published] * people.count,
-            "map_tuned": tuned(published, self.noise_variances_mm2),
-            "mirror": tuned(mirror, self.noise_variances_mm2),
-            "harmonics": tuned(replace(mirror, harmonics=whole.harmonics), self.noise_variances_mm2),
-            "shrinkage": tuned(linear, self.shrunken_noise_variances_mm2),
-            "anatomical": nested([replace(whole, within=factor) for factor in self.length_factors]),
+        harmonics = replace(mirror, harmonics=whole.harmonics)
+        tuned = {"map_tuned": published, "mirror": mirror, "harmonics": harmonics}
+        candidates = {
+            "average_walker": [published],
+            "map_70": [published],
+            **{
+                name: [setting.with_noise(value) for value in self.noise_variances_mm2]
+                for name, setting in tuned.items()
+            },
+            "shrinkage": [whole.linear.with_noise(value) for value in self.shrunken_noise_variances_mm2],
+            "anatomical": [replace(whole, within=factor) for factor in self.length_factors],
         }
+        tried = list(dict.fromkeys(setting for of in candidates.values() if len(of) > 1 for setting in of))
+        score = people.tried(tried, self.partners, workers)
+        found = {}
+        for name, of in candidates.items():
+            best = np.zeros(people.count, dtype=int)
+            if len(of) > 1:
+                best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
+            found[name] = [of[number] for number in best]
         plain = Shrinkage(
             mirror=whole.shrinkage.mirror,
             within_harmonic=0.0,
@@ -198,23 +198,23 @@ class Structure(Sweep):
         def one(person: int) -> np.ndarray:
             same = np.flatnonzero(people.model.sources == people.model.sources[person])
             fold = people.fold(*same.tolist())
-            rows = [
-                error_of(people, fold, method, settings[method][person], person, view)
-                for method in FROM_ANOTHER_SOURCE
-            ]
-            return np.stack(rows).mean(axis=-1)
+            mine = {method: settings[method][person] for method in FROM_ANOTHER_SOURCE}
+            return errors_of(people, fold, mine, person, view).mean(axis=-1)
 
         return np.stack(map_processes(one, range(people.count), workers), axis=1)
 
 
-def error_of(
-    people: People, fold: Fold, method: str, setting: Setting, person: int, view: np.ndarray
+def errors_of(
+    people: People, fold: Fold, settings: Mapping[str, Setting], person: int, view: np.ndarray
 ) -> np.ndarray:
-    """E_abs (A, 15) of a method for one person, mm²."""
-    if method != "average_walker":
-        return np.asarray(fold.errors(setting, [person], view)[0])
-    mean = fold.prior(setting).mean
-    average = np.einsum("aj,kjb->akb", anatomical.image_axes(view)[:, 2], mean)
-    off = people.missing(person, view)[..., : mean.shape[-1]] - average
-    fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
-    return np.asarray(fourier_part + people.beyond(person, view, setting.harmonics))
+    """E_abs (M, A, 15) of several methods for one person, mm²."""
+    fitted = {method: setting for method, setting in settings.items() if method != "average_walker"}
+    found = dict(zip(fitted, fold.errors(list(fitted.values()), person, view), strict=True))
+    if "average_walker" in settings:
+        setting = settings["average_walker"]
+        mean = fold.prior(setting).mean
+        average = np.einsum("aj,kjb->akb", anatomical.image_axes(view)[:, 2], mean)
+        off = people.missing(person, view)[..., : mean.shape[-1]] - average
+        fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
+        found["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
+    return np.stack([found[method] for method in settings])

@@ -1,0 +1,91 @@
+"""Verifying archives: every file by its digest; and, if asked, every table by computing it again."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import make_figures
+from pipeline.cli.summary import open_console
+from pipeline.storage import agreement, archive, provenance
+from pipeline.storage.sealed_folders import MANIFEST, read_manifest
+from pipeline.validation import InvalidInput
+
+
+def verify(arguments: Sequence[str]) -> int:
+    """Re-hash archives and print every file that changed, is missing or was added.
+
+    ``rerun=1`` also computes their figures again, with ``only=FIGURE`` one of them, and compares tables and verdicts to
+    the digits that the archive promises in digits.csv.
+    """
+    own = dict(item.split("=", 1) for item in arguments if item.partition("=")[0] in ("rerun", "only"))
+    named = [Path(item) for item in arguments if item.partition("=")[0] not in ("rerun", "only")]
+    if not named:
+        raise InvalidInput("no archive is named", expected="verify results/archive/<date>-<commit>")
+    status = 0
+    for folder in [one for path in named for one in _archives(path)]:
+        complaints = archive.verify(folder)
+        for complaint in complaints:
+            print(f"{folder}: {complaint}")
+        if not complaints:
+            print(f"{folder}: every file is as it was kept")
+            if own.get("rerun") not in (None, "", "0"):
+                complaints = computed_again(folder, own.get("only", ""))
+        status = status or int(bool(complaints))
+    return status
+
+
+def _archives(path: Path) -> list[Path]:
+    """Return an archive, or those in a folder of light archives, which has one for each data set."""
+    inside = sorted(one.parent for one in path.glob(f"*/{archive.CHECKSUMS}"))
+    return [path] if (path / archive.CHECKSUMS).is_file() or not inside else inside
+
+
+def computed_again(folder: Path, only: str = "") -> list[str]:
+    """Compute the figures of an archive again, print how each table agrees, and return what does not."""
+    kept = {
+        one.parent: manifest
+        for one in sorted(folder.rglob(f"*/{MANIFEST}"))
+        if "figure" in (manifest := read_manifest(one.parent)) and only in ("", one.parent.name)
+    }
+    if not kept:
+        raise InvalidInput("no figure to compute again", where=str(folder), received=only or "none in it")
+    out, told = open_console(), []
+    here = provenance.provenance()["commit"]
+    if others := {m["provenance"]["commit"] for m in kept.values()} - {here}:
+        out.print(
+            f"made by {', '.join(sorted(other[:12] for other in others))}, computed again by {here[:12]}",
+            soft_wrap=True,
+        )
+    with tempfile.TemporaryDirectory(prefix="verify-") as results:
+        jobs = []
+        for place, manifest in kept.items():
+            plain = ["figure.picture=false", "figure.recording=false", f"results={results}"]
+            preset = [
+                f"experiment={manifest['figure']}",
+                f"data={manifest['data']}",
+                f"seed={manifest['seed']}",
+            ]
+            made = compose([*preset, f"scale={manifest['scale']}", *plain])
+            jobs.append((made, Path(results) / manifest["data"] / manifest["scale"] / place.name))
+        told += make_figures(jobs, console=out)
+        for place, (_, made_in) in zip(kept, jobs, strict=True):
+            if not (made_in / MANIFEST).is_file():
+                told.append(f"{place.name}: not made again")
+                continue
+            compared = agreement.compare_again(place, made_in)
+            worst = max(compared, key=lambda one: one.difference / one.tolerance)
+            wrong = [
+                f"{one.figure}/{one.table}: {sentence}" for one in compared for sentence in one.complaints
+            ]
+            out.print(
+                f"{place.name}: {len(compared)} tables {'differ' if wrong else 'agree'}, by {worst.difference:.0e}"
+                f" at most ({worst.table}; {worst.tolerance:.0e} allowed)",
+                soft_wrap=True,
+            )
+            told += wrong
+    for sentence in told:
+        print(f"{folder}: {sentence}")
+    return told

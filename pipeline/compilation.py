@@ -1,0 +1,74 @@
+"""Loops compiled by numba, once on a machine, with sums that do not depend on it.
+
+Every loop has NaN and infinity as IEEE has them.  What numba keeps on disk goes by the file of a loop: what it calls
+has to stand in the same file, or an edited callee leaves a stale copy in its caller.
+
+The first compilation of all loops takes half a minute.  Of several processes that need one, one compiles it, and the
+others wait and read what it has kept on disk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+from numba import njit
+
+from pipeline.locks import exclusive
+
+_HELD: set[Path] = set()
+"""Folders in which this process compiles: a loop is compiled while the one that calls it is."""
+
+_ONE_THREAD = RLock()
+
+
+def compiled_exactly(loop: Callable) -> Callable:
+    """The loop, compiled when it is first called, with sums in the written order: it equals the plain one.
+
+    It is kept on disk.  Where neither the package's folder nor the user's cache can be written to, every process
+    compiles for itself.
+    """
+    return _compiled(loop, error_model="numpy")
+
+
+def compiled_with_free_sums(loop: Callable) -> Callable:
+    """The loop as by `compiled_exactly`, but the terms of a sum may be taken in another order, and fused.
+
+    Nothing else is assumed.  The result depends on the processor by rounding, which whoever uses it has to allow for.
+    """
+    return _compiled(loop, fastmath={"reassoc", "contract"})
+
+
+def _compiled(loop: Callable, **options: Any) -> Callable:
+    try:
+        dispatcher = njit(cache=True, nogil=True, **options)(loop)
+    except RuntimeError:  # numba's word for no place to keep it
+        return njit(nogil=True, **options)(loop)
+    compile_for = dispatcher.compile
+    folder = Path(dispatcher.stats.cache_path)
+
+    def compile_once(signature: Any) -> Any:
+        with _compiling(folder):
+            return compile_for(signature)
+
+    dispatcher.compile = compile_once
+    return dispatcher
+
+
+@contextmanager
+def _compiling(folder: Path) -> Iterator[None]:
+    """Keep other processes from compiling what is kept in this folder."""
+    with _ONE_THREAD:
+        if folder in _HELD:
+            yield
+            return
+        folder.mkdir(parents=True, exist_ok=True)
+        with exclusive(folder / "compiling.lock"):
+            _HELD.add(folder)
+            try:
+                yield
+            finally:
+                _HELD.discard(folder)

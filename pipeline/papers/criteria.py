@@ -1,0 +1,88 @@
+"""Measures, nulls and bounds of claims, from the mappings of a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipeline.papers.claims import Claim, Measure
+from pipeline.papers.entries import number
+from pipeline.papers.intervals import Interval
+from pipeline.validation import InvalidInput
+
+
+def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
+    """Return a measure from a mapping of its name to its arguments."""
+    if len(content) != 1 or not all(isinstance(arguments, Mapping) for arguments in content.values()):
+        raise InvalidInput(
+            "must be one name with its arguments",
+            where=where,
+            received=", ".join(map(str, content)) or "nothing",
+        )
+    ((name, given),) = content.items()
+    arguments = {}
+    for argument, value in given.items():
+        if argument == "table" or argument.endswith("_table"):
+            if not (isinstance(value, str) and value.rpartition("/")[2].startswith("table")):
+                raise InvalidInput("is not a table", where=f"{where}, {argument}", received=repr(value))
+            owner, _, table = value.rpartition("/")
+            arguments[argument] = (owner or figure) + ("" if table == "table" else f"/{table}")
+        else:
+            arguments[argument] = _argument(value, figure, f"{where}, {argument}")
+    return Measure(name, arguments)
+
+
+def null(content: Any, figure: str, where: str) -> Measure | float | None:
+    """Return a null: a measure, a number, or None."""
+    if isinstance(content, Mapping):
+        return measure(content, figure, where)
+    return None if content is None else number(content, where)
+
+
+def _argument(value: Any, figure: str, where: str) -> Any:
+    if isinstance(value, Mapping):
+        return measure(value, figure, where)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return tuple(_argument(item, figure, where) for item in value)
+    if not isinstance(value, str | int | float):
+        raise InvalidInput("is no argument of a measure", where=where, received=repr(value))
+    return value
+
+
+def interval(content: Mapping[str, Any], published: float | None, where: str) -> Interval:
+    """Return bounds: ``exactly``, ``within`` a distance of the published number, or one or two ends."""
+    values = {str(key): number(value, f"{where}, {key}") for key, value in content.items()}
+    if set(values) == {"exactly"}:
+        return Interval(values["exactly"], values["exactly"])
+    if set(values) == {"within"} and published is not None:
+        return Interval(published - values["within"], published + values["within"])
+    doubled = {"at_least", "above"} <= set(values) or {"at_most", "below"} <= set(values)
+    if not values or not set(values) <= {"at_least", "above", "at_most", "below"} or doubled:
+        raise InvalidInput(
+            "must be exactly, within (of a published number), or at_least or above, at_most or below",
+            where=where,
+            received=", ".join(values) or "nothing",
+        )
+    interval = Interval(
+        values.get("at_least", values.get("above", -math.inf)),
+        values.get("at_most", values.get("below", math.inf)),
+        low_open="above" in values,
+        high_open="below" in values,
+    )
+    if interval.low >= interval.high:
+        raise InvalidInput("the ends contradict each other", where=where, received=str(interval))
+    return interval
+
+
+def check_bounds(claim: Claim, where: str) -> None:
+    """Refuse bounds that the paper's own number would not meet, or a direction that is not wider."""
+    inner, outer = claim.reproduced, claim.direction
+    if inner is not None and claim.published is not None and claim.published not in inner:
+        raise InvalidInput("the published number would not reproduce the paper", where=where)
+    if (
+        inner is not None
+        and outer is not None
+        and (outer == inner or outer.low > inner.low or outer.high < inner.high)
+    ):
+        raise InvalidInput("the direction is not wider than what is reproduced", where=where)

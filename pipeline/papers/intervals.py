@@ -1,0 +1,84 @@
+"""Intervals of numbers: the bounds of a claim, and a value of ours with the interval over people or populations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An interval of numbers; an end belongs to it unless it is open.
+
+    Examples
+    --------
+    >>> 94.0 in Interval(88.9, 94.9), 95.0 in Interval(88.9, 94.9), 1.0 in Interval(1.0, math.inf, low_open=True)
+    (True, False, False)
+    >>> print(Interval(88.9, 94.9), "|", Interval(high=2.0), "|", Interval(80.0, 80.0))
+    88.9 to 94.9 | at most 2 | exactly 80
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    low_open: bool = False
+    high_open: bool = False
+
+    def __contains__(self, value: float) -> bool:
+        over = value > self.low if self.low_open else value >= self.low
+        under = value < self.high if self.high_open else value <= self.high
+        return over and under
+
+    def covers(self, other: Estimate) -> bool:
+        """Whether the whole interval of an estimate lies within these bounds."""
+        return other.low in self and other.high in self
+
+    def meets(self, other: Estimate) -> bool:
+        """Whether the interval of an estimate has a part within these bounds."""
+        below = other.high < self.low or (self.low_open and other.high == self.low)
+        above = other.low > self.high or (self.high_open and other.low == self.high)
+        return not (below or above)
+
+    def side(self, value: float) -> int:
+        """On which side of a value the bounds lie: 1 above, -1 below, 0 on both."""
+        return int(value <= self.low) - int(value >= self.high)
+
+    def __str__(self) -> str:
+        if self.low == self.high:
+            return f"exactly {self.low:g}"
+        if math.isfinite(self.low) and math.isfinite(self.high) and not (self.low_open or self.high_open):
+            return f"{self.low:g} to {self.high:g}"
+        ends = []
+        if math.isfinite(self.low):
+            ends.append(f"{'over' if self.low_open else 'at least'} {self.low:g}")
+        if math.isfinite(self.high):
+            ends.append(f"{'under' if self.high_open else 'at most'} {self.high:g}")
+        return " and ".join(ends)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and its interval over people or populations.
+
+    Attributes
+    ----------
+    value : float
+    low, high : float
+        Ends of the 95 % interval; NaN if it has none.
+
+    Examples
+    --------
+    >>> print(Estimate(30.0, 22.0, 35.0), "|", Estimate(0.5))
+    30 [22, 35] | 0.5
+    """
+
+    value: float
+    low: float = math.nan
+    high: float = math.nan
+
+    @property
+    def known(self) -> bool:
+        """Whether there is an interval."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g}" + (f" [{self.low:.4g}, {self.high:.4g}]" if self.known else "")

@@ -1,0 +1,77 @@
+"""Counts in rows of bars, a colour to each kind of count: how many claims have which verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pipeline.palette import hex_colour
+from pipeline.pictures import style as look
+from pipeline.validation import InvalidInput, require_range
+
+_ROW = 0.3
+"""Height of a row, inches."""
+
+_SWATCH = 5.0
+"""Width of the lines of the legend, points."""
+
+_LIGHT = {"amber", "sky", "yellow", "silver"}
+"""Colours on which numbers are black."""
+
+
+def draw_tallies(
+    path_stem: Path,
+    rows: Sequence[tuple[str, Mapping[str, int]]],
+    colours: Mapping[str, str],
+    *,
+    width: float = look.PANEL_SIZE[0],
+    caption: str = "",
+) -> None:
+    """Draw rows of stacked bars with their numbers into ``path_stem.svg`` and ``path_stem.png``.
+
+    Parameters
+    ----------
+    path_stem : Path
+        Without a suffix; the folder must exist.
+    rows : sequence of (str, mapping of str to int)
+        From the top: its name, and how many there are of each kind.
+    colours : mapping of str to str
+        The kinds in order, with the name of the colour of each.
+    width : float
+        Inches.
+    caption : str
+
+    Raises
+    ------
+    InvalidInput
+        If there is nothing to draw, or a kind has no colour.
+    """
+    require_range(f"{path_stem}, rows", len(rows), at_least=1)
+    if unknown := {kind for _, counts in rows for kind in counts} - set(colours):
+        raise InvalidInput(
+            "kinds without a colour", where=str(path_stem), received=", ".join(sorted(unknown))
+        )
+    shown = [kind for kind in colours if any(counts.get(kind) for _, counts in rows)]
+    most = max(sum(counts.values()) for _, counts in rows)
+    with look.applied_style():
+        figure = look.new_figure(width, _ROW * len(rows) + look.FRAME)
+        axes = figure.add_subplot()
+        for place, (_, counts) in enumerate(rows):
+            start = 0
+            for kind in shown:
+                count = counts.get(kind, 0)
+                if count:
+                    axes.barh(place, count, left=start, height=0.74, color=hex_colour(colours[kind]))
+                    ink = "black" if colours[kind] in _LIGHT else "white"
+                    axes.text(start + 0.5 * count, place, str(count), color=ink, ha="center", va="center_baseline",
+                              fontsize=look.NOTE_SIZE if count > 0.04 * most else 0.75 * look.NOTE_SIZE)  # fmt: skip
+                start += count
+        axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+        axes.set_ylim(len(rows) - 0.5, -0.5)
+        axes.set_xlim(0, most)
+        axes.tick_params(left=False, right=False, top=False, bottom=False, labelbottom=False)
+        axes.spines[:].set_visible(False)
+        handles = [look.legend_handle(kind, hex_colour(colours[kind]), width=_SWATCH) for kind in shown]
+        header = look.legend_above_figure(figure, handles)
+        figure.set_figheight(figure.get_figheight() + header)
+        look.finish(figure, path_stem, caption, header=header)

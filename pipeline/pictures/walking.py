@@ -1,0 +1,150 @@
+"""A walker who walks, as an animated SVG: the points that a camera sees, and his reconstruction turning beside them.
+
+The file needs no script: paths of points and bones go through their places by ``<animate>`` while it is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.palette import hex_colour
+from pipeline.pictures.stick_figures import Bones, bone_pairs, postures_array
+from pipeline.validation import InvalidInput
+
+_WIDTH, _HEIGHT, _MARGIN, _HEADING = 880, 372, 14, 58
+"""Of the picture, of its edges, and height of the words above each half, pixels."""
+
+_FILLED = 0.9
+"""Share of the height of its half that a walker fills."""
+
+_NIGHT, _PAPER, _INK, _QUIET = "#14171a", "#ffffff", "#1b1d20", "#595f66"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walking:
+    """A walker in projections, mm, the second axis up; the frames go around in a loop.
+
+    Attributes
+    ----------
+    seen : (F, J, 2) float
+        What the camera sees.
+    original, reconstructed : (K, J, 2) float
+        From a view that turns, so that K may be a multiple of F.
+    seconds : float
+        Duration of the F frames of `seen`.
+    estimated : (J,) bool
+        Joints that nobody measured: drawn hollow.
+    """
+
+    seen: np.ndarray
+    original: np.ndarray
+    reconstructed: np.ndarray
+    seconds: float
+    estimated: np.ndarray
+
+
+def draw_walking(
+    path: Path, walker: Walking, bones: Bones, *, words: Sequence[tuple[str, str]], still: int | None = None
+) -> None:
+    """Write an SVG of a walker: points alone on the left, original (dashed) and reconstruction on the right.
+
+    Parameters
+    ----------
+    path : Path
+        ``….svg``; the folder must exist.
+    walker : Walking
+    bones : sequence of (int, int)
+        Pairs of joints.
+    words : sequence of (str, str)
+        A title and a line below it, for the left and the right half.
+    still : int, optional
+        Draw this frame only, for readers who want no movement.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes differ or numbers are not finite.
+    """
+    where = str(path)
+    seen = postures_array(f"{where}, seen", walker.seen, ("F", "J", 2))
+    joints = seen.shape[1]
+    original = postures_array(f"{where}, original", walker.original, ("K", joints, 2))
+    again = postures_array(f"{where}, reconstructed", walker.reconstructed, (len(original), joints, 2))
+    pairs = bone_pairs(where, bones, joints)
+    if len(original) % len(seen) or len(words) != 2 or len(walker.estimated) != joints:
+        raise InvalidInput(
+            "a walker that does not go around", where=where, expected="whole cycles, two titles, J flags"
+        )
+    if still is not None:
+        seen, original, again = seen[[still % len(seen)]], original[[still]], again[[still]]
+    high = max(float(part[..., 1].max()) for part in (seen, original, again))
+    low = min(float(part[..., 1].min()) for part in (seen, original, again))
+    scale = _FILLED * (_HEIGHT - _HEADING - 2 * _MARGIN) / (high - low)
+    floor = _HEIGHT - _MARGIN - 0.5 * (1 - _FILLED) * (_HEIGHT - _HEADING - 2 * _MARGIN)
+
+    def placed(postures: np.ndarray, middle: float) -> np.ndarray:
+        return np.stack(
+            [middle + scale * postures[..., 0], floor - scale * (postures[..., 1] - low)], axis=-1
+        )
+
+    half = 0.42 * _WIDTH
+    left, right = 0.5 * half + _MARGIN, 0.5 * (half + _WIDTH)
+    seconds = 0.0 if still is not None else walker.seconds
+    turning = seconds * len(original) / len(seen)
+    measured = ~np.asarray(walker.estimated, dtype=bool)
+    body, truth = placed(again, right), placed(original, right)
+    blue, grey = hex_colour("reconstruction"), hex_colour("reference")
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}"'
+        f' height="{_HEIGHT}" role="img" font-family="system-ui, sans-serif" stroke-linecap="round"'
+        ' stroke-linejoin="round" fill="none">',
+        f"<title>{escape(words[0][0])}. {escape(words[1][0])}</title>",
+        f'<rect width="{_WIDTH}" height="{_HEIGHT}" rx="12" fill="{_PAPER}"/>',
+        f'<rect x="{_MARGIN}" y="{_HEADING}" width="{half - _MARGIN:.0f}" height="{_HEIGHT - _HEADING - _MARGIN}"'
+        f' rx="8" fill="{_NIGHT}"/>',
+        *_headings(words, (_MARGIN, half + 2 * _MARGIN)),
+        _moving(_dots(placed(seen, left)), seconds, 'stroke="#ffffff" stroke-width="9"'),
+        _moving(_lines(truth, pairs), turning, f'stroke="{grey}" stroke-width="2.5" stroke-dasharray="6 6"'),
+        _moving(_lines(body, pairs), turning, f'stroke="{blue}" stroke-width="4"'),
+        _moving(_dots(body), turning, f'stroke="{blue}" stroke-width="11"'),
+    ]
+    if not measured.all():
+        parts.append(_moving(_dots(body[:, ~measured]), turning, f'stroke="{_PAPER}" stroke-width="6"'))
+    path.write_text("\n".join([*parts, "</svg>", ""]), encoding="utf-8")
+
+
+def _headings(words: Sequence[tuple[str, str]], places: tuple[float, float]) -> list[str]:
+    return [
+        f'<text x="{x:.0f}" y="{y}" font-size="{size}" fill="{colour}"{weight}>{escape(text)}</text>'
+        for x, lines in zip(places, words, strict=True)
+        for text, y, size, colour, weight in (
+            (lines[0], 24, 17, _INK, ' font-weight="600"'),
+            (lines[1], 46, 14, _QUIET, ""),
+        )
+    ]
+
+
+def _dots(points: np.ndarray) -> list[str]:
+    """Paths of lines without length, whose round ends are dots: one path for each frame of (F, J, 2)."""
+    return ["".join(f"M{x:.1f} {y:.1f}h0" for x, y in frame) for frame in points]
+
+
+def _lines(points: np.ndarray, pairs: np.ndarray) -> list[str]:
+    return [
+        "".join(f"M{a[0]:.1f} {a[1]:.1f}L{b[0]:.1f} {b[1]:.1f}" for a, b in frame[pairs]) for frame in points
+    ]
+
+
+def _moving(frames: Sequence[str], seconds: float, look: str) -> str:
+    """Return a path that goes through its frames and back to the first; one that stays if there is one frame."""
+    if len(frames) == 1:
+        return f'<path d="{frames[0]}" {look}/>'
+    return (
+        f'<path d="{frames[0]}" {look}><animate attributeName="d" dur="{seconds:.3f}s" repeatCount="indefinite"'
+        f' values="{";".join([*frames, frames[0]])}"/></path>'
+    )

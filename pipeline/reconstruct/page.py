@@ -1,0 +1,68 @@
+"""The page of one reconstructed walk: what it shows, from the reconstruction and the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.core.keypoint_walk import ANGLES
+from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths
+from pipeline.core.keypoint_walk.objective import HEADING
+from pipeline.reconstruct import words
+from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.recording import keypoints_px, reprojected_px, upright
+from pipeline.reconstruct.summary import LEVEL_95, half_widths_mm, observed, scale_mm, view_sd_rad
+from pipeline.report.walk_page import WalkPage
+
+
+def page_of(
+    walk: Walk, stretch: Stretch, summary: dict[str, Any], given: Input, files: Sequence[str]
+) -> WalkPage:
+    """Return what the page of a stretch shows.
+
+    Parameters
+    ----------
+    walk : Walk
+    stretch : Stretch
+        With a reconstruction.
+    summary : dict
+        As `pipeline.reconstruct.summary.summarise` returns it.
+    given : Input
+    files : sequence of str
+        Beside the page.
+    """
+    found = stretch.found
+    assert found is not None
+    view, cadence = summary["view_angle_deg"], summary["cadence"]
+    positions = upright(found.posterior.positions_mm) * scale_mm(given)
+    half = half_widths_mm(walk, found, given)[..., [0, 2, 1]]
+    angle_half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
+    heading = float(found.fit.x[HEADING])
+    reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
+    first, last = summary["frames"]
+    return WalkPage(
+        title=Path(given.path).resolve().name,
+        lead=f"{words.VERDICTS[summary['verdict']]} Frames {first} to {last}: the walker goes {view['words']}, with"
+        f" {cadence['steps_per_min']:g} steps a minute.",
+        view_words=f"the walker goes {view['words']}",
+        units=f"Lengths are in {summary['units']}.",
+        terms=f"Walkers are {summary['terms']}.",
+        facts=words.facts(summary),
+        files=files,
+        frame_numbers=stretch.first_frame + np.arange(len(stretch.pixels)),
+        frame_rate_hz=walk.frame_rate_hz,
+        observed=observed(found),
+        keypoints_px=keypoints_px(found) + walk.centre_px,
+        reprojection_px=reprojected_px(found, walk.focal_px) + walk.centre_px,
+        positions_mm=positions,
+        half_mm=half,
+        angle_names=ANGLES,
+        angles_deg=np.degrees(found.posterior.angles_rad),
+        angle_half_deg=np.degrees(angle_half) * walk.bars_factor,
+        heading_deg=float(np.degrees(heading)),
+        heading_interval_deg=(float(np.degrees(heading - reach)), float(np.degrees(heading + reach))),
+        alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
+    )

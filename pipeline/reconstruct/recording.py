@@ -1,0 +1,130 @@
+"""Recording of one reconstructed walk for the viewer: image with reprojection, 3D with uncertainty, view, residuals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import recordings
+from pipeline.core.keypoint_walk import ANGLES, Reconstruction
+from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths, joint_half_widths
+from pipeline.core.keypoint_walk.posterior import sample_positions
+from pipeline.reconstruct.clip import Stretch, Walk
+from pipeline.reconstruct.summary import LEVEL_95
+from pipeline.seeding import derive_generator
+from pipeline.skeleton import WALKER15
+
+MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
+"""Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
+_PELVIS = WALKER15.index("pelvis")
+
+
+def reprojected_px(found: Reconstruction, focal_px: float) -> np.ndarray:
+    """Image (T, 15, 2) of the reconstruction, relative to the principal point."""
+    points = found.fit.objective.camera_points(found.fit.x)
+    return np.asarray(focal_px * points[..., :2] / points[..., 2:])
+
+
+def keypoints_px(found: Reconstruction) -> np.ndarray:
+    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
+    return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
+
+
+def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
+    """Walks (S, T, 15, 3) from the posterior, as wide as the calibrated bars: about the pelvis, camera axes, mm."""
+    generator = derive_generator(0, "posterior samples")
+    times = found.fit.objective.setting.times
+    samples = sample_positions(found.posterior, found.fit.x, times, generator, count)
+    wider = joint_half_widths(walk.calibration, np.ones((len(WALKER15.joints), 3)), LEVEL_95)
+    factor = wider / NORMAL[LEVEL_95] * walk.bars_factor
+    mean = found.posterior.positions_mm
+    return np.asarray(mean + factor * (samples - mean))
+
+
+def upright(level: np.ndarray) -> np.ndarray:
+    """Level camera axes (right, down, away) as right, away, up."""
+    return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
+
+
+def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path) -> None:
+    """Write the recording of one stretch.
+
+    Parameters
+    ----------
+    walk : Walk
+    stretch : Stretch
+        With a reconstruction.
+    summary_text : str
+        What was found, Markdown.
+    path : Path
+    """
+    found = stretch.found
+    assert found is not None
+    T = len(stretch.pixels)
+    seconds = (stretch.first_frame + np.arange(T)) / walk.frame_rate_hz
+    index = {"time": seconds}
+    # The viewer's images are in pixels, which a recording takes for millimetres; its rows count upwards.
+    flip = np.array([1.0, -1.0])
+    image = {
+        "keypoints": (keypoints_px(found) + walk.centre_px) * flip,
+        "reprojection": (reprojected_px(found, walk.focal_px) + walk.centre_px) * flip,
+    }
+    mean = upright(found.posterior.positions_mm)
+    mean[..., 2] -= mean[..., 2].min()
+    count = int(np.clip(SAMPLED_POSTURES // T, 2, MOST_SAMPLES))
+    samples = upright(drawn_walks(walk, found, count))
+    samples += mean[:, _PELVIS, None] - samples[:, :, _PELVIS, None]
+    size = found.height_px
+    residual = np.linalg.norm(image["keypoints"] - image["reprojection"], axis=-1)
+    known = np.isfinite(residual)
+    rms = np.sqrt(np.where(known, residual**2, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1) / 2.0)
+    half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95) * walk.bars_factor
+    headings = (np.degrees(found.starts.headings_rad) + 180.0) % 360.0 - 180.0
+    order = np.argsort(headings)
+    evidence = found.starts.heading_cost.max() - found.starts.heading_cost
+    with recordings.Recording(path, name="keypoint_walk", about=summary_text) as recording:
+        recording.image_points(
+            "image/keypoints", image["keypoints"], [(0, 0)], index=index, thickness_mm=0.006 * size
+        )
+        recording.image_points(
+            "image/reprojection", image["reprojection"], WALKER15.bones, index=index, colour="map",
+            thickness_mm=0.004 * size,
+        )  # fmt: skip
+        bones = [(15 * s + a, 15 * s + b) for s in range(count) for a, b in WALKER15.bones]
+        cloud = np.moveaxis(samples, 0, 1).reshape(T, -1, 3)
+        recording.skeleton("world/samples", cloud, bones, index=index, colour="grey", thickness_mm=1.5)
+        recording.skeleton("world/reconstructed", mean, WALKER15.bones, index=index, colour="map")
+        recording.bars("view/evidence", evidence[order] / 2.0, headings[order])
+        for name, colour in (("left_knee", "blue"), ("right_knee", "orange")):
+            k = ANGLES.index(name)
+            recording.curve(
+                f"curves/angles/{name}", seconds, np.degrees(found.posterior.angles_rad[:, k]),
+                sd=np.degrees(half[:, k]) / NORMAL[LEVEL_95], label=name.replace("_", " "), colour=colour,
+            )  # fmt: skip
+        recording.curve("curves/residual/rms", seconds, rms, label="rms", colour="black")
+        recording.blueprint(
+            recordings.Columns(
+                recordings.Rows(
+                    recordings.Image2D(name="image: keypoints (dots), reprojection (lines)"),
+                    recordings.Plot(name="residual (px)", origin="curves/residual"),
+                    shares=(3, 1),
+                ),
+                recordings.Rows(
+                    recordings.Space3D(
+                        name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
+                    ),
+                    recordings.Plot(name="knee angles (°), one standard deviation", origin="curves/angles"),
+                    shares=(3, 1),
+                ),
+                recordings.Rows(
+                    recordings.Notes(),
+                    recordings.Bars(
+                        name="view: evidence for each heading (0: towards the camera)", origin="view"
+                    ),
+                    shares=(3, 2),
+                ),
+                shares=(3, 3, 2),
+            ),
+            playing=True,
+        )

@@ -1,0 +1,83 @@
+"""What was found, in sentences: for the page and the recording."""
+
+from __future__ import annotations
+
+from typing import Any
+
+VERDICTS = {"walk": "A walk.", "doubtful": "Perhaps a walk.", "not_a_walk": "Not a walk."}
+
+
+def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
+    """Return titles and sentences, from the content of ``summary.json``.
+
+    Examples
+    --------
+    >>> found = {"verdict": "not_a_walk", "why": ["the legs hardly move"], "notes": []}
+    >>> facts({**found, "recognised": {"layout": "coco17"}})
+    [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Keypoints are coco17.'])]
+    """
+    said = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"]])]
+    if "view_angle_deg" in summary:
+        said += [("View", _view(summary)), ("Steps", _steps(summary)), ("Labels", _labels(summary))]
+        if summary["estimated_joints"]:
+            names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
+            said.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
+    said.append(("Recognised", [f"keypoints are {summary['recognised']['layout']}", *summary["notes"]]))
+    if summary.get("next_time"):
+        said.append(("Next time", summary["next_time"]))
+    return [(title, [_sentence(text) for text in texts]) for title, texts in said]
+
+
+def as_markdown(summary: dict[str, Any]) -> str:
+    """The same as Markdown."""
+    parts = [f"**{title}.** {' '.join(texts)}" for title, texts in facts(summary)]
+    return "\n\n".join(["# A walk from keypoints of one camera", *parts, f"Units: {summary['units']}."])
+
+
+def _sentence(text: str) -> str:
+    text = text.rstrip(".")
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def _view(summary: dict[str, Any]) -> list[str]:
+    view = summary["view_angle_deg"]
+    low, high = view["interval_95"]
+    said = [
+        f"the walker goes {view['words']}",
+        f"view angle {view['value']:g}° (95 %: {low:g} to {high:g}°), where 0 is seen from behind and +90 from the"
+        f" walker's right; heading {view['heading_deg']:g}°, where 0 is towards the camera",
+    ]
+    for other in view["alternatives"]:
+        exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
+        said.append(
+            f"also possible{exchanged}: {other['words']}, at a cost higher by {other['cost_above_best']:g}"
+        )
+    return said
+
+
+def _steps(summary: dict[str, Any]) -> list[str]:
+    cadence, step, speed = summary["cadence"], summary["step_length"], summary["speed"]
+    low, high = cadence["interval_95_steps_per_min"]
+    where = {"overground": "overground", "treadmill": "on a treadmill or in place"}
+    length = f"step length {step['per_stature']:g} of the stature"
+    length += f" ({step['mm']:g} mm)" if "mm" in step else ""
+    length += f", speed {speed['statures_per_s']:g} statures a second"
+    length += f" ({speed['mm_per_s']:g} mm/s)" if "mm_per_s" in speed else ""
+    return [
+        f"{cadence['steps_per_min']:g} steps a minute (95 %: {low:g} to {high:g})",
+        length,
+        where.get(summary["locomotion"], summary["locomotion"]),
+    ]
+
+
+def _labels(summary: dict[str, Any]) -> list[str]:
+    labels = summary["labels"]
+    said = []
+    if labels["exchanged_throughout"]:
+        said.append("the detector's left and right were exchanged throughout, and are put right")
+    if labels["unsure"]:
+        said.append("left and right exchanged would explain the keypoints about as well")
+    for limb, frames in labels["exchanged_frames"].items():
+        if frames:
+            said.append(f"{limb} exchanged and put right in {len(frames)} frames")
+    return said or ["left and right as the detector gave them"]

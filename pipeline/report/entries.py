@@ -1,0 +1,261 @@
+"""What the page shows of each paper, figure, claim and table, as plain values for its template."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline import papers, pictures
+from pipeline.report import players
+from pipeline.report.published import Published, PublishedFigure, Table, first_rows
+from pipeline.report.verdicts import counts_by_kind, tally
+from pipeline.storage import provenance, tables
+from pipeline.studies.published import filled
+
+TABLE_BYTES = 52_000
+"""Tables up to this size are in the page as they are; of larger ones the first rows."""
+
+FIRST_ROWS = 50
+PICTURE_WIDTH, SHOT_WIDTH = 1400, 640
+
+
+def paper_entry(
+    paper: papers.Paper, results: Published, layout: Mapping[str, Any], entries: Mapping[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
+    said = layout["papers"].get(paper.key, {})
+    shot = results.figures.get(said.get("figure", ""))
+    wanted = (*paper.figures, *paper.beyond)
+    return {
+        "key": paper.key,
+        "title": paper.title,
+        "authors": _surnames(paper.authors),
+        "year": paper.year,
+        "venue": paper.venue,
+        "sentences": [
+            sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
+            for sentence in said.get("sentences", [])
+        ],
+        "shot": _picture(shot, SHOT_WIDTH) if shot else None,
+        "shot_title": shot.title if shot else "",
+        "counts": counts_by_kind(results.claims_of(paper=paper.key)),
+        "verdicts": [
+            verdict for verdict, _ in tally(c["verdict"] for c in results.claims_of(paper=paper.key))
+        ],
+        "figures": [entries[name] for name in wanted if name in entries],
+        "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
+    }
+
+
+class _Ours(dict[str, float]):
+    """Our numbers by claim; those without a value are written as such."""
+
+    def __missing__(self, name: str) -> _NoNumber:
+        papers.quantity(name)  # refuses a name that no paper's file has
+        return _NoNumber()
+
+
+class _NoNumber:
+    def __format__(self, specification: str) -> str:
+        return "(no number here)"
+
+
+def _surnames(authors: str) -> str:
+    names = [part.split()[-1] for part in authors.replace(" and ", ", ").split(",") if part.strip()]
+    return names[0] + " et al." if len(names) > 2 else " & ".join(names)
+
+
+def figure_entry(
+    figure: PublishedFigure,
+    results: Published,
+    layout: Mapping[str, Any],
+    terms: Mapping[str, str],
+    to: Path,
+    width: int = PICTURE_WIDTH,
+) -> dict[str, Any]:
+    """Return what the page shows of a figure; links are to the files that lie beside a page in `to`."""
+    claims = [_claim_entry(row) for row in results.claims_of(figure=figure.name)]
+    made = figure.manifest.get("provenance", {})
+    seconds = sum(stage.get("seconds", 0.0) for stage in figure.manifest.get("stages", {}).values())
+    dirty = " with changes" if made.get("dirty") is True else ""
+    return {
+        "name": figure.name,
+        "title": figure.title,
+        "expect": figure.expect,
+        "words": figure.name,
+        "quotes": list(
+            dict.fromkeys(
+                claim["quote"]
+                for claim in claims
+                if claim["published"] is not None and claim["kind"] in ("", papers.Kind.RESULT)
+            )
+        )[:4],
+        "picture": _picture(figure, width),
+        "charts": [json.dumps(chart, ensure_ascii=False) for chart in charts_of(figure, layout)],
+        "claims": claims,
+        "open": False,
+        "has_kind": any(claim["kind"] for claim in claims),
+        "has_null": any(claim["null"] is not None for claim in claims),
+        "tally": tally(claim["verdict"] for claim in claims),
+        "tables": [_table_entry(table) for table in figure.tables],
+        "command": f"make {figure.name}{options_of(results)}",
+        "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
+        or ["not stated"],
+        "provenance": f"commit {figure.commit}{dirty}, seed {figure.manifest.get('seed', '?')}, Python"
+        f" {made.get('python', '?')} on {made.get('system', '?')} {made.get('machine', '?')},"
+        f" {seconds:.1f} s to compute",
+        "files": [
+            {"name": name, "link": _link(to / figure.name, name), "size": _size(figure, name)}
+            for name in figure.files
+        ],
+    }
+
+
+def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
+    low, high = row.get("value_low"), row.get("value_high")
+    return {
+        **{name: row.get(name) for name in ("quote", "section", "published", "value", "unit", "why", "null")},
+        "kind": row.get("kind") or "",
+        "verdict": str(row["verdict"]),
+        "interval": f"{number(low)} to {number(high)}" if low is not None and high is not None else "",
+    }
+
+
+def charts_of(figure: PublishedFigure, layout: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the curves of a figure that its tables have the columns for."""
+    headers = {Path(table.name).stem: table.header for table in figure.tables}
+    found = []
+    for chart in layout["charts"].get(figure.name, []):
+        header = headers.get(chart["table"], [])
+        there = [name for name in _listed(chart["y"]) if name in header]
+        needed = {chart["x"], *chart.get("by", []), *chart.get("where", {})}
+        if there and needed <= set(header):
+            found.append({**chart, "y": there if isinstance(chart["y"], list) else chart["y"]})
+    return found
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def curve_tables(figure: PublishedFigure, layout: Mapping[str, Any]) -> dict[str, str]:
+    """Return what curves and players read of tables that are too large for the page: those columns of all rows.
+
+    Numbers have six digits; columns of intervals and standard deviations go with their quantity.
+    """
+    needed: dict[str, set[str]] = {}
+    for chart in charts_of(figure, layout):
+        columns = {chart["x"], *chart.get("by", []), *chart.get("where", {}), *_listed(chart["y"])}
+        needed.setdefault(f"{chart['table']}.csv", set()).update(columns, _listed(chart.get("band", [])))
+    for name, wanted in players.COLUMNS.get(figure.name, {}).items():
+        needed.setdefault(name, set()).update(wanted)
+    made = {}
+    for table in figure.tables:
+        if table.name in needed and not _whole(table):
+            of = needed[table.name]
+            kept = [name for name in table.header if name in of or _BESIDE.sub("", name) in of]
+            made[table.name] = _columns(figure, table, kept)
+    return made
+
+
+_BESIDE = re.compile(r"_(low|high|sd|se)(?=_|$)")
+"""What tells the columns beside a quantity from its own: ``absolute_error_sd_mm2``, ``rms_error_mm_low``."""
+
+
+def _columns(figure: PublishedFigure, table: Table, names: Sequence[str]) -> str:
+    rows = figure.table(Path(table.name).stem) or {}
+    texts = [
+        [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name]).tolist()]
+        for name in names
+    ]
+    lines = [names, *zip(*texts, strict=True)]
+    return "".join(f"{','.join(line)}\n" for line in lines)
+
+
+def _table_entry(table: Table) -> dict[str, Any]:
+    cut = 0 if _whole(table) else FIRST_ROWS
+    return {"name": table.name, "rows": f"{table.rows:,}", "columns": len(table.header), "cut": cut}
+
+
+def embedded_tables(figure: PublishedFigure) -> dict[str, str]:
+    """Return the text of each table of a figure by file name, of large ones the first rows."""
+    return {
+        table.name: table.text if _whole(table) else first_rows(table.text, FIRST_ROWS)
+        for table in figure.tables
+    }
+
+
+def _whole(table: Table) -> bool:
+    return len(table.text) <= TABLE_BYTES
+
+
+def _picture(figure: PublishedFigure | None, width: int) -> dict[str, Any] | None:
+    if figure is None or not (figure.folder / "figure.png").is_file():
+        return None
+    return pictures.embedded(figure.folder / "figure.png", width)
+
+
+def variant_entry(variant: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a comparison of variants with its picture as text."""
+    path = variant.get("picture")
+    return {**variant, "picture": pictures.embedded(path, PICTURE_WIDTH) if path else None}
+
+
+def published_tables(results: Published) -> list[dict[str, Any]]:
+    """Return the tables of published numbers over data sets, beside full-scale results of one of these."""
+    listed = provenance.PROJECT / "results" / "published.csv"
+    numbers = tables.read(listed) if listed.is_file() else {}
+    if results.scale != "full" or results.data not in set(numbers.get("data", ())):
+        return []
+    layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
+    found = filled({name: table for name, table in layout.items() if name != "headline"}, numbers)
+    return [
+        {"title": layout[name]["title"], "heads": heads, "rows": rows}
+        for name, (heads, rows) in found.items()
+        if rows
+    ]
+
+
+def terms_of(results: Published) -> dict[str, str]:
+    """Return the terms of each source that some figure uses."""
+    listed = provenance.PROJECT / "data" / "sources.csv"
+    rows = tables.read_rows(listed) if listed.is_file() else []
+    known = {row["source"]: row["terms"] for row in rows}
+    known["synthetic"] = "made by this software from its seed: no recording of anybody"
+    used = sorted({source for figure in results.figures.values() for source in figure.sources})
+    return {source: known.get(source, "your own recordings") for source in used}
+
+
+def number(value: Any) -> str:
+    """Return a number to four digits, empty for none.
+
+    Examples
+    --------
+    >>> number(28.7792742), number(None), number(123456.7), number(2.1e-15)
+    ('28.78', '', '123,457', '2.1e-15')
+    """
+    if value is None or value == "" or isinstance(value, str):
+        return value or ""
+    return f"{value:,.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+
+
+def options_of(results: Published) -> str:
+    """Return the options of a make command for these results, with a space before each."""
+    data = "" if results.data == "synthetic" else f" DATA={results.data}"
+    return data + ("" if results.scale == "full" else f" SCALE={results.scale}")
+
+
+def _link(folder: Path, name: str) -> str:
+    """Return the address of a file, or of what is kept instead of it, relative to the page; empty if there is none."""
+    kept = (name, f"{name}.gz", name.replace(".png", ".webp"))
+    return next((f"{folder.name}/{one}" for one in kept if (folder / one).is_file()), "")
+
+
+def _size(figure: PublishedFigure, name: str) -> str:
+    size = figure.manifest["files"].get(name, {}).get("bytes")
+    return "the record" if size is None else f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"

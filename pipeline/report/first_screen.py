@@ -1,0 +1,142 @@
+"""The pictures that the README begins with: a walker, figure 5's curve and the verdicts, from published figures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import papers, pictures
+from pipeline.core import camera, errors, fourier
+from pipeline.papers import Kind, Outcome
+from pipeline.report.published import Published, PublishedFigure
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+
+FIGURE = "zhang2007_fig5"
+"""The figure that has walker and curve."""
+
+VIEW_DEG = 30.0
+_FRAMES, _CYCLES, _FIRST = 20, 5, 12
+"""Frames of a cycle, cycles of a turn, and the frame of the still picture."""
+
+_METHODS = {
+    "average_walker": pictures.Style("average walker, the same for all", "null"),
+    "least_squares": pictures.Style("least squares", "least_squares"),
+    "map": pictures.Style("with a prior (MAP)", "map"),
+}
+
+_OUTCOMES = {
+    Outcome.REPRODUCED: "green",
+    Outcome.OF_THE_NULL: "grey",
+    Outcome.DIRECTION_ONLY: "amber",
+    Outcome.UNDECIDED: "silver",
+    Outcome.DIFFERS: "orange",
+    Outcome.UNTESTED: "yellow",
+}
+
+
+def draw_first_screen(results: Published, to: Path) -> list[Path]:
+    """Write ``walker.svg``, ``walker_still.svg``, ``curve.svg`` and ``verdicts.svg``; return the files.
+
+    Raises
+    ------
+    InvalidInput
+        If the figure with the walkers is not made, or was not made with the view of the picture.
+    """
+    figure = results.figures.get(FIGURE)
+    if figure is None:
+        raise InvalidInput("the pictures need a figure that is not made", where=results.data, expected=FIGURE)
+    to.mkdir(parents=True, exist_ok=True)
+    written = _walker(figure, to)
+    table = figure.table("table")
+    assert table is not None
+    pictures.draw_lines(
+        to / "curve",
+        [
+            pictures.Panel(
+                y="rms_error_mm",
+                where={"method": tuple(_METHODS)},
+                band=("rms_error_mm_low", "rms_error_mm_high"),
+                ylabel="error in depth (mm)",
+                from_zero=True,
+                xticks=30,
+            )
+        ],
+        table,
+        x="view_angle_deg",
+        by="method",
+        styles=_METHODS,
+        xlabel="seen from (°; 0: the front, ±90: the side)",
+        legend="figure",
+        panel_size=(4.3, 2.45),
+        caption=f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
+        " bands: 95 % intervals over people.",
+    )
+    pictures.draw_tallies(
+        to / "verdicts",
+        [(_name(key), _counts(results, key)) for key in papers.PAPERS if results.claims_of(paper=key)],
+        {outcome.value: colour for outcome, colour in _OUTCOMES.items()},
+        width=4.3,
+        caption="Numbers and sentences of the papers that are judged, with our bounds. “Holds, also of the null”: it"
+        " would hold without the method too.",
+    )
+    for name in ("curve", "verdicts"):  # the vector files are as small and sharp at any size
+        (to / f"{name}.png").unlink()
+        written.append(to / f"{name}.svg")
+    return written
+
+
+def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
+    """Draw the walker whose error is the median of all from this view."""
+    arrays = figure.arrays
+    views = np.flatnonzero(arrays["demonstration_view_deg"] == VIEW_DEG)
+    methods = arrays["methods"].tolist()
+    if not views.size or "map" not in methods:
+        raise InvalidInput("nobody was reconstructed from the picture's view", where=figure.name,
+                           expected=f"map at {VIEW_DEG:g}°", received=", ".join(methods))  # fmt: skip
+    view, angle = int(views[0]), np.radians(VIEW_DEG)
+    method = methods.index("map")
+    of_all = np.sqrt(errors.walker_error(arrays["demonstration_error_mm2"][method][:, view]))
+    r = int(np.argsort(of_all, kind="stable")[len(of_all) // 2])
+    null = arrays["nulls"].tolist().index("average_walker")
+    mean_mm = float(np.sqrt(errors.walker_error(arrays["null_demonstration_error_mm2"][null, r, view])))
+    truth = arrays["original"][r]
+    again = camera.combine(camera.project(truth, angle), arrays["missing"][method, r, view], angle)
+    cycle = np.arange(_FRAMES) / _FRAMES
+    turns = angle + np.arange(_FRAMES * _CYCLES) / (_FRAMES * _CYCLES) * 2.0 * np.pi
+    times = np.tile(cycle, _CYCLES)
+
+    def turning(coefficients: np.ndarray) -> np.ndarray:
+        frames = fourier.synthesise(coefficients, 1.0, times)
+        return np.stack([camera.project(frame, turn) for frame, turn in zip(frames, turns, strict=True)])
+
+    walker = pictures.Walking(
+        seen=fourier.synthesise(camera.project(truth, angle), 1.0, cycle),
+        original=turning(truth),
+        reconstructed=turning(again),
+        seconds=1.0 / float(arrays["stride_hz"][r]),
+        estimated=arrays["unmeasured"][r],
+    )
+    words = (
+        ("What one camera sees", "fifteen points, flat: no depth"),
+        (
+            "Computed from these points alone",
+            f"blue; dashed: the true walk. {of_all[r]:.0f} mm off in depth (average walker: {mean_mm:.0f} mm)",
+        ),
+    )
+    files = [to / "walker.svg", to / "walker_still.svg"]
+    for path, still in zip(files, (None, _FIRST), strict=True):
+        pictures.draw_walking(path, walker, WALKER15.bones, words=words, still=still)
+    return files
+
+
+def _counts(results: Published, key: str) -> dict[str, int]:
+    judged = [str(c["verdict"]) for c in results.claims_of(paper=key) if c.get("kind") != Kind.CONDITION]
+    return dict(Counter(verdict for verdict in judged if verdict in set(_OUTCOMES)))
+
+
+def _name(key: str) -> str:
+    first = papers.PAPERS[key].authors.replace(" and ", ", ").split(",")[0]
+    return f"{first.split()[-1]} {papers.PAPERS[key].year}"

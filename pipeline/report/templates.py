@@ -1,0 +1,50 @@
+"""Templates, style and scripts that the pages share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import jinja2
+
+from pipeline.palette import COLOURS, ON_DARK
+
+_FOLDER = Path(__file__).resolve().parent / "page"
+
+_LIGHTER = {
+    "black": "#E4E6E3",
+    "orange": "#FF8B4A",
+    "blue": "#5CB3EA",
+    "green": "#3CCBA0",
+    "purple": "#E5A3C6",
+    "amber": "#F0B845",
+    "sky": "#8CCDF2",
+    "grey": "#A7ADB3",
+}
+"""The palette for thin lines on a dark ground."""
+
+
+def environment() -> jinja2.Environment:
+    """Return the environment of the templates: everything is escaped, an unknown name is an error."""
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def style() -> str:
+    """Return the style sheet, with the palette for light and dark grounds."""
+    colours = {
+        name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
+        for name, colour in COLOURS.items()
+    }
+    template = environment().from_string((_FOLDER / "style.css").read_text(encoding="utf-8"))
+    return template.render(colours=colours)
+
+
+def scripts(names: Sequence[str]) -> str:
+    """Return some of the scripts as one."""
+    return "\n".join((_FOLDER / name).read_text(encoding="utf-8") for name in names)

@@ -1,0 +1,157 @@
+"""Digits that hold when published tables are computed again, and whether those of an archive do.
+
+A light archive states the rule in ``digits.csv``: for each table the relative difference allowed to every number.
+Text, and the order of rows and columns, have to be the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.storage import tables
+from pipeline.validation import InvalidInput
+
+DIGITS = "digits.csv"
+CLAIMS = "claims.csv"
+
+TIMING = "table_timing"
+"""Table of times on the machine that made a figure; nothing is compared with it and no claim uses it."""
+
+ITERATE = (
+    "park2011", "mozerov2006_tracking", "mozerov2006_warp_error", "zhang2004_fig5", "zhang2007_fig6",
+    "zhang2007_structure", "zhang2007_coverage", "zhang2007_occlusion", "zhang2007_noise", "zhang2007_view_posterior",
+    "keypoints",
+)  # fmt: skip
+"""Beginnings of the figures whose numbers come out of searches and refinements."""
+
+CLOSED_FORM, SEARCHED = 1e-5, 1e-3
+"""Relative difference allowed where nothing iterates, and where something does.
+
+At smoke scale differences between processors are a tenth of these or less (the tests measure them over eight kernels);
+a full table has a hundred times as many numbers, and the worst of them counts.
+"""
+
+NOT_ZERO = 1e-6
+"""Numbers that are closer than this agree, whatever their ratio: tables hold millimetres, degrees and fractions."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How one table, computed again, agrees with the one that was kept.
+
+    Attributes
+    ----------
+    figure, table : str
+    difference : float
+        Largest relative difference of a number; infinite if something else differs.
+    tolerance : float
+    complaints : tuple of str
+        The first cells that differ by more, a sentence each.
+    """
+
+    figure: str
+    table: str
+    difference: float
+    tolerance: float
+    complaints: tuple[str, ...]
+
+
+def tolerance(figure: str) -> float:
+    """Return the relative difference that is allowed to the tables of a figure.
+
+    Examples
+    --------
+    >>> tolerance("zhang2007_fig5"), tolerance("park2011_fig4")
+    (1e-05, 0.001)
+    """
+    return SEARCHED if figure.startswith(ITERATE) else CLOSED_FORM
+
+
+def rule(folder: Path) -> dict[str, float]:
+    """Return the relative difference that is allowed to each table of a figure, by name, from the tables there."""
+    names = sorted({path.name.removesuffix(".gz") for path in folder.glob("table*.csv*")})
+    return {name: tolerance(folder.name) for name in names if not name.startswith(TIMING)}
+
+
+def write_rule(folder: Path, figures: Iterable[str]) -> None:
+    """Write the rule for all tables of these figures, which are folders of their names, beside them."""
+    rows = [(figure, *item) for figure in sorted(figures) for item in rule(folder / figure).items()]
+    columns = zip(*rows, strict=True) if rows else ((), (), ())
+    tables.write(
+        folder / DIGITS, dict(zip(("figure", "table", "relative_difference_allowed"), columns, strict=True))
+    )
+
+
+def compare_again(kept: Path, made: Path) -> list[Agreement]:
+    """Compare the tables and verdicts of a figure, computed again, with those that an archive keeps.
+
+    Parameters
+    ----------
+    kept : Path
+        Folder of the figure in an archive; tables may be compressed.  Without a ``digits.csv`` beside it, the rule
+        is that of this version.
+    made : Path
+        Folder of the figure as published.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no table to compare, or one cannot be read.
+    """
+    stated = kept.parent / DIGITS
+    allowed = (
+        {
+            row["table"]: float(row["relative_difference_allowed"])
+            for row in tables.read_rows(stated)
+            if row["figure"] == kept.name
+        }
+        if stated.is_file()
+        else rule(kept)
+    )
+    if not allowed:
+        raise InvalidInput("no table to compare", where=str(kept), expected=f"one that {DIGITS} names")
+    found = [_compared(kept, made, name, most) for name, most in allowed.items()]
+    if (kept / CLAIMS).is_file():
+        found.append(_verdicts(kept, made, max(allowed.values())))
+    return found
+
+
+def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
+    before, now = _there(kept, name), _there(made, name)
+    differences = tables.relative_differences(before, now, absolute=NOT_ZERO)
+    largest = max(differences.values(), default=0.0)
+    complaints: Sequence[str] = ()
+    if largest > most:
+        complaints = tables.compare(before, now, relative=most, absolute=NOT_ZERO)
+    return Agreement(kept.name, name, largest, most, tuple(complaints))
+
+
+def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
+    """Compare our values to the digits of the tables that they come from, verdicts exactly."""
+    before, now = (tables.read(_there(folder, CLAIMS)) for folder in (kept, made))
+    wrong, largest = [], 0.0
+    later = dict(zip(now["claim"].tolist(), range(len(now["claim"])), strict=True))
+    for n, claim in enumerate(before["claim"].tolist()):
+        m = later.get(claim)
+        if m is None or before["verdict"][n] != now["verdict"][m]:
+            wrong.append(
+                f"{claim}: {before['verdict'][n]} is not {'there' if m is None else now['verdict'][m]}"
+            )
+            continue
+        a, b = (np.asarray(column, dtype=float) for column in (before["value"][n], now["value"][m]))
+        if not (np.isnan(a) and np.isnan(b)):
+            off = max(abs(float(a - b)) - NOT_ZERO, 0.0) / max(abs(float(a)), abs(float(b)), NOT_ZERO)
+            largest = max(largest, np.inf if np.isnan(off) else off)
+            if not off <= most:
+                wrong.append(f"{claim}: {float(a):.10g} is not {float(b):.10g}")
+    return Agreement(kept.name, CLAIMS, largest, most, tuple(wrong))
+
+
+def _there(folder: Path, name: str) -> Path:
+    """Return a table, or what is kept of it compressed."""
+    path = folder / name
+    return path if path.is_file() else path.with_name(f"{name}.gz")

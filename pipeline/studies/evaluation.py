@@ -1,0 +1,147 @@
+"""Measures by name: the registry, and the value of a measure from tables, in one replicate or in all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from inspect import getmembers, isfunction, signature
+from types import ModuleType
+from typing import Any, TypeAlias, get_type_hints
+
+import numpy as np
+
+from pipeline.papers import Measure
+from pipeline.studies.measures import Count
+from pipeline.studies.replicated import Replicated
+from pipeline.studies.rows import Expression, Number, Table, as_number, columns_of
+from pipeline.validation import InvalidInput
+
+Registry: TypeAlias = Mapping[str, Callable[..., Number]]
+"""Measures by name."""
+
+
+def registry(*modules: ModuleType) -> Registry:
+    """Return the measures of modules, by name: their public functions that return a number.
+
+    Raises
+    ------
+    InvalidInput
+        If two have the same name.
+    """
+    found: dict[str, Callable[..., Number]] = {}
+    for module in modules:
+        for name, function in getmembers(module, isfunction):
+            if function.__module__ != module.__name__ or name.startswith("_"):
+                continue
+            if get_type_hints(function).get("return") not in (float, Number, Count):
+                continue
+            if name in found:
+                raise InvalidInput(f"two measures are called {name!r}", where=module.__name__)
+            found[name] = function
+    return found
+
+
+def check(measure: Measure, registry: Registry, where: str) -> None:
+    """Validate the name and the arguments of a measure.
+
+    Raises
+    ------
+    InvalidInput
+        If a name is unknown, or the arguments are not those of the function, in number, name or type.
+    """
+    for part in measure.parts:
+        if part.name not in registry:
+            raise InvalidInput(
+                f"no measure {part.name!r}", where=where, expected=f"one of {', '.join(registry)}"
+            )
+        function = registry[part.name]
+        try:
+            given = signature(function).bind(**part.arguments).arguments
+        except TypeError as error:
+            raise InvalidInput(f"wrong arguments of {part.name}: {error}", where=where) from error
+        types = get_type_hints(function)
+        for name, value in given.items():
+            if not _fits(value, types[name]):
+                raise InvalidInput(
+                    f"wrong argument {name!r} of {part.name}",
+                    where=where,
+                    expected=getattr(types[name], "__name__", str(types[name])),
+                    received=str(value),
+                )
+            if types[name] is Expression and value:
+                columns_of(value)
+
+
+def _fits(value: object, wanted: Any) -> bool:
+    if wanted in (float, Number):
+        return isinstance(value, int | float | Measure) and not isinstance(value, bool)
+    if wanted in (list[float], list[Number]):
+        return isinstance(value, tuple) and all(_fits(item, float) for item in value)
+    if wanted == list[str]:
+        return isinstance(value, tuple) and all(isinstance(item, str) for item in value)
+    return isinstance(value, str if wanted in (str, Table, Expression) else wanted)
+
+
+def evaluate(
+    measure: Measure, registry: Registry, tables: Mapping[str, Table | Replicated], replicates: int = 0
+) -> Number:
+    """Return the value of a measure, NaN if one of its tables is missing.
+
+    Parameters
+    ----------
+    measure : Measure
+    registry : Registry
+    tables : mapping
+        Plain tables, or some of them in replicates.
+    replicates : int
+        B; 0 if the tables are plain.
+
+    Raises
+    ------
+    InvalidInput
+        If the measure is unknown, or a table lacks a column that it reads.
+    """
+    if any(name not in tables for name in measure.tables):
+        return np.nan
+    function = registry[measure.name]
+    types = get_type_hints(function)
+
+    def given(value: object, wanted: Any) -> Any:
+        if isinstance(value, Measure):
+            return evaluate(value, registry, tables, replicates)
+        if isinstance(value, tuple):
+            return [given(item, None) for item in value]
+        return tables[str(value)] if wanted is Table else value
+
+    arguments = {name: given(value, types[name]) for name, value in measure.arguments.items()}
+    with np.errstate(all="ignore"):
+        if types["return"] == Number or not replicates:
+            return as_number(np.asarray(function(**arguments), dtype=float))
+        if types["return"] is Count:
+            return float(function(**{name: _published(value) for name, value in arguments.items()}))
+        if not any(isinstance(item, Replicated | np.ndarray) for item in _flat(arguments.values())):
+            return float(function(**arguments))
+        return np.array(
+            [
+                function(**{name: _drawn(value, b) for name, value in arguments.items()})
+                for b in range(replicates)
+            ],
+            dtype=float,
+        )
+
+
+def _flat(arguments: Iterable[Any]) -> Iterator[Any]:
+    for value in arguments:
+        yield from value if isinstance(value, list) else [value]
+
+
+def _published(value: Any) -> Any:
+    return value.published if isinstance(value, Replicated) else value
+
+
+def _drawn(value: Any, replicate: int) -> Any:
+    """Return one replicate of an argument."""
+    if isinstance(value, list):
+        return [_drawn(item, replicate) for item in value]
+    if isinstance(value, Replicated):
+        return value.drawn(replicate)
+    return float(value[replicate]) if isinstance(value, np.ndarray) else value

@@ -1,0 +1,82 @@
+"""Walks as the model of walkers is trained on them: four harmonics, every walker scaled to one height."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.clips.filmed import training_walks
+from pipeline.clips.walks import WALKS, Walks
+from pipeline.core.keypoint_walk import TrainingWalk
+from pipeline.studies.study import Dataset
+from pipeline.validation import InvalidInput
+
+LEAST_PEOPLE = 4
+
+
+@dataclass(frozen=True)
+class FilmedWalkers:
+    """Walks to be learnt from, and to be filmed.
+
+    Attributes
+    ----------
+    walker : (W, 15, 3, 9)
+        Coefficients, mm of a walker of 1500 mm.
+    frequency_hz, height_mm : (W,)
+        Stride frequency; height of the centre of the head above the ankles before scaling.
+    aperiodic_variance : (W, 15, 3)
+        What the series leaves, mm².
+    person, clip, source : (W,) text
+    words : str
+    """
+
+    walker: np.ndarray
+    frequency_hz: np.ndarray
+    height_mm: np.ndarray
+    aperiodic_variance: np.ndarray
+    person: np.ndarray
+    clip: np.ndarray
+    source: np.ndarray
+    words: str
+
+    @property
+    def people(self) -> list[str]:
+        """Everybody, in the order of the walks."""
+        return list(dict.fromkeys(self.person.tolist()))
+
+    def training_walk(self, number: int) -> TrainingWalk:
+        """Return one walk as the training takes it."""
+        return TrainingWalk(
+            self.walker[number],
+            float(self.frequency_hz[number]),
+            self.aperiodic_variance[number],
+            float(self.height_mm[number]),
+        )
+
+
+@dataclass(kw_only=True)
+class FilmedWalkersDataset(Dataset):
+    """All steady walks of everybody."""
+
+    corpus = WALKS
+
+    def build(self, clips: Walks, *, workers: int) -> FilmedWalkers:
+        """Return the walks with four harmonics.  Raises InvalidInput if there are too few people."""
+        people = len(set(clips.person.tolist()))
+        if people < LEAST_PEOPLE:
+            raise InvalidInput(
+                "people are filmed who were left out of the model", expected=f"{LEAST_PEOPLE} people or more",
+                received=str(people),
+            )  # fmt: skip
+        walks = training_walks(clips)
+        return FilmedWalkers(
+            walker=np.stack([walk.walker for walk in walks]),
+            frequency_hz=np.array([walk.frequency_hz for walk in walks]),
+            height_mm=np.array([walk.height_mm for walk in walks]),
+            aperiodic_variance=np.stack([walk.aperiodic_variance for walk in walks]),
+            person=clips.person,
+            clip=clips.clip,
+            source=clips.source,
+            words=f"{len(walks)} walks of {people} people",
+        )

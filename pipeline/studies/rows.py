@@ -1,0 +1,210 @@
+"""Rows of published tables, selected by an expression over the columns, in one replicate or in many.
+
+``where: camera == 'still' and reconstructibility > 1`` selects rows: comparisons and arithmetic of columns, numbers and
+texts.  Rows are never dropped to make a mean: a table without rows, or with a value that is not finite, has no number.
+"""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+from typing import NewType, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from pipeline.core import bootstrap
+from pipeline.studies.replicated import Replicated
+from pipeline.validation import InvalidInput
+
+Table: TypeAlias = pd.DataFrame
+"""A table, with its name in ``attrs["name"]`` for messages; in replicates a `Replicated`."""
+
+Number: TypeAlias = float | np.ndarray
+"""A number, or an array (B,) of its replicates."""
+
+Expression = NewType("Expression", str)
+"""Condition on the columns that selects rows; empty for all rows."""
+
+ALL = Expression("")
+"""Holds for all rows."""
+
+_ALLOWED = (
+    ast.Expression, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE,
+    ast.BinOp, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.UnaryOp, ast.USub, ast.Name, ast.Load, ast.Constant, ast.Call,
+)  # fmt: skip
+"""Syntax that an expression over columns may have; the only function is `abs`."""
+
+
+def values(table: Table, column: str, where: str = "") -> np.ndarray:
+    """Return a column as float64, of the rows where an expression holds; NaN where an entry is not a number.
+
+    Raises
+    ------
+    InvalidInput
+        If the table lacks the column or a column of the expression.
+    """
+    require_columns(table, column)
+    found = pd.to_numeric(table[column], errors="coerce").to_numpy(dtype=float)
+    return found[holds(table, where)]
+
+
+def holds(table: Table, expression: str) -> np.ndarray:
+    """Return for each row whether an expression over the columns holds; an empty expression holds for all rows.
+
+    A comparison with NaN does not hold.
+
+    Raises
+    ------
+    InvalidInput
+        If the expression is invalid, names a column that the table lacks, or compares texts with numbers.
+    """
+    if not expression:
+        return np.ones(len(table), dtype=bool)
+    require_columns(table, *columns_of(expression))
+    if table.empty:
+        return np.zeros(0, dtype=bool)
+    _require_alike(table, expression)
+    with np.errstate(all="ignore"):
+        return np.asarray(table.eval(expression, engine="python"), dtype=bool)
+
+
+def _require_alike(table: Table, expression: str) -> None:
+    """Require both sides of every comparison to be numbers, or both texts; a column without an entry is either."""
+
+    def is_text(node: ast.expr) -> bool | None:
+        if isinstance(node, ast.Constant):
+            return isinstance(node.value, str)
+        if isinstance(node, ast.Name):
+            entries = table[node.id].dropna()
+            return None if entries.empty else not pd.api.types.is_numeric_dtype(entries.infer_objects())
+        parts = node.args if isinstance(node, ast.Call) else ast.iter_child_nodes(node)
+        if True in {is_text(part) for part in parts if isinstance(part, ast.expr)}:
+            raise _not_alike(table, expression)
+        return False
+
+    for node in ast.walk(ast.parse(expression, mode="eval")):
+        if isinstance(node, ast.Compare):
+            sides = {is_text(side) for side in (node.left, *node.comparators)} - {None}
+            if len(sides) > 1:
+                raise _not_alike(table, expression)
+
+
+def _not_alike(table: Table, expression: str) -> InvalidInput:
+    return InvalidInput(
+        f"{expression!r} compares texts with numbers",
+        where=f"table {table.attrs.get('name', '')}".rstrip(),
+        received=", ".join(f"{name}: {table[name].dtype}" for name in columns_of(expression)),
+    )
+
+
+def columns_of(expression: str) -> list[str]:
+    """Return the names of the columns in an expression.
+
+    Raises
+    ------
+    InvalidInput
+        If it contains anything but comparisons and arithmetic of columns, numbers, texts and `abs`.
+
+    Examples
+    --------
+    >>> columns_of("camera == 'still' and abs(view_angle_deg) <= 10")
+    ['camera', 'view_angle_deg']
+    """
+    try:
+        nodes = list(ast.walk(ast.parse(expression, mode="eval")))
+    except SyntaxError as error:
+        raise InvalidInput(f"{expression!r} is no expression", received=str(error)) from error
+    functions = [node.func for node in nodes if isinstance(node, ast.Call)]
+    if not all(isinstance(node, _ALLOWED) for node in nodes) or any(
+        not (isinstance(function, ast.Name) and function.id == "abs") for function in functions
+    ):
+        raise InvalidInput(
+            f"{expression!r} is not allowed",
+            expected="comparisons and arithmetic of columns, numbers and texts",
+        )
+    names = [node.id for node in nodes if isinstance(node, ast.Name) and node not in functions]
+    return list(dict.fromkeys(names))
+
+
+def require_columns(table: Table, *columns: str) -> None:
+    """Require these columns of a table."""
+    for column in columns:
+        if column not in table.columns:
+            raise InvalidInput(
+                f"no column {column!r}",
+                where=f"table {table.attrs.get('name', '')}".rstrip(),
+                received=", ".join(map(str, table.columns)) or "no columns",
+            )
+
+
+def whole(found: np.ndarray) -> bool:
+    """Return whether there are values, all of them finite."""
+    return bool(found.size and np.isfinite(found).all())
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a table where an expression holds, in B replicates (one, if the table is a plain one).
+
+    Attributes
+    ----------
+    frame : DataFrame
+    cluster : (n,) int
+    weights : (B, C)
+    plain : bool
+        Whether the table is a plain one: results are then floats.
+    """
+
+    frame: pd.DataFrame
+    cluster: np.ndarray
+    weights: np.ndarray
+    plain: bool
+
+    def number(self, result: np.ndarray) -> Number:
+        """Return a result (B,), as a float if the table is a plain one."""
+        return float(result[0]) if self.plain else result
+
+    @property
+    def no_number(self) -> Number:
+        """NaN for every replicate."""
+        return self.number(np.full(len(self.weights), np.nan))
+
+    def mean(self, found: np.ndarray) -> np.ndarray:
+        """Mean (B, …) of values (n, …)."""
+        return bootstrap.weighted_means(found, self.cluster, self.weights)
+
+    def median(self, found: np.ndarray) -> np.ndarray:
+        """Median (B,) of values (n,)."""
+        return bootstrap.weighted_medians(found, self.cluster, self.weights)
+
+    def largest(self, found: np.ndarray) -> np.ndarray:
+        """Largest (B,) of values (n,)."""
+        top = np.full(self.weights.shape[1], -np.inf)
+        np.maximum.at(top, self.cluster, found)
+        result = np.where(self.weights > 0, top, -np.inf).max(axis=1)
+        return np.where(np.isfinite(result), result, np.nan)
+
+    def group_means(self, found: np.ndarray, group: np.ndarray, groups: int) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of values (n,) in each group (n,) int, and how many rows it has, (B, groups) each."""
+        size = self.weights.shape[1]
+        total, count = np.zeros((size, groups)), np.zeros((size, groups))
+        np.add.at(total, (self.cluster, group), found)
+        np.add.at(count, (self.cluster, group), 1.0)
+        rows = self.weights @ count
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.weights @ total / rows, rows
+
+
+def rows_of(table: Table | Replicated, where: str = "") -> Rows:
+    """Return the rows of a table, plain or in replicates, where an expression holds."""
+    if isinstance(table, Replicated):
+        kept = holds(table.frame, where)
+        return Rows(table.frame[kept], table.cluster[kept], table.weights, plain=False)
+    frame = table[holds(table, where)]
+    return Rows(frame, np.zeros(len(frame), dtype=int), np.ones((1, 1), dtype=int), plain=True)
+
+
+def as_number(result: np.ndarray) -> Number:
+    """Return a float, or the array of its replicates."""
+    return float(result) if np.ndim(result) == 0 else np.asarray(result)

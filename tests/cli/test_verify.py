@@ -1,0 +1,80 @@
+"""Verifying an archive by computing it again: the same figures, compared to the digits that it promises."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline.cli import verify as module
+from pipeline.cli.commands import COMMANDS
+from pipeline.report import keep_light
+from pipeline.storage.sealed_folders import digest
+from pipeline.validation import InvalidInput
+from tests.report.planted import CLAIM, plant, view_errors
+
+FIGURES = ["zhang2007_fig5", "mozerov2006_fig1"]
+
+
+@pytest.fixture
+def archived(tmp_path: Path) -> Path:
+    """A folder of light archives, with one of two figures."""
+    lock = tmp_path / "requirements.lock"
+    lock.write_text("numpy==2.4.6\n")
+    made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
+    for name in FIGURES:
+        plant(tmp_path / "synthetic" / "full" / name, claims=CLAIM, **made)
+    light = tmp_path / "light"
+    facts: dict[str, Any] = {"date": "2026-11-22", "commit": "f" * 40, "dirty": False, "lock": lock}
+    keep_light(tmp_path / "synthetic" / "full", light / "synthetic", FIGURES, **facts)
+    return light
+
+
+def making(monkeypatch: pytest.MonkeyPatch, off: float) -> list[str]:
+    """Plant, instead of making a figure, one whose errors are off by a factor; return the names, once made."""
+    names: list[str] = []
+
+    def make(jobs: Sequence[tuple[Any, Path]], *, console: Any) -> list[str]:
+        for experiment, folder in jobs:
+            names.append(f"{experiment.name} {experiment.data.name} {experiment.scale.name}")
+            errors = [value * off for value in view_errors()["absolute_error_mm2"]]
+            plant(folder, table=view_errors() | {"absolute_error_mm2": errors}, claims=CLAIM)
+        return []
+
+    monkeypatch.setattr(module, "make_figures", make)
+    return names
+
+
+def test_figures_are_made_again_and_agree(
+    archived: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = making(monkeypatch, 1.0)
+    assert COMMANDS["verify"]([str(archived), "rerun=1"]) == 0
+    assert sorted(names) == ["mozerov2006_fig1 synthetic full", "zhang2007_fig5 synthetic full"]
+    said = capsys.readouterr().out
+    assert "every file is as it was kept" in said
+    assert said.count("tables agree") == 2
+    assert "made by ffffffffffff, computed again by" in said
+
+
+def test_one_that_differs_is_named_and_the_status_says_so(
+    archived: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    making(monkeypatch, 1.01)
+    assert COMMANDS["verify"]([str(archived / "synthetic"), "rerun=1", "only=zhang2007_fig5"]) == 1
+    said = capsys.readouterr().out
+    assert "zhang2007_fig5/table.csv: line 2, absolute_error_mm2: 500.0 is not 505.0" in said
+    assert "mozerov2006_fig1" not in said
+
+
+def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_it(
+    archived: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = making(monkeypatch, 1.0)
+    with pytest.raises(InvalidInput, match="no figure to compute again"):
+        COMMANDS["verify"]([str(archived), "rerun=1", "only=zhang2007_fig2"])
+    (archived / "synthetic" / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
+    assert COMMANDS["verify"]([str(archived), "rerun=1"]) == 1
+    assert names == []

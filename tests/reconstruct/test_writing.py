@@ -1,0 +1,106 @@
+"""Files of a reconstructed walk: motion in every format, recording, page; what is written can be read."""
+
+from __future__ import annotations
+
+import html
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import formats, recordings
+from pipeline.reconstruct.motion import Format, in_walkers_axes
+from pipeline.reconstruct.summary import scale_mm
+from pipeline.reconstruct.writing import Output, Reconstruct, run
+from pipeline.skeleton import WALKER15
+from pipeline.storage import tables
+from tests.core.keypoint_walk.walkers import clip, walks
+from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
+
+
+def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
+    sim = clip(-30.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    options = Reconstruct(
+        input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
+        output=Output(path=str(tmp_path / "out")),
+        model_folder=str(model),
+    )
+    _, summary, folder = run(options)
+    stored = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert stored == json.loads(json.dumps(summary))
+    assert stored["verdict"] in ("walk", "doubtful")
+    low, high = stored["view_angle_deg"]["interval_95"]
+    assert low < stored["view_angle_deg"]["value"] < high
+    assert stored["view_angle_deg"]["heading_deg"] == pytest.approx(-30.0, abs=12.0)
+    assert "towards the camera" in stored["view_angle_deg"]["words"]
+    assert stored["cadence"]["strides_per_s"] == pytest.approx(walks()[0].frequency_hz, rel=0.03)
+    assert 300.0 < stored["step_length"]["mm"] < 1000.0
+    table = tables.read(folder / "joints.csv")
+    assert set(table["joint"]) >= {"left_knee", "pelvis"}
+    legs = [table[a][table["joint"] == "left_knee"] - table[a][table["joint"] == "left_ankle"] for a in "xyz"]
+    assert 300.0 < np.sqrt(np.sum(np.square(legs), axis=0)).mean() < 500.0
+    assert set(table["observed"][table["joint"] == "sternum"]) == {0}
+    assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_motion_is_read_back_with_observed_and_estimated_joints_told_apart(
+    model: Path, tmp_path: Path
+) -> None:
+    sim = clip(-30.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    (tmp_path / "walk_notes.csv").write_text("mine", encoding="utf-8")
+    options = Reconstruct(
+        input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
+        output=Output(path=str(tmp_path), formats=list(Format), picture=False, recording=False, page=False),
+        model_folder=str(model),
+    )
+    walk, summary, folder = run(options)
+    assert walk.best.found is not None
+    truth = in_walkers_axes(walk.best.found) * scale_mm(options.input)
+    # The walk goes along y, and the head is above the ankles.
+    assert truth[-1, 8, 1] - truth[0, 8, 1] > 5 * abs(truth[-1, 8, 0] - truth[0, 8, 0])
+    assert truth[:, 0, 2].min() > 1000.0
+    axes = {"trc": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "bvh": [[-1, 0, 0], [0, 0, 1], [0, 1, 0]]}
+    for file in ("walk.c3d", "walk.trc", "walk.bvh", "walk.csv", "walk_wide.csv"):
+        read = formats.read(folder / file)
+        assert {"left_shoulder", "sternum_estimated", "pelvis_estimated"} <= set(read.names)
+        back = np.array(axes.get(file[5:], np.eye(3)))
+        for number, name in enumerate(read.names):
+            if (joint := name.removesuffix("_estimated")) in WALKER15.joints:  # a BVH has ends besides
+                off = read.positions_mm[:, number] @ back - truth[:, WALKER15.index(joint)]
+                assert np.abs(off).max() < 1e-2
+        assert read.frame_rate_hz == pytest.approx(30.0)
+    assert (tmp_path / "walk_notes.csv").read_text(encoding="utf-8") == "mine"
+    assert "sternum" in summary["estimated_joints"]
+    assert not (tmp_path / "recording.rrd").exists()
+    assert not (tmp_path / "walk.html").exists()
+
+
+def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_path: Path) -> None:
+    sim = clip(-30.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    options = Reconstruct(
+        input=given(path, focal_px=sim.focal_px),
+        output=Output(path=str(tmp_path / "out"), formats=[], picture=False),
+        model_folder=str(model),
+    )
+    walk, summary, folder = run(options)
+    text = (folder / "walk.html").read_text(encoding="utf-8")
+    assert html.escape(summary["view_angle_deg"]["words"]).replace("&#x27;", "&#39;") in text
+    file = folder / "recording.rrd"
+    recordings.verify(file)
+    assert file.stat().st_size < 5_000_000
+    T = len(walk.best.pixels)
+    _, mean = recordings.read_column(file, "world/reconstructed", "Points3D:positions", "time")
+    _, samples = recordings.read_column(file, "world/samples", "Points3D:positions", "time")
+    assert mean.shape == (T, 15, 3)
+    drawn = samples.reshape(T, -1, 15, 3)
+    # Walks drawn from the posterior stand about its mean, the wrists farther from it than the hips.
+    spread = 1e3 * (drawn - mean[:, None]).std(axis=1).mean(axis=(0, 2))
+    assert spread[8] < 1e-2
+    assert spread[[4, 7]].mean() > 1.2 * spread[[9, 12]].mean()
+    _, seen = recordings.read_column(file, "image/keypoints", "Points2D:positions", "time")
+    _, made = recordings.read_column(file, "image/reprojection", "Points2D:positions", "time")
+    assert np.nanmedian(np.abs(seen - made)) * 1e3 < 15.0

@@ -1,0 +1,74 @@
+"""The pictures at the head of the README come from published figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.report import draw_first_screen, read_published
+from pipeline.validation import InvalidInput
+from tests.report.planted import CLAIM, plant
+
+VIEWS = [0, 30]
+
+
+def arrays() -> dict[str, np.ndarray]:
+    """Three walkers from two views; from 30° the second one's error is the median."""
+    generator = np.random.default_rng(3)
+    original = 100.0 * generator.standard_normal((3, 5, 15, 3))
+    errors_mm2 = np.ones((1, 3, 2, 15))
+    errors_mm2[0, :, 1] = np.array([900.0, 400.0, 100.0])[:, None]
+    return {
+        "walker": np.array(["a", "b", "c"]),
+        "methods": np.array(["map"]),
+        "nulls": np.array(["average_walker"]),
+        "demonstration_view_deg": np.array(VIEWS, dtype=float),
+        "demonstration_error_mm2": errors_mm2,
+        "null_demonstration_error_mm2": np.full((1, 3, 2, 15), 2500.0),
+        "missing": generator.standard_normal((1, 3, 2, 5, 15)),
+        "original": original,
+        "stride_hz": np.array([1.0, 0.8, 1.0]),
+        "unmeasured": np.zeros((3, 15), dtype=bool),
+    }
+
+
+def table() -> dict[str, list[object]]:
+    """Errors of three methods from three views."""
+    methods = [method for method in ("average_walker", "least_squares", "map", "map_1") for _ in range(3)]
+    return {
+        "method": list(methods),
+        "view_angle_deg": [-30, 0, 30] * 4,
+        "rms_error_mm": [20.0] * 12,
+        "rms_error_mm_low": [19.0] * 12,
+        "rms_error_mm_high": [21.0] * 12,
+    }
+
+
+def test_the_walker_of_the_median_error_is_drawn(tmp_path: Path) -> None:
+    folder = tmp_path / "synthetic" / "smoke"
+    plant(folder / "zhang2007_fig5", table=table(), arrays=arrays(), claims=CLAIM)
+    files = draw_first_screen(read_published(folder, ["zhang2007_fig5"]), tmp_path / "pictures")
+    assert {path.name for path in files} == {"walker.svg", "walker_still.svg", "curve.svg", "verdicts.svg"}
+    assert {path.name for path in (tmp_path / "pictures").iterdir()} == {path.name for path in files}
+    walker = (tmp_path / "pictures" / "walker.svg").read_text(encoding="utf-8")
+    assert "20 mm off in depth (average walker: 50 mm)" in walker
+    assert 'dur="1.250s"' in walker
+
+
+@pytest.mark.parametrize(
+    ("figure", "views", "complaint"),
+    [
+        ("zhang2007_fig6", VIEWS, "not made"),
+        ("zhang2007_fig5", [0, 45], "nobody was reconstructed from the picture's view"),
+    ],
+)
+def test_pictures_without_their_figure_are_refused(
+    tmp_path: Path, figure: str, views: list[int], complaint: str
+) -> None:
+    folder = tmp_path / "synthetic" / "smoke"
+    known = arrays() | {"demonstration_view_deg": np.array(views, dtype=float)}
+    plant(folder / figure, table=table(), arrays=known, claims=CLAIM)
+    with pytest.raises(InvalidInput, match=complaint):
+        draw_first_screen(read_published(folder, [figure]), tmp_path / "pictures")

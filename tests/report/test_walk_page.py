@@ -1,0 +1,91 @@
+"""The page of one walk: small, whole in one file, and drawn by a browser without an error."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.report.walk_page import MOST_FRAMES, WalkPage, write_walk_page
+from pipeline.validation import InvalidInput
+
+ANGLES = [f"{side}_{joint}" for joint in ("knee", "hip") for side in ("left", "right")]
+
+
+def page(frames: int) -> WalkPage:
+    """A page of a walk that is none: joints that swing."""
+    generator = np.random.default_rng(3)
+    phase = np.linspace(0.0, 9.0, frames)[:, None, None] + np.arange(15)[:, None]
+    positions = 300.0 * np.sin(phase + np.arange(3)) + np.arange(15)[:, None] * 90.0
+    pixels = 500.0 + 0.3 * positions[..., :2]
+    keypoints = pixels + generator.normal(size=pixels.shape)
+    keypoints[3, 4] = np.nan
+    return WalkPage(
+        title="<b>&amp;", lead="A walk.", view_words="the walker goes towards the camera", units="mm",
+        terms="Walkers are synthetic.", facts=[("Verdict", ["A walk."]), ("Notes", ["One.", "</script>"])],
+        files=["walk.c3d"], frame_numbers=10 + np.arange(frames), frame_rate_hz=50.0,
+        observed=np.arange(15) != 1, keypoints_px=keypoints, reprojection_px=pixels, positions_mm=positions,
+        half_mm=np.full((frames, 15, 3), 20.0), angle_names=ANGLES,
+        angles_deg=30.0 + 20.0 * np.sin(np.linspace(0, 9, frames))[:, None] * np.ones(4),
+        angle_half_deg=np.full((frames, 4), 5.0), heading_deg=30.0, heading_interval_deg=(25.0, 35.0),
+        alternatives_deg=[-150.0],
+    )  # fmt: skip
+
+
+def packed(path: Path) -> dict[str, object]:
+    """What the page draws."""
+    found = re.search(
+        r'<script type="application/json" id="walk">(.*?)</script>', path.read_text(encoding="utf-8")
+    )
+    assert found
+    return dict(json.loads(found[1]))
+
+
+def test_a_page_is_small_escaped_and_loads_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "walk.html"
+    write_walk_page(path, page(1500))
+    text = path.read_text(encoding="utf-8")
+    assert len(text.encode()) < 1_000_000
+    assert "&lt;b&gt;&amp;amp;" in text
+    assert not re.search(r'(src|href)="(https?:|//)', text)
+    drawn = packed(path)
+    assert drawn["frames"] == 500 <= MOST_FRAMES  # every third
+    assert drawn["frame_numbers"][:3] == [10, 13, 16]  # type: ignore[index]
+    assert drawn["rate_hz"] == pytest.approx(50.0 / 3.0)
+
+
+def test_what_is_drawn_is_what_was_given(tmp_path: Path) -> None:
+    path, given = tmp_path / "walk.html", page(60)
+    write_walk_page(path, given)
+    drawn = packed(path)
+    part = dict(drawn["positions"])  # type: ignore[call-overload]
+    offset, scale = (np.frombuffer(base64.b64decode(part[name]), "<f4") for name in ("offset", "scale"))
+    integers = np.frombuffer(base64.b64decode(part["integers"]), "<i2").reshape(60, 45)
+    np.testing.assert_allclose(offset + scale * integers, given.positions_mm.reshape(60, 45), atol=0.02)
+    seen = np.frombuffer(base64.b64decode(str(drawn["seen"])), "u1").reshape(60, 15)
+    assert np.argwhere(seen == 0).tolist() == [[3, 4]]
+
+
+def test_a_page_that_would_be_too_large_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="too large"):
+        write_walk_page(tmp_path / "walk.html", replace(page(20), lead="a" * 1_000_000))
+
+
+def test_a_browser_draws_it(browser: str, tmp_path: Path) -> None:
+    path = tmp_path / "walk.html"
+    write_walk_page(path, page(60))
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}", "--dump-dom",
+        "--enable-logging=stderr", "--virtual-time-budget=3000", path.as_uri(),
+    ]  # fmt: skip
+    ran = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
+    assert "CONSOLE" not in ran.stderr, ran.stderr
+    assert re.search(r'id="frame-now">\d+, \d', ran.stdout)
+    assert ran.stdout.count("<polyline") == 2
+    assert ran.stdout.count("<option") == 3 + 2

@@ -1,0 +1,93 @@
+"""Tables computed again agree to the digits that an archive promises, and whatever else differs is named."""
+
+from __future__ import annotations
+
+import gzip
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.storage import tables
+from pipeline.storage.agreement import CLOSED_FORM, DIGITS, SEARCHED, compare_again, write_rule
+from pipeline.validation import InvalidInput
+
+TABLE = {"method": ["map", "null"], "error_mm": [20.0, 30.0]}
+CLAIM = {"claim": ["one", "two"], "verdict": ["reproduced", "differs"], "value": [20.0, np.nan]}
+
+
+def figure(folder: Path, table: dict[str, Any] | None = None, claims: dict[str, Any] | None = None) -> Path:
+    """A folder with a table, times and two claims."""
+    folder.mkdir(parents=True)
+    tables.write(folder / "table.csv", table or TABLE)
+    tables.write(folder / "table_timing.csv", {"seconds": [1.0]})
+    tables.write(folder / "claims.csv", claims or CLAIM)
+    return folder
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Path:
+    """A figure of an archive, whose table is compressed, with the rule beside it."""
+    folder = figure(tmp_path / "archive" / "zhang2007_fig5")
+    write_rule(folder.parent, ["zhang2007_fig5"])
+    content = (folder / "table.csv").read_bytes()
+    (folder / "table.csv").unlink()
+    (folder / "table.csv.gz").write_bytes(gzip.compress(content))
+    return folder
+
+
+def test_the_rule_names_every_table_but_that_of_times(kept: Path) -> None:
+    assert tables.read_rows(kept.parent / DIGITS) == [
+        {"figure": "zhang2007_fig5", "table": "table.csv", "relative_difference_allowed": "1e-05"}
+    ]
+    assert CLOSED_FORM < SEARCHED < 0.01
+
+
+@pytest.mark.parametrize(("share", "agrees"), [(0.0, True), (0.5, True), (3.0, False)])
+def test_numbers_agree_within_the_rule(kept: Path, tmp_path: Path, share: float, agrees: bool) -> None:
+    off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + share * CLOSED_FORM)]}
+    found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", off))
+    assert [one.table for one in found] == ["table.csv", "claims.csv"]
+    assert [not one.complaints for one in found] == [agrees, True]
+    assert found[0].difference == pytest.approx(share * CLOSED_FORM, rel=0.02)
+
+
+def test_the_rule_of_the_archive_counts(kept: Path, tmp_path: Path) -> None:
+    off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + 3 * CLOSED_FORM)]}
+    made = figure(tmp_path / "made" / "zhang2007_fig5", off)
+    stated = kept.parent / DIGITS
+    stated.write_text(stated.read_text().replace("1e-05", "0.001"))
+    assert compare_again(kept, made)[0].complaints == ()
+    stated.unlink()
+    assert compare_again(kept, made)[0].complaints != ()
+
+
+@pytest.mark.parametrize(
+    ("claims", "complaint"),
+    [
+        ({**CLAIM, "verdict": ["reproduced", "undecided"]}, "two: differs is not undecided"),
+        ({**CLAIM, "value": [20.1, np.nan]}, "one: 20 is not 20.1"),
+        ({**CLAIM, "value": [np.nan, np.nan]}, "one: 20 is not nan"),
+        ({name: values[:1] for name, values in CLAIM.items()}, "two: differs is not there"),
+    ],
+)
+def test_another_verdict_or_value_is_named(
+    kept: Path, tmp_path: Path, claims: dict[str, Any], complaint: str
+) -> None:
+    found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", claims=claims))
+    assert [one.complaints for one in found] == [(), (complaint,)]
+
+
+def test_other_rows_are_a_difference_and_no_tables_are_refused(kept: Path, tmp_path: Path) -> None:
+    longer = {"method": ["map", "null", "more"], "error_mm": [20.0, 30.0, 40.0]}
+    found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", longer))
+    assert "rows differ in number: 2 is not 3" in found[0].complaints
+    empty = tmp_path / "archive" / "zhang2007_fig6"
+    empty.mkdir()
+    with pytest.raises(InvalidInput, match="no table to compare"):
+        compare_again(empty, kept)
+    shutil.rmtree(kept)
+    with pytest.raises(InvalidInput, match="cannot read the table"):
+        compare_again(figure(tmp_path / "again" / "zhang2007_fig5"), kept)

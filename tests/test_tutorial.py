@@ -1,0 +1,54 @@
+"""The tutorial runs, and its answer is one."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli.compose import compose
+from pipeline.storage import tables
+
+ROOT = Path(__file__).resolve().parent.parent
+TUTORIAL = (ROOT / "tutorial.py").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the tutorial leaves behind, of two draws."""
+    made = tmp_path_factory.mktemp("tutorial")
+    where = {"TUTORIAL_FOLDER": str(made), "TUTORIAL_DRAWS": "2", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", str(ROOT / "tutorial.py")],
+        env=os.environ | where | {"PYTHONPATH": str(ROOT)},
+        cwd=made,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "off in depth" in done.stdout
+    return made
+
+
+def test_more_walkers_make_a_better_model_and_few_a_worse_one_than_their_average(folder: Path) -> None:
+    answer = tables.read(folder / "answer.csv")
+    mean = dict(zip(zip(answer["method"], answer["walkers"], strict=True), answer["mean"], strict=True))
+    assert mean["map", 80] < 0.85 * mean["map", 10]
+    assert mean["map", 80] < 0.85 * mean["null", 80]
+    assert mean["map", 3] > mean["null", 3]
+    assert {path.name for path in folder.glob("*.svg")} == {"answer.svg", "one_walker.svg"}
+
+
+def test_the_commands_of_its_prose_compose() -> None:
+    multirun = re.findall(r'make run ARGS="-m ([^"]+)"', TUTORIAL)
+    single = re.findall(r"`python -m pipeline ([^`]+)`", TUTORIAL)
+    assert len(multirun) == len(single) == 1
+    for words in (*multirun, *single):
+        assert compose(shlex.split(re.sub(r"=(\w+),\S*", r"=\1", words))).name == "zhang2007_fig5"
