@@ -75,14 +75,19 @@ The module `api` is the library in five functions: read, joints, represent, fit,
 `reconstruct` may be called, with a file of keypoints.
 """
 
-import importlib
-from typing import Any
+from __future__ import annotations
+
+TYPE_CHECKING = False  # typing takes a while to load, in which Ctrl-C would end in a traceback
+if TYPE_CHECKING:
+    from typing import Any
 
 __all__ = ["fit", "from_view", "joints", "read", "reconstruct", "represent"]
 
 
 def __getattr__(name: str) -> Any:
     """Return a function of `pipeline.api`, or the package `reconstruct`; not loaded before somebody asks."""
+    import importlib
+
     if name == "reconstruct":
         return importlib.import_module("pipeline.reconstruct")
     if name in __all__:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
-# Many small solves: BLAS threads would wait for each other.  Before numpy is loaded; the user's own wish wins.
-for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")
 
-from pipeline.cli.main import main
+def _leave(*_: object) -> None:
+    """End at once: nothing has begun yet."""
+    os.write(2, b"interrupted before anything began\n")
+    os._exit(130)
+
 
 if __name__ == "__main__":
-    for _stream in (sys.stdout, sys.stderr):
-        _stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # σ² and ° on a terminal without them
-    sys.exit(main(sys.argv[1:]))
+    signal.signal(signal.SIGINT, _leave)  # until the command line takes over
+
+from pipeline.cli.main import script
+
+if __name__ == "__main__":
+    sys.exit(script())

@@ -17,6 +17,20 @@ import numpy as np
 Value = TypeVar("Value")
 
 
+_LONGEST, _LONGEST_SENTENCE = 300, 3000
+"""Characters of a file's or user's own text in a sentence, and of a whole sentence."""
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def _printable(text: str) -> str:
+    """Return a text of one line in which nothing can steer a terminal."""
+    text = text if len(text) <= _LONGEST_SENTENCE else text[: _LONGEST_SENTENCE - 1] + "…"
+    return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 class InvalidInput(ValueError):
     """Input that cannot be used, in one sentence.
 
@@ -39,6 +53,7 @@ class InvalidInput(ValueError):
     """
 
     def __init__(self, what: str, *, where: str = "", expected: str = "", received: str = "") -> None:
+        where, received = _short(where), _short(received)
         if where and what.startswith("must "):
             sentence, got = f"{where} {what}", "got"
         else:
@@ -46,7 +61,7 @@ class InvalidInput(ValueError):
         details = ", ".join(
             f"{label} {value}" for label, value in (("expected", expected), (got, received)) if value
         )
-        super().__init__(f"{sentence} ({details})" if details else sentence)
+        super().__init__(_printable(f"{sentence} ({details})" if details else sentence))
         self.what = what
         self.where = where
         self.expected = expected

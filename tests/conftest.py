@@ -137,11 +137,18 @@ def smoke_results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 SHARING = {
     "tests/stages/test_every_preset.py": "smoke_results",
     "tests/stages/test_reuse.py": "smoke_results",
+    "tests/studies/actions": "smoke_results",
+    "tests/studies/face_off": "smoke_results",
+    "tests/studies/limbs": "smoke_results",
     "tests/claims": "synthetic_tables",
 }
 """Modules whose fixture takes long to make: of several processes one runs all of them."""
 
-FIRST = ("tests/stages/test_every_preset.py", "tests/stages/test_reuse.py", "tests/cli", "tests/claims")
+FIRST = (
+    *(path for path, shared in SHARING.items() if shared == "smoke_results"),
+    "tests/cli",
+    "tests/claims",
+)
 """What takes longest is begun first, so that no process is left with it while the others have nothing to do."""
 
 

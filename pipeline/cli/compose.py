@@ -156,7 +156,7 @@ def sentence(error: Exception) -> str:
     if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
         return str(_of_composition(error))
     if isinstance(error, OSError) and error.strerror and error.filename:
-        return f"{error.filename}: {error.strerror}"
+        return str(InvalidInput(error.strerror, where=os.fsdecode(error.filename)))
     return ""
 
 

@@ -161,5 +161,5 @@ def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> 
     one = experiments[figures[0]]
     as_preset = parent == Path(one.results) / one.data.name / one.scale.name
     verdicts = judge_folder(parent, one.data.name if as_preset else OVERRIDDEN, figures)
-    write_claims(parent / "claims.csv", verdicts)
+    write_claims(parent / "claims.csv", verdicts, judged=figures)
     return verdicts

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline import formats, mappings
+from pipeline.cli.walkers import number
 from pipeline.clips.corpus import joints_of
 from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import Steady
@@ -64,8 +65,8 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     InvalidInput
         If an option is unknown, or there is no recording.
     """
-    sources = [item for item in arguments if "=" not in item]
-    options = dict(item.split("=", 1) for item in arguments if "=" in item)
+    sources = [item for item in arguments if "=" not in item or Path(item).exists()]
+    options = dict(item.split("=", 1) for item in arguments if item not in sources)
     for name in options:
         require_choice("an option of inspect", name, OPTIONS)
     if len(sources) != 1:
@@ -73,6 +74,8 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         raise InvalidInput(
             "one file or folder is needed", expected="inspect PATH [write=my_lab.yaml]", received=received
         )
+    rate = options.get("frame_rate_hz")
+    frame_rate_hz = number("frame_rate_hz", rate, above=0, at_most=1e5) if rate else None
     files = recordings(Path(sources[0]))
     chosen = mappings.chosen(options.get("skeleton") or mappings.AUTO)
     for path in files:
@@ -81,14 +84,19 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             motion = formats.read(
                 path,
                 units=options.get("units") or None,
-                frame_rate_hz=float(options["frame_rate_hz"]) if options.get("frame_rate_hz") else None,
+                frame_rate_hz=frame_rate_hz,
             )
         except InvalidInput as refusal:
             found.lines.append(f"cannot be read: {refusal}")
             yield found
             continue
         found.lines += _of_file(motion, path.suffix)
-        fit = mappings.suggest(motion, [chosen] if chosen else mappings.shipped())
+        try:
+            fit = mappings.suggest(motion, [chosen] if chosen else mappings.shipped())
+        except InvalidInput as refusal:
+            found.lines.append(f"cannot be used: {refusal}")
+            yield found
+            continue
         if fit.usable:
             _of_walk(motion, fit, path, found)
         else:
@@ -133,6 +141,11 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, found: Findin
     )
     if walk.positions is None:
         found.lines.append(f"not usable as a walk: {walk.row['reason']}")
+        if "unit of length" in walk.row["reason"]:
+            found.lines.append(
+                f"next: python -m pipeline inspect '{path}' units=m (or cm, in …; data.units=m in runs)"
+            )
+            return
         found.lines.append(
             "next: for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
         )

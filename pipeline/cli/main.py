@@ -46,6 +46,8 @@ Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted 
 
 from __future__ import annotations
 
+import atexit
+import errno
 import inspect
 import os
 import signal
@@ -54,7 +56,7 @@ import textwrap
 import threading
 import tomllib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from importlib import metadata
 from pathlib import Path
@@ -74,6 +76,21 @@ OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
 """Further ones with data=folder: they define the data set."""
 
 
+_INTERRUPTED = 130
+_NO_OUTPUT = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF}
+
+_OF_MAIN = {
+    "figures": """Make figures side by side: figures [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...] [--dry-run].
+
+        Without experiment=, all for which the data set has clips.  Finished stages are found again: the same command
+        continues a run that was interrupted.  --dry-run says what would be made.""",
+    "status": """Say of each figure, without computing, whether it is current, stale and why, or missing.
+
+        status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...]""",
+}
+"""Help of the commands that are run here."""
+
+
 def version() -> str:
     """Return the version of the package, installed or in a clone."""
     try:
@@ -83,13 +100,38 @@ def version() -> str:
         return str(tomllib.loads(text)["project"]["version"])
 
 
-def script() -> None:
-    """Run the console command ``gait-pipeline``, as ``python -m pipeline`` does."""
+def script() -> int:
+    """Run ``python -m pipeline``, or the console command ``gait-pipeline``, and return the exit status."""
+    # Many small solves: BLAS threads would wait for each other.  Before numpy is loaded; the user's own wish wins.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # before numpy is loaded, which nothing has done yet
+        os.environ.setdefault(variable, "1")
+    if sys.stdout is None or sys.stderr is None:  # the next file to be opened would take its place
+        with suppress(OSError):
+            os.write(
+                2, b"standard output or standard error is closed: redirect it to a file or to /dev/null\n"
+            )
+        return 1
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors="replace")  # type: ignore[union-attr]
-    sys.exit(main(sys.argv[1:]))
+        stream.reconfigure(errors="replace")  # type: ignore[union-attr]  # σ² and ° on a terminal without them
+    status = main(sys.argv[1:])
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        status = _cannot_write(error)
+    if status == _INTERRUPTED:
+        # An interrupt inside `exec`, which imports use, would otherwise end the process by the signal.
+        atexit._run_exitfuncs()
+        os._exit(status)
+    return status
+
+
+def _cannot_write(error: OSError) -> int:
+    """Say that the output cannot be written, and let nobody try again."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    with suppress(OSError):
+        print(f"output cannot be written: {error.strerror or error}", file=sys.stderr)
+    return 1
 
 
 def help_text() -> str:
@@ -178,16 +220,21 @@ def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | N
 
 def main(arguments: Sequence[str]) -> int:
     """Run the command line and return the exit status."""
-    if not arguments or arguments[0] in ("--help", "-h", "help"):
-        print(help_text())
-        return 0
     try:
-        with _ended_by_sigterm():
-            return _run(arguments)
+        with _ended_by_signals():
+            status = _run(arguments)
+            sys.stdout.flush()
+            return status
     except KeyboardInterrupt:
-        print("interrupted: finished stages are kept; the same command continues from there", file=sys.stderr)
-        return 130
+        with suppress(OSError):
+            print(
+                "interrupted: finished stages are kept; the same command continues from there",
+                file=sys.stderr,
+            )
+        return _INTERRUPTED
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in _NO_OUTPUT and not error.filename:
+            return _cannot_write(error)
         from pipeline.cli.compose import sentence
 
         words = sentence(error)
@@ -198,8 +245,8 @@ def main(arguments: Sequence[str]) -> int:
 
 
 @contextmanager
-def _ended_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM end a run as Ctrl-C does."""
+def _ended_by_signals() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM raise KeyboardInterrupt."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
@@ -207,14 +254,21 @@ def _ended_by_sigterm() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, interrupt)
+    before = {kind: signal.signal(kind, interrupt) for kind in (signal.SIGTERM, signal.SIGINT)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for kind, handler in before.items():
+            signal.signal(kind, handler)
 
 
 def _run(arguments: Sequence[str]) -> int:
+    if not arguments or arguments[0] in ("--help", "-h", "help"):
+        print(help_text())
+        return 0
+    if arguments[0] in _OF_MAIN and {"--help", "-h"} & set(arguments[1:]):
+        print(inspect.cleandoc(_OF_MAIN[arguments[0]]))
+        return 0
     # Imported here, so that help is printed at once.
     from pipeline.cli.commands import COMMANDS
     from pipeline.validation import InvalidInput

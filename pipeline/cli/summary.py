@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +20,16 @@ STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
 def open_console() -> Console:
     """Return a console, 160 columns wide if the output is not a terminal."""
-    terminal = Console(highlight=False)
-    return terminal if terminal.is_terminal else Console(highlight=False, width=160)
+    terminal = _Console(highlight=False)
+    return terminal if terminal.is_terminal else _Console(highlight=False, width=160)
+
+
+class _Console(Console):
+    """A console that says so where its reader has gone."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the error, which `main` puts into words."""
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,12 @@ class SyntheticData(Data):
         require_range("data.offsets", self.offsets, at_least=0, at_most=100)
         require_range("data.duration_s", self.duration_s, above=0, at_most=3600)
         require_range("data.frame_rate_hz", self.frame_rate_hz, above=0, at_most=2000)
-        require_range("data.clips.clips", self.clips.clips, at_least=1)
+        require_range("data.clips.clips", self.clips.clips, at_least=1, at_most=10_000)
+        require_range("data.clips.seconds", self.clips.seconds, above=0, at_most=3600)
+        require_range("data.clips.frame_rate_hz", self.clips.frame_rate_hz, above=0, at_most=2000)
+        bends = self.performances
+        require_range("data.performances.performances", bends.performances, at_least=1, at_most=10_000)
+        require_range("data.performances.frames_mean", bends.frames_mean, above=0, at_most=100_000)
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for synthetic people."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from pipeline.skeleton import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:
-    r"""Read the text of a file, UTF-8 or else Latin-1, with ``\n`` at the end of each line.
+    r"""Read the text of a file, UTF-8, UTF-16 or else Latin-1, with ``\n`` at the end of each line.
 
     Returns
     -------
@@ -26,6 +27,13 @@ def read_text(path: Path) -> tuple[str, list[str]]:
         If the file cannot be read, is empty or holds a zero byte.
     """
     data, notes = read_bytes(path), []
+    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        try:
+            data = data.decode("utf-16").encode()
+        except UnicodeDecodeError as error:
+            raise damaged(
+                "the text is not UTF-16, as it begins", f"{path.name}, byte {error.start}"
+            ) from None
     if (at := data.find(0)) >= 0:
         raise damaged("this is not a text file", f"{path.name}, byte {at}", received="a zero byte")
     try:

@@ -15,25 +15,27 @@ from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections
 from pipeline.reconstruct import layouts, model_file
+from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
-from pipeline.reconstruct.people import Track, choose, find_tracks, straight_stretches
+from pipeline.reconstruct.people import SHORTEST_S, Track, choose, find_tracks, straight_stretches
 from pipeline.validation import InvalidInput, require_range
 
 FOCAL_SHARE = 0.75
 """Focal length over the longer side of the image, where it is not known: between a telephone's and a camcorder's.
 A wrong one by a fifth moves the view by a degree or two."""
-USUAL_SIZES = tuple(
-    size
-    for width, height in ((640, 480), (854, 480), (1280, 720), (1920, 1080), (2560, 1440), (3840, 2160))
-    for size in ((width, height), (height, width))
-)
-"""Sizes of videos, the smallest first: one of them is guessed where the file does not say."""
 LONGEST_S = 20.0
 """A longer stretch is cut to its middle part."""
 MOST_STRETCHES = 4
+MOST_OTHERS = 3
+"""Tracks that are tried after the longest, if it is no walk and nobody is named."""
 WINDOW_S, MOST_WINDOWS = 3.0, 12
 ONE_HEADING_RAD = np.radians(40.0)
 """Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
+POSSIBLE = {
+    "frame_rate_hz": (5.0, 1000.0), "focal_px": (10.0, 1e6), "stature_mm": (400.0, 2500.0), "width": (16, 100_000),
+    "height": (16, 100_000),
+}  # fmt: skip
+"""Ranges of what may be known of a video; 0 is not known."""
 USUAL_CADENCE_HZ = (0.6, 1.3)
 """Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
 
@@ -101,6 +103,7 @@ class Walk:
     track : Track
         Who was reconstructed.
     frame_rate_hz, focal_px : float
+    focal_known : bool
     centre_px : (2,)
         Principal point.
     prior : Prior
@@ -119,6 +122,7 @@ class Walk:
     track: Track
     frame_rate_hz: float
     focal_px: float
+    focal_known: bool
     centre_px: np.ndarray
     prior: Prior
     calibration: Calibration
@@ -156,8 +160,9 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     """
     if not given.path:
         raise InvalidInput("must name a file or folder of keypoints", where="input.path", received="nothing")
-    for name in ("frame_rate_hz", "focal_px", "stature_mm"):
-        require_range(f"input.{name}", getattr(given, name), at_least=0)
+    for name, (least, most) in POSSIBLE.items():
+        if value := getattr(given, name):
+            require_range(f"input.{name}", value, at_least=least, at_most=most)
     require_range("input.least_confidence", given.least_confidence, at_least=0, below=1)
     source = keypoints.read(given.path)
     notes = list(source.notes)
@@ -176,7 +181,8 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
         )
     layout, order, recognised = layouts.recognise(source, given.layout)
     pixels, confidence = layouts.to_joints(layout, order, source)
-    pixels, size = _in_pixels(pixels, given, source, notes)
+    size = (given.width or source.image_size[0], given.height or source.image_size[1])
+    pixels, size = in_pixels(pixels, size, notes)
     focal = given.focal_px
     if not focal:
         focal = FOCAL_SHARE * max(size)
@@ -187,44 +193,35 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
         notes.append(f"{100 * share:.0f} % of the keypoints are below the least confidence and are not used.")
     pixels[doubtful], confidence[doubtful] = np.nan, 0.0
-    if _upside_down(pixels):
+    if upside_down(pixels):
         pixels[..., 1] *= -1.0
         notes.append("Heads are below feet: rows were counted upwards, and are turned.")
 
     tracks = find_tracks(source.frame, source.identity, pixels, rate)
     track = choose(tracks, given.person)
-    others = [other for other in tracks if other is not track and len(other.rows) >= 5]
-    if others:
-        notes.append(
-            f"{len(others)} other tracks of people were left out, the longest of {len(others[0].rows)} frames"
-            f" (frames {others[0].frame[0]} to {others[0].frame[-1]})."
-        )
-    first, last = int(track.frame[0]), int(track.frame[-1])
-    T = last - first + 1
-    whole, sure = np.full((T, 15, 2), np.nan), np.zeros((T, 15))
-    whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
-
     prior, calibration = _prior(model, layout.name)
-    parts = straight_stretches(whole, prior.mean[:, 2, 0], rate, focal)
-    if len(parts) > 1 or parts[0] != (0, T):
-        words = ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
-        notes.append(f"The path is not straight throughout: reconstructed are frames {words}.")
-    longest = round(LONGEST_S * rate)
-    stretches = []
-    for start, stop in parts[:MOST_STRETCHES]:
-        if stop - start > longest:
-            spare = stop - start - longest
-            start, stop = start + spare // 2, start + spare // 2 + longest
-            notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
-        film = _Film(whole, sure, first, rate, focal, prior, given.labels)
-        stretch = film.stretch(start, stop)
-        walked = film.walking_parts(start, stop) if stretch.judgement.verdict == Verdict.not_a_walk else []
-        if walked:
-            words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)
-            notes.append(
-                f"Frames {first + start} to {first + stop - 1} are not one walk; parts of them are: {words}."
-            )
-        stretches += walked or [stretch]
+    said: list[str] = []
+    stretches = _stretches(track, pixels, confidence, rate, focal, prior, given.labels, said)
+    if not given.person and not _walks(stretches):
+        # Who is longest in the picture may stand in it while somebody else walks through.
+        others = [other for other in tracks if other is not track and len(other.rows) >= SHORTEST_S * rate]
+        for other in others[:MOST_OTHERS]:
+            heard: list[str] = []
+            found = _stretches(other, pixels, confidence, rate, focal, prior, given.labels, heard)
+            if _walks(found):
+                notes.append(
+                    f"The longest track (frames {track.frame[0]} to {track.frame[-1]}) is no walk;"
+                    f" the one of frames {other.frame[0]} to {other.frame[-1]} is."
+                )
+                track, stretches, said = other, found, heard
+                break
+    left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
+    if left_out:
+        notes.append(
+            f"{len(left_out)} other tracks of people were left out, the longest of {len(left_out[0].rows)} frames"
+            f" (frames {left_out[0].frame[0]} to {left_out[0].frame[-1]})."
+        )
+    notes += said
     walk = Walk(
         source=source,
         layout=layout,
@@ -233,6 +230,7 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
         track=track,
         frame_rate_hz=rate,
         focal_px=focal,
+        focal_known=bool(given.focal_px),
         centre_px=centre,
         prior=prior,
         calibration=calibration,
@@ -246,8 +244,58 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     if (best := walk.best.found) is not None:
         stride = best.candidates[0].frequency_hz
         if not USUAL_CADENCE_HZ[0] <= stride <= USUAL_CADENCE_HZ[1]:
-            notes.append(f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz?")
+            usual = [
+                r
+                for r in (rate / 2, 2 * rate)
+                if USUAL_CADENCE_HZ[0] <= stride * r / rate <= USUAL_CADENCE_HZ[1]
+            ]
+            other_rate = f", or {usual[0]:g} Hz" if usual else ""
+            notes.append(
+                f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz{other_rate}?"
+            )
     return Walk(**{**vars(walk), "notes": tuple(notes)})
+
+
+def _walks(stretches: list[Stretch]) -> bool:
+    return any(stretch.judgement.verdict != Verdict.not_a_walk for stretch in stretches)
+
+
+def _stretches(
+    track: Track,
+    pixels: np.ndarray,
+    confidence: np.ndarray,
+    rate: float,
+    focal: float,
+    prior: Prior,
+    labels: Labels,
+    notes: list[str],
+) -> list[Stretch]:
+    """Reconstruct the straight stretches of one person's track; what is odd is added to `notes`."""
+    first, last = int(track.frame[0]), int(track.frame[-1])
+    T = last - first + 1
+    whole, sure = np.full((T, 15, 2), np.nan), np.zeros((T, 15))
+    whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
+    parts = straight_stretches(whole, prior.mean[:, 2, 0], rate, focal)
+    if len(parts) > 1 or parts[0] != (0, T):
+        words = ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
+        notes.append(f"The path is not straight throughout: reconstructed are frames {words}.")
+    longest = round(LONGEST_S * rate)
+    film = _Film(whole, sure, first, rate, focal, prior, labels)
+    stretches = []
+    for start, stop in parts[:MOST_STRETCHES]:
+        if stop - start > longest:
+            spare = stop - start - longest
+            start, stop = start + spare // 2, start + spare // 2 + longest
+            notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
+        stretch = film.stretch(start, stop)
+        walked = film.walking_parts(start, stop) if stretch.judgement.verdict == Verdict.not_a_walk else []
+        if walked:
+            words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)
+            notes.append(
+                f"Frames {first + start} to {first + stop - 1} are not one walk; parts of them are: {words}."
+            )
+        stretches += walked or [stretch]
+    return stretches
 
 
 @dataclass(frozen=True)
@@ -316,41 +364,3 @@ def _turn(one: Stretch, other: Stretch) -> float:
     assert other.found is not None
     turn = one.found.candidates[0].heading_rad - other.found.candidates[0].heading_rad
     return abs(float((turn + np.pi) % (2.0 * np.pi) - np.pi))
-
-
-def _in_pixels(
-    pixels: np.ndarray, given: Input, source: Detections, notes: list[str]
-) -> tuple[np.ndarray, tuple[int, int]]:
-    """Pixels, whatever the file's unit, and the size of the image."""
-    known = pixels[np.isfinite(pixels).all(axis=-1)]
-    size = (given.width or source.image_size[0], given.height or source.image_size[1])
-    if len(known) and float(np.percentile(np.abs(known), 95)) <= 2.0:
-        if not all(size):
-            raise InvalidInput(
-                "coordinates between 0 and 1 need the size of the image",
-                where="input.width, input.height",
-                expected="pixels",
-            )
-        notes.append("Coordinates are shares of the image and were multiplied by its size.")
-        pixels = pixels * np.array(size, dtype=float)
-    elif not all(size):
-        reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
-        # Keypoints may lie a little outside of the image.
-        fitting = [wh for wh in USUAL_SIZES if 1.06 * wh[0] >= reach[0] and 1.06 * wh[1] >= reach[1]]
-        size = fitting[0] if fitting else (int(reach[0]) + 1, int(reach[1]) + 1)
-        notes.append(
-            f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."
-        )
-    return pixels, size
-
-
-def _upside_down(pixels: np.ndarray) -> bool:
-    """Whether shoulders are mostly below ankles."""
-    rows = pixels[..., 1]
-    top, bottom = rows[:, [2, 5]], rows[:, [11, 14]]
-    both = np.isfinite(top).any(axis=1) & np.isfinite(bottom).any(axis=1)
-    if not both.any():
-        return False
-    shoulders = np.where(np.isfinite(top[both]), top[both], np.inf).min(axis=1)
-    ankles = np.where(np.isfinite(bottom[both]), bottom[both], -np.inf).max(axis=1)
-    return bool((shoulders > ankles).mean() > 0.9)

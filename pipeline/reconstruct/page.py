@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.keypoint_walk import ANGLES
-from pipeline.core.keypoint_walk.calibration import NORMAL, VIEW_EXTRA_RAD, angle_half_widths
+from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.reconstruct import words
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.reconstruct.recording import keypoints_px, reprojected_px, upright
-from pipeline.reconstruct.summary import LEVEL_95, half_widths_mm, observed, scale_mm
+from pipeline.reconstruct.summary import LEVEL_95, half_widths_mm, observed, scale_mm, view_sd_rad
 from pipeline.report.walk_page import WalkPage
 
 
@@ -41,8 +41,7 @@ def page_of(
     half = half_widths_mm(walk, found, given)[..., [0, 2, 1]]
     angle_half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
     heading = float(found.fit.x[HEADING])
-    sd = float(np.hypot(found.posterior.heading_sd_rad, VIEW_EXTRA_RAD)) * walk.bars_factor
-    reach = NORMAL[LEVEL_95] * sd
+    reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
     first, last = summary["frames"]
     return WalkPage(
         title=Path(given.path).resolve().name,

@@ -24,6 +24,10 @@ HEIGHT_SHARE = 0.89
 RIVAL_COST = 60.0
 """Candidates whose cost is above the best's by less are given as alternatives."""
 LEVEL_95 = 2
+FOCAL_UNSURE = 0.35
+"""Relative standard deviation of a focal length that is assumed."""
+OFF_MIDDLE_DEG = 12.0
+"""Distance of the walker from the middle of the image beyond which an assumed focal length is remarked on."""
 
 
 def heading_words(heading_rad: float) -> str:
@@ -99,6 +103,25 @@ def _interval(centre: float, half: float, digits: int = 1) -> list[float]:
     return [_round(centre - half, digits), _round(centre + half, digits)]
 
 
+def off_middle_rad(walk: Walk, found: Reconstruction) -> float:
+    """Root mean square angle between the walker and the middle of the image, sideways, over the stretch."""
+    seen = found.keypoints.weights > 0
+    across = np.where(seen, found.keypoints.pixels[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    bearing = np.arctan(across[seen.any(axis=1)] / walk.focal_px)
+    return float(np.sqrt(np.mean(bearing**2)))
+
+
+def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
+    """Standard deviation of the heading: the fit's, crabwise walking, and an assumed focal length.
+
+    Off the middle of the image, part of the side from which somebody is seen is due to where he is in the image; how
+    much, the focal length says.
+    """
+    from_focal = 0.0 if walk.focal_known else FOCAL_UNSURE * off_middle_rad(walk, found)
+    spread = np.sqrt(found.posterior.heading_sd_rad**2 + VIEW_EXTRA_RAD**2 + from_focal**2)
+    return float(spread * walk.bars_factor)
+
+
 def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     said: dict[str, Any] = {
         "frames": [stretch.first_frame, stretch.last_frame],
@@ -113,8 +136,7 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     if stretch.judgement.verdict == "not_a_walk":
         return said  # numbers of a walk that is none would only mislead
     heading = float(found.fit.x[HEADING])
-    view_sd = float(np.hypot(found.posterior.heading_sd_rad, VIEW_EXTRA_RAD))
-    half = float(np.degrees(NORMAL[LEVEL_95] * view_sd)) * walk.bars_factor
+    half = float(np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found)))
     stride_hz = float(np.exp(found.fit.x[LOG_F]))
     cadence_half = NORMAL[LEVEL_95] * float(np.hypot(found.posterior.log_frequency_sd, CADENCE_EXTRA))
     rivals = [c for c in found.candidates[1:] if c.cost_above_best < RIVAL_COST or
@@ -224,7 +246,13 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         said.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
         )
-    if any("focal length is not known" in note for note in walk.notes):
+    off = float(np.degrees(off_middle_rad(walk, found)))
+    if not walk.focal_known and off > OFF_MIDDLE_DEG:
+        said.append(
+            f"The walker is {off:.0f}° off the middle of the image, where the view depends on the focal length:"
+            " give it (input.focal_px), or film him in the middle."
+        )
+    elif not walk.focal_known:
         said.append("Give the focal length in pixels (input.focal_px) if the camera is known.")
     return said
 

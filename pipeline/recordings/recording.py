@@ -107,6 +107,7 @@ class Recording:
         index: Mapping[str, np.ndarray],
         colour: str = "original",
         thickness_mm: float = 7.0,
+        estimated: np.ndarray | None = None,
     ) -> None:
         """Add a moving skeleton in space: joints as points and bones as line strips, on one entity.
 
@@ -124,13 +125,44 @@ class Recording:
             Name or role of `pipeline.palette`; lines in space cannot be dashed, so colour alone tells methods apart.
         thickness_mm : float
             Radius of the bones; the joints' is half as large again.
+        estimated : (J,) bool, optional
+            Joints that nobody measured, drawn hollow: spheres of wire on the entity ``<entity>/estimated``.
 
         Raises
         ------
         InvalidInput
             If shapes, bones or timelines do not fit, or the entity has been used.
         """
-        self._body(entity, positions_mm, bones, index, colour, thickness_mm, (rr.Points3D, rr.LineStrips3D))
+        archetypes = (rr.Points3D, rr.LineStrips3D)
+        self._body(entity, positions_mm, bones, index, colour, thickness_mm, archetypes, estimated)
+        if estimated is not None and np.any(estimated):
+            self._wire_spheres(
+                f"{entity}/estimated",
+                np.asarray(positions_mm)[:, np.asarray(estimated, dtype=bool)],
+                index=index,
+                colour=colour,
+                radius_mm=4.5 * thickness_mm,
+            )
+
+    def _wire_spheres(
+        self,
+        entity: str,
+        centres_mm: np.ndarray,
+        *,
+        index: Mapping[str, np.ndarray],
+        colour: str,
+        radius_mm: float,
+    ) -> None:
+        """Add moving spheres of wire, `centres_mm` (T, P, 3)."""
+        centres, _, extent = body(entity, centres_mm, [(0, 0)], 3)
+        columns = self._claim(entity, extent, index, len(centres))
+        half, rows = [[radius_mm * METRES] * 3] * centres.shape[1], len(centres)
+        style = rr.Ellipsoids3D.from_fields(
+            half_sizes=half, colors=rgb(entity, colour), fill_mode=rr.components.FillMode.MajorWireframe
+        )
+        self._static(entity, style)
+        moved = rr.Ellipsoids3D.columns(centers=centres.reshape(-1, 3))
+        self._stream.send_columns(entity, indexes=columns, columns=partitioned(moved, rows, centres.shape[1]))
 
     def image_points(
         self,
@@ -154,13 +186,18 @@ class Recording:
         colour: str,
         thickness_mm: float,
         archetypes: tuple[Any, Any],
+        estimated: np.ndarray | None = None,
     ) -> None:
         points, strips = archetypes
         space = 3 if points is rr.Points3D else 2
         joints, ends, extent = body(entity, positions_mm, bones, space)
         columns = self._claim(entity, extent, index, len(joints))
         colours, radius = rgb(entity, colour), thickness_mm * METRES
-        self._static(entity, points.from_fields(colors=colours, radii=1.5 * radius))
+        radii: float | np.ndarray = 1.5 * radius
+        if estimated is not None:  # of those nobody measured, only the ends of the bones are left
+            flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
+            radii = np.where(flags, 0.0, radii)
+        self._static(entity, points.from_fields(colors=colours, radii=radii))
         self._static(entity, strips.from_fields(colors=colours, radii=radius))
         dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
         lines = partitioned(strips.columns(strips=ends.reshape(-1, 2, space)), *ends.shape[:2])

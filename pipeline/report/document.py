@@ -39,6 +39,7 @@ def write_page(
     *,
     variants: Sequence[Mapping[str, Any]] = (),
     to: Path | None = None,
+    most_bytes: int | None = None,
 ) -> tuple[Path, dict[str, int]]:
     """Write ``index.html`` beside the published figures; return its path and the bytes of each part.
 
@@ -52,6 +53,8 @@ def write_page(
         Comparisons of variants: title, folder, header, rows and, optionally, a picture's path.
     to : Path, optional
         Folder of the page, if it is not that of the results: its files are those that the page links to.
+    most_bytes : int, optional
+        Largest page; pictures become smaller to meet it.
 
     Raises
     ------
@@ -59,22 +62,22 @@ def write_page(
         If nothing is published, a placeholder in the sentences is unknown, or the page would be too large.
     """
     results = read_published(folder, figures)
-    to = to or folder
+    to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
     width = entries.PICTURE_WIDTH
     text, parts = _render(results, layout, variants, to, width)
     # Pictures become smaller until it fits; their bytes go with the area.
-    while len(text.encode()) > MOST_BYTES and parts["pictures"] and width > LEAST_WIDTH:
-        room = parts["pictures"] - (len(text.encode()) - MOST_BYTES)
+    while len(text.encode()) > most and parts["pictures"] and width > LEAST_WIDTH:
+        room = parts["pictures"] - (len(text.encode()) - most)
         share = max(room, 1) / parts["pictures"]
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
         text, parts = _render(results, layout, variants, to, width)
     content = text.encode()
-    if len(content) > MOST_BYTES:
+    if len(content) > most:
         raise InvalidInput(
             "the page would be too large to send",
             where=str(to / PAGE),
-            expected=f"at most {MOST_BYTES} bytes",
+            expected=f"at most {most} bytes",
             received=f"{len(content)}: " + ", ".join(f"{name} {size}" for name, size in parts.items()),
         )
     with writing(to / PAGE):

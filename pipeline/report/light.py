@@ -1,8 +1,8 @@
 """The light archive: what a person needs of full-scale results, small enough for the repository or a mail.
 
-It holds the page, all tables (large ones compressed), claims, reduced pictures, manifests, the lock file and the
-smallest recordings, with ``SHA256SUMS``, ``digits.csv`` and ``ro-crate-metadata.json``, and what the tutorial drew.
-The arrays stay in the full archive.
+It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file, recordings
+and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and ``ro-crate-metadata.json``.  What does not fit,
+the largest tables and recordings, is named in ``left_out.csv``.
 """
 
 from __future__ import annotations
@@ -14,19 +14,26 @@ from pathlib import Path
 
 from pipeline import pictures
 from pipeline.report.document import TUTORIAL, write_page
-from pipeline.report.entries import PICTURE_WIDTH
-from pipeline.report.published import read_published
-from pipeline.storage import agreement, archive, crate, provenance
+from pipeline.report.published import Published, read_published
+from pipeline.storage import agreement, archive, crate, provenance, tables
 from pipeline.storage import sealed_folders as folders
 from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
 
-MOST_BYTES = 10_000_000
-PLAIN_BYTES = 150_000
+MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 4_000_000, 400_000
+"""Of the archive, of the page in it, and of what describes its files."""
+
+RECORDINGS_BYTES = 1_000_000
+"""Room that tables leave to recordings."""
+
+PLAIN_BYTES = 20_000
 """Tables up to this size stay as they are; larger ones are compressed."""
 
-RECORDING_BYTES = 1_500_000
-"""Largest recording that is kept."""
+WIDTH = 1100
+"""Of the pictures, px."""
+
+LEFT_OUT = "left_out.csv"
+"""Files of the figures that are not in the archive, with size and digest: the same are made by the commands again."""
 
 
 def keep_light(
@@ -64,30 +71,19 @@ def keep_light(
         (inside / lock.name).write_bytes(lock.read_bytes())
         if (folder / archive.CLAIMS).is_file():
             (inside / archive.CLAIMS).write_bytes((folder / archive.CLAIMS).read_bytes())
-        recordings = []
-        for name, figure in results.figures.items():
+        for name in results.figures:
             (inside / name).mkdir()
-            for file in figure.files:
-                path = folder / name / file
-                if file.endswith((".csv", ".json")):
-                    _keep_text(path, inside / name / file)
-                elif file == "figure.png":
-                    (inside / name / "figure.webp").write_bytes(pictures.reduced(path, PICTURE_WIDTH)[0])
-                elif file.endswith(".rrd") and path.stat().st_size <= RECORDING_BYTES:
-                    recordings.append((path.stat().st_size, name, file))
+        texts, others = _smallest_first(results, folder)
+        left = MOST_BYTES - PAGE_BYTES - METADATA_BYTES - _keep_pictures(results, folder, inside)
+        left, kept = _keep_all_that_fit(texts, inside, left - RECORDINGS_BYTES)
+        _, also = _keep_all_that_fit(others, inside, left + RECORDINGS_BYTES)
+        _write_left_out(inside / LEFT_OUT, results, kept | also)
         agreement.write_rule(inside, results.figures)
         drawn = folder.parent.parent / TUTORIAL
         for path in sorted(drawn.glob("*.svg")) if results.data == "synthetic" else ():
             (inside / TUTORIAL).mkdir(exist_ok=True)
             (inside / TUTORIAL / path.name).write_bytes(path.read_bytes())
-        write_page(folder, figures, to=inside)
-        left = MOST_BYTES - _size(inside) - 400_000  # for the metadata
-        for size, name, file in sorted(recordings):
-            if size > left:
-                break
-            (inside / name / file).write_bytes((folder / name / file).read_bytes())
-            left -= size
-        write_page(folder, figures, to=inside)  # once more, with links to the recordings
+        write_page(folder, figures, to=inside, most_bytes=PAGE_BYTES)
         commands = {
             name: {"title": figure.title, "command": f"make {name} DATA={results.data}"}
             for name, figure in results.figures.items()
@@ -122,12 +118,63 @@ def keep_light(
     return kinds
 
 
-def _keep_text(path: Path, copy: Path) -> None:
-    content = path.read_bytes()
-    if len(content) > PLAIN_BYTES:
-        copy.with_name(f"{copy.name}.gz").write_bytes(gzip.compress(content, mtime=0))
-    else:
-        copy.write_bytes(content)
+Files = list[tuple[str, bytes]]
+"""Names inside the archive, and contents."""
+
+
+def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
+    """Return tables and manifests, compressed where they are large, and recordings; each the smallest first."""
+    texts: Files = []
+    recordings: Files = []
+    for name, figure in results.figures.items():
+        for file in figure.files:
+            if file.endswith((".csv", ".json")):
+                content = (folder / name / file).read_bytes()
+                large = len(content) > PLAIN_BYTES and file not in (folders.MANIFEST, archive.CLAIMS)
+                text = gzip.compress(content, mtime=0) if large else content
+                texts.append((f"{name}/{file}{'.gz' if large else ''}", text))
+            elif file.endswith(".rrd"):
+                recordings.append((f"{name}/{file}", (folder / name / file).read_bytes()))
+
+    def order(item: tuple[str, bytes]) -> tuple[bool, int, str]:
+        return (not item[0].endswith(folders.MANIFEST), len(item[1]), item[0])
+
+    return sorted(texts, key=order), sorted(recordings, key=order)
+
+
+def _keep_all_that_fit(files: Files, inside: Path, room: int) -> tuple[int, set[str]]:
+    """Write files until the room is used up; return what is left of it, and the names without a suffix of packing."""
+    kept = set()
+    for name, content in files:
+        if len(content) > room:
+            break
+        (inside / name).write_bytes(content)
+        room -= len(content)
+        kept.add(name.removesuffix(".gz"))
+    return room, kept
+
+
+def _keep_pictures(results: Published, folder: Path, inside: Path) -> int:
+    """Write the reduced pictures and return their bytes."""
+    total = 0
+    for name in results.figures:
+        if (folder / name / "figure.png").is_file():
+            content = pictures.reduced(folder / name / "figure.png", WIDTH)[0]
+            (inside / name / "figure.webp").write_bytes(content)
+            total += len(content)
+    return total
+
+
+def _write_left_out(path: Path, results: Published, kept: set[str]) -> None:
+    """Write which files of the figures are not here; their digests are those of the manifests."""
+    rows = [
+        (name, file, fact["bytes"], fact["sha256"])
+        for name, figure in results.figures.items()
+        for file, fact in sorted(figure.manifest["files"].items())
+        if f"{name}/{file}" not in kept and file != "figure.png"
+    ]
+    columns = zip(*rows, strict=True) if rows else ((), (), (), ())
+    tables.write(path, dict(zip(("figure", "file", "bytes", "sha256"), columns, strict=True)))
 
 
 def _contents(folder: Path) -> dict[str, bytes]:

@@ -121,6 +121,9 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     return {
         "names": [str(name) for name in arrays["walker"]],
         "person": person.tolist(),
+        "estimated": arrays["unmeasured"].astype(int).tolist()
+        if np.any(arrays.get("unmeasured", False))
+        else [],
         "frequency_hz": np.round(arrays["walker_frequency_hz"], 4).tolist(),
         "samples": encoded(arrays["samples"], "<f4"),
         "residual": encoded(_horizontal(arrays["residual_covariance_mm2"]), "<f4"),

@@ -35,8 +35,24 @@ CANNOT_WRITE = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG,
 FULL = {errno.ENOTEMPTY, errno.EEXIST}
 """Errors of a rename onto a folder that is not empty."""
 _ONE_DAY_S = 86400.0
-_HERE = hashlib.sha256(platform.node().encode()).hexdigest()[:6]
-"""Digest of the machine's name, in the names of its temporary folders on a shared disk."""
+
+
+def _process_space() -> str:
+    """Return six digits of where process numbers mean the same: a machine since it started, a container of its own.
+
+    Two containers may share a host name and a folder of results; that one of them has no process of some number says
+    nothing of the other.
+    """
+    parts = [platform.node()]
+    with suppress(OSError):
+        parts.append(Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii"))
+    with suppress(OSError):
+        parts.append(str(Path("/proc/self/ns/pid").readlink()))
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:6]
+
+
+_HERE = _process_space()
+"""In the names of temporary folders, which may lie on a shared disk."""
 _live_temporaries: set[str] = set()
 
 

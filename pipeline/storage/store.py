@@ -12,22 +12,20 @@ from __future__ import annotations
 import copy
 import dataclasses
 import errno
-import io
 import itertools
 import json
 import os
 import re
 import time
-import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from pipeline.locks import exclusive, remove_unheld
+from pipeline.storage.artefacts import ARRAYS, Artefact, Damaged, differences, fixed, packed, read_artefact
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,
@@ -35,7 +33,6 @@ from pipeline.storage.sealed_folders import (
     MANIFEST,
     canonical,
     compact,
-    complaints_about,
     digest,
     remove_stale,
     require_replaceable,
@@ -48,46 +45,9 @@ from pipeline.storage.sealed_folders import (
 )
 from pipeline.validation import InvalidInput
 
-ARRAYS = "arrays.npz"
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _LOCK = ".lock-"
 """Beginning of the name of a lock file, beside the artefacts."""
-_KINDS = "biufcUSV"
-"""Kinds of data types that are stored without pickle."""
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Artefact:
-    """The result of a stage, computed or found in the cache.
-
-    Attributes
-    ----------
-    stage, key : str
-        Name of the folder: ``<stage>-<key>``.
-    arrays : mapping of str to np.ndarray
-        Read-only, contiguous, bit-identical whether computed or read.
-    notes : dict
-        Plain JSON values.
-    computed : bool
-        False if it was found in the cache.
-    seconds : float
-        Duration of the computation.
-    why : str
-        Why it was computed, empty when reused: ``"first time"``, ``"options.step changed 1 -> 5"``, …
-    """
-
-    stage: str
-    key: str
-    arrays: Mapping[str, np.ndarray]
-    notes: dict[str, Any]
-    computed: bool
-    seconds: float
-    why: str
-
-    @property
-    def name(self) -> str:
-        """Stage and key: the name of the folder, and of an input of another artefact."""
-        return f"{self.stage}-{self.key}"
 
 
 class Publication:
@@ -216,8 +176,8 @@ class Store:
     def _found(self, folder: Path) -> tuple[Artefact | None, str]:
         """Return an artefact, None if there is none; and what is wrong with one that was therefore set aside."""
         try:
-            return _read(folder), ""
-        except _Damaged as error:
+            return read_artefact(folder), ""
+        except Damaged as error:
             self._set_aside(folder)
             return None, f"artefact damaged: {error}"
 
@@ -233,7 +193,7 @@ class Store:
         started = time.perf_counter()
         made_arrays, made_notes = compute()
         seconds = round(time.perf_counter() - started, 6)
-        arrays = _fixed(made_arrays, stage)
+        arrays = fixed(made_arrays, stage)
         notes = json.loads(compact(canonical(made_notes, "notes")))
         facts = {**made_from, "key": key, "notes": notes, "seconds": seconds}
         if winner := self._place(folder, arrays, facts):
@@ -267,8 +227,8 @@ class Store:
         nearest: tuple[int, float, list[str]] | None = None
         for path in sorted(self.cache.glob(f"{made_from['stage']}-*/{MANIFEST}")):
             try:
-                differences = _differences(json.loads(path.read_bytes()), made_from)
-                candidate = (len(differences), -path.stat().st_mtime, differences)
+                told = differences(json.loads(path.read_bytes()), made_from)
+                candidate = (len(told), -path.stat().st_mtime, told)
             except (OSError, ValueError, KeyError, TypeError, AttributeError):
                 continue  # damaged, which is reported when it is read
             nearest = min(nearest, candidate) if nearest else candidate
@@ -296,9 +256,9 @@ class Store:
                         sync(self.cache)
                         return None
                 try:
-                    if winner := _read(folder):
+                    if winner := read_artefact(folder):
                         return winner
-                except _Damaged:
+                except Damaged:
                     self._set_aside(folder)
 
     def _set_aside(self, folder: Path) -> None:
@@ -346,92 +306,8 @@ class Plan(Store):
         if before != key:
             try:
                 earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
-                why = "; ".join(_differences(earlier, made_from)[:3])
+                why = "; ".join(differences(earlier, made_from)[:3])
             except (OSError, ValueError, KeyError, TypeError, AttributeError):
                 why = "changed; what it was made from is no longer in the cache"
         there = (self.cache / f"{stage}-{key}" / MANIFEST).is_file()
         return Artefact(stage, key, {}, {}, not there, 0.0, why)
-
-
-class _Damaged(Exception):
-    """An artefact that differs from what was written."""
-
-
-def _read(folder: Path) -> Artefact | None:
-    """Return a verified artefact, None if there is none.  Raises `_Damaged`."""
-    if not folder.is_dir():
-        return None
-    try:
-        if complaints := complaints_about(folder, hashes=False):
-            raise _Damaged(complaints[0])
-        manifest = json.loads((folder / MANIFEST).read_bytes())
-        if f"{manifest['stage']}-{manifest['key']}" != folder.name:
-            raise _Damaged(f"{MANIFEST} belongs to {manifest['stage']}-{manifest['key']}")
-        content = (folder / ARRAYS).read_bytes()
-        if digest(content) != manifest["files"][ARRAYS]["sha256"]:
-            raise _Damaged(f"{ARRAYS} sha256 differs")
-        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except OSError as error:
-        raise _Damaged(f"cannot be read: {error.strerror}") from error
-    except (KeyError, ValueError, zipfile.BadZipFile) as error:
-        raise _Damaged(f"cannot be understood: {error!r}") from error
-    for array in arrays.values():
-        array.setflags(write=False)
-    facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}
-    return Artefact(**facts, arrays=MappingProxyType(arrays), computed=False, why="")
-
-
-def _fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
-    """Return read-only arrays with the memory layout that they will have when read."""
-    fixed = {}
-    for name, value in arrays.items():
-        array = np.asarray(value)
-        if isinstance(value, np.ma.MaskedArray) or array.dtype.hasobject or array.dtype.kind not in _KINDS:
-            raise InvalidInput(
-                f"the array {name!r} cannot be kept",
-                where=stage,
-                expected="numbers, booleans or text",
-                received=f"{type(value).__name__} of {array.dtype}",
-            )
-        if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
-            raise InvalidInput("an array has no usable name", where=stage, received=repr(name))
-        contiguous = array.flags.c_contiguous or array.flags.f_contiguous
-        fixed[name] = (array if contiguous else array.copy(order="C")).view()
-        fixed[name].setflags(write=False)
-    return MappingProxyType(fixed)
-
-
-def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
-    """Return the bytes of an ``.npz`` without time stamps, so that equal arrays give equal bytes."""
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for name, array in arrays.items():
-            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
-                np.lib.format.write_array(member, array, allow_pickle=False)
-    return buffer.getvalue()
-
-
-def _differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """Return what changed between two artefacts of one stage, in phrases."""
-    told = []
-    if before["code"] != now["code"]:
-        told.append("code changed")
-    for part in ("libraries", "options"):
-        old, new = _leaves(before[part], part), _leaves(now[part], part)
-        for path in sorted(old.keys() | new.keys()):
-            if old.get(path) != new.get(path):
-                told.append(f"{path} changed {old.get(path, 'absent')} -> {new.get(path, 'absent')}")
-    gone, came = before["inputs"], now["inputs"]
-    fresh = [name for name in came if name not in gone]
-    told += [f"input {name if len(name) < 40 else name[:12] + '…'} changed" for name in fresh]
-    if gone != came and not fresh:
-        told.append(f"inputs changed in number or order ({len(gone)} -> {len(came)})")
-    return told
-
-
-def _leaves(value: Any, path: str) -> dict[str, str]:
-    """Return the JSON text of everything that is not a mapping, by dotted path."""
-    if isinstance(value, dict):
-        return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
-    return {path: json.dumps(value)}

@@ -190,11 +190,32 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
     return [claim for paper in papers.PAPERS.values() for claim in paper.claims if claim.figure in chosen]
 
 
-def write_claims(path: Path, verdicts: Sequence[papers.Verdict]) -> None:
-    """Write the verdicts as a table, one row per claim: the paper's number, ours, the null, the verdict and why."""
+def write_claims(
+    path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
+) -> None:
+    """Write the verdicts as a table, one row per claim: the paper's number, ours, the null, the verdict and why.
+
+    Parameters
+    ----------
+    path : Path
+    verdicts : sequence of Verdict
+    judged : iterable of str, optional
+        Figures that were judged: rows of others that the file has stay.  By default the file is replaced.
+    """
     rows = [_row(verdict) for verdict in verdicts]
-    columns = list(_row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, "")))
-    tables.write(path, {name: _column([row[name] for row in rows]) for name in columns}, sort_by=["claim"])
+    plain = _row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, ""))
+    if judged is not None and path.is_file():
+        anew = {*judged, *(row["figure"] for row in rows)}
+        before = [row for row in tables.read_rows(path) if row.get("figure") not in anew]
+        rows += [
+            {name: _cell(row[name], plain[name]) for name in plain} for row in before if {*row} == {*plain}
+        ]
+    tables.write(path, {name: _column([row[name] for row in rows]) for name in plain}, sort_by=["claim"])
+
+
+def _cell(text: str, like: Any) -> Any:
+    """Return a cell of a file as text or number, as in the same column of a verdict's row."""
+    return text if isinstance(like, str) else float(text or "nan")
 
 
 def _row(verdict: papers.Verdict) -> dict[str, Any]:

@@ -138,6 +138,16 @@ def test_more_frames_than_a_counter_of_16_bits_holds(tmp_path: Path) -> None:
     assert len(formats.read(tmp_path / "a.c3d").positions_mm) == 70_000
 
 
+@pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "wide.csv"])
+def test_what_is_exported_is_a_walk_again(walk: np.ndarray, tmp_path: Path, name: str) -> None:
+    """With ``skeleton=auto``, whichever axis the format has up."""
+    trc.write(tmp_path / "a.trc", WALKER15.joints, walk, HZ)
+    options = ["layout=wide"] if name == "wide.csv" else []
+    export([str(tmp_path / "a.trc"), "skeleton=auto", f"to={tmp_path / name}", *options])
+    (found,) = inspect([str(tmp_path / name)])
+    assert (found.mapping, found.strides > 2) == ("walker15", True)
+
+
 def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
     bvh.write(tmp_path / "a.bvh", WALKER15.joints, walk, HZ, WALKER15.parents)
     motion = formats.read(tmp_path / "a.bvh")
@@ -165,6 +175,19 @@ def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
 def test_what_cannot_be_exported_is_refused(figure: Path, arguments: list[str], words: str) -> None:
     with pytest.raises(InvalidInput, match=words):
         export([argument.replace("FIGURE", str(figure)) for argument in arguments])
+
+
+def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: Path) -> None:
+    names = [f"{who}:{joint}" for who in ("anna", "ben") for joint in WALKER15.joints]
+    c3d.write(tmp_path / "a.c3d", names, np.concatenate([walk, walk + 900], axis=1), HZ)
+    trc.write(tmp_path / "b.trc", WALKER15.joints, walk, HZ)
+    c3d.write(tmp_path / "c.c3d", WALKER15.joints, walk / 1000, HZ)
+    both, one, metres = inspect([str(tmp_path)])
+    assert "one person to a file" in both.lines[-1]
+    assert one.strides > 2
+    assert "units=m" in metres.lines[-1]
+    (metres,) = inspect([str(tmp_path / "c.c3d"), "units=m"])
+    assert metres.strides > 2
 
 
 def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path: Path) -> None:

@@ -524,10 +524,62 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
             own_far_beyond=[0.0, 0.0, 1.0, 1.0],
         ),
         "zhang2007_occlusion": columns(hidden=["feet"]),
-        "zhang2007_occlusion/table_hidden": columns(
-            hidden=["feet", "head"] * 2,
-            method=["average_walker"] * 2 + ["map_tuned"] * 2,
-            hidden_error_mm=[90.0, 70.0, 50.0, 54.0],
+        "zhang2007_occlusion/table_walkers": columns(
+            person=["a", "b"] * 6,
+            walker=["a", "b"] * 6,
+            hidden=(["feet"] * 2 + ["head"] * 2) * 3,
+            method=["average_walker"] * 4 + ["map_tuned"] * 4 + ["anatomical"] * 4,
+            hidden_error_mm=[90.0, 90.0, 70.0, 70.0, 50.0, 50.0, 54.0, 54.0, 40.0, 38.0, 40.0, 38.0],
+        ),
+        "zhang2007_occlusion/table_walkers_bars": columns(
+            person=["a", "b"] * 2,
+            method=["map_tuned"] * 2 + ["anatomical"] * 2,
+            bars=["as computed"] * 2 + ["calibrated"] * 2,
+            covered_percent=[70.0, 80.0, 94.0, 96.0],
+        ),
+        "zhang2007_structure": columns(view_angle_deg=[0.0, 30.0]),
+        "zhang2007_structure/table_walkers": columns(
+            person=["a", "b"] * 4,
+            walker=["a", "b"] * 4,
+            method=["average_walker"] * 2 + ["map_tuned"] * 2 + ["shrinkage"] * 2 + ["anatomical"] * 2,
+            absolute_error_mm2=[900.0, 1100.0, 600.0, 400.0, 500.0, 400.0, 300.0, 420.0],
+        ),
+        "zhang2007_coverage": columns(method=["anatomical"]),
+        "zhang2007_coverage/table_walkers": columns(
+            person=["a", "b"] * 3,
+            method=["map_70"] * 2 + ["anatomical"] * 4,
+            bars=["as computed"] * 4 + ["calibrated"] * 2,
+            covered_percent=[60.0, 64.0, 97.0, 99.0, 94.0, 95.0],
+        ),
+        "zhang2007_coverage/table_walkers_views": columns(
+            person=["a", "b"] * 2,
+            method=["anatomical"] * 4,
+            view_angle_deg=[0.0, 0.0, 90.0, 90.0],
+            covered_percent=[96.0, 98.0, 93.0, 91.0],
+        ),
+        "zhang2007_coverage/table_walkers_joints": columns(
+            person=["a", "b"] * 2,
+            method=["anatomical"] * 4,
+            joint_group=["knee"] * 2 + ["hip"] * 2,
+            covered_percent=[90.0, 92.0, 95.0, 95.0],
+        ),
+        "zhang2007_noise": columns(condition=["bias_10_slow_3"]),
+        "zhang2007_noise/table_walkers": columns(
+            person=["a", "b"] * 4,
+            condition=["bias_10_slow_3"] * 6 + ["none"] * 2,
+            method=["map_tuned"] * 2
+            + ["anatomical_told"] * 2
+            + ["anatomical_untold"] * 2
+            + ["anatomical_told"] * 2,
+            absolute_error_mm2=[400.0, 600.0, 400.0, 500.0, 800.0, 700.0, 1.0, 1.0],
+            covered_percent=[80.0, 80.0, 94.0, 96.0, 40.0, 50.0, 99.0, 99.0],
+        ),
+        "zhang2007_view_posterior": columns(method=["anatomical"]),
+        "zhang2007_view_posterior/table_walkers": columns(
+            person=["a", "b"] * 2,
+            method=["two_harmonics"] * 2 + ["anatomical"] * 2,
+            absolute_angle_error_median_deg=[3.0, 3.0, 1.0, 2.0],
+            covered_percent=[99.0, 99.0, 94.0, 95.0],
         ),
         "zhang2007_joint_angles/table_walkers": columns(
             person=["a", "b"] * 6,
@@ -896,6 +948,19 @@ WORKED = {
     "zhang2004_legs_half_a_period_apart": 0.49,
     "zhang2004_variance_covered_in_profile": -0.25,
     "zhang2007_occluded_markers_recovered": 35,  # 80 and 52 mm
+    "zhang2007_structure_below_map": 28,  # 500 and 360 mm²
+    "zhang2007_structure_synthetic_below_map": 28,
+    "zhang2007_structure_error": 360,
+    "zhang2007_structure_walkers_better": 50,
+    "zhang2007_coverage_of_bars": 94.5,
+    "zhang2007_coverage_of_every_view": 92,
+    "zhang2007_coverage_of_every_joint": 91,
+    "zhang2007_occlusion_below_map": 25,  # 52 and 39 mm
+    "zhang2007_occlusion_covered": 95,
+    "zhang2007_noise_below_map": 10,  # 500 and 450 mm²
+    "zhang2007_noise_covered": 95,
+    "zhang2007_view_posterior_error": 1.5,
+    "zhang2007_view_posterior_covered": 94.5,
     "zhang2004_walkers": 2,
     "zhang2004_joints": 15,
     "zhang2004_dimensions_3d": 226,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.people import choose, find_tracks
-from pipeline.reconstruct.summary import heading_words
+from pipeline.reconstruct.summary import FOCAL_UNSURE, heading_words, off_middle_rad, summarise, view_sd_rad
 from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
@@ -82,7 +83,61 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     with pytest.raises(InvalidInput, match="frame rate is not known"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
-    assert any("is the frame rate 60 Hz" in note for note in walk.notes)
+    assert any("is the frame rate 60 Hz, or 30 Hz?" in note for note in walk.notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("frame_rate_hz", -3.0),
+        ("frame_rate_hz", 1e6),
+        ("stature_mm", 17.0),
+        ("width", -5),
+        ("focal_px", -1.0),
+    ],
+)
+def test_impossible_values_are_refused_by_name(name: str, value: float, tmp_path: Path) -> None:
+    path = alphapose(tmp_path / "a.json", in_layout(clip(60.0, ERROR), "coco17"))
+    with pytest.raises(InvalidInput, match=f"input.{name} must be at least"):
+        reconstruct_clip(given(path, **{name: value}))
+
+
+def test_who_walks_is_found_behind_who_stands_for_longer(model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    walking = in_layout(sim, "coco17")
+    still = np.repeat(walking[10:11], len(walking) + 10, axis=0)
+    still[..., 0] += np.where(still[..., 2] > 0, 700.0, 0.0)
+    still[..., :2] += np.random.default_rng(0).normal(scale=1.5, size=still[..., :2].shape) * (
+        still[..., 2:] > 0
+    )
+    rows = [
+        {"image_id": f"{t}.jpg", "keypoints": v.ravel().tolist()}
+        for people in (still, walking)
+        for t, v in enumerate(people)
+    ]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assert len(walk.track.rows) == len(walking)
+    assert walk.best.judgement.verdict != "not_a_walk"
+    assert any("The longest track" in note and "is no walk" in note for note in walk.notes)
+    named = reconstruct_clip(given(path, focal_px=sim.focal_px, person="1"), model)
+    assert named.best.judgement.verdict == "not_a_walk"
+
+
+def test_an_assumed_focal_length_widens_the_view_of_who_is_off_the_middle(
+    model: Path, tmp_path: Path
+) -> None:
+    sim = clip(90.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    known = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    assumed = replace(known, focal_known=False)
+    assert known.best.found is not None
+    off = off_middle_rad(known, known.best.found)
+    across = np.nanmean(known.best.pixels[..., 0], axis=1) / sim.focal_px
+    assert off == pytest.approx(np.sqrt(np.mean(np.arctan(across) ** 2)), rel=0.05)
+    widened = view_sd_rad(assumed, known.best.found) ** 2 - view_sd_rad(known, known.best.found) ** 2
+    assert np.sqrt(widened) == pytest.approx(known.bars_factor * FOCAL_UNSURE * off)
 
 
 def test_somebody_who_stands_is_refused_with_the_reason(model: Path, tmp_path: Path) -> None:
@@ -206,6 +261,28 @@ def test_towards_the_camera_and_away_again(recordings: Path) -> None:
     assert abs(headings[0]) < 12.0
     assert abs(abs(headings[1]) - 180.0) < 12.0
     assert all(s.judgement.verdict == "walk" for s in walk.stretches)
+
+
+@pytest.mark.parametrize("walk", ["0_0", "0_1", "1_0", "1_1"])
+@pytest.mark.parametrize(("view", "headings"), [("00", (180, 0)), ("45", (135, -45)), ("90", (90, -90))])
+def test_known_views_are_within_the_interval(
+    view: str, headings: tuple[int, int], walk: str, recordings: Path
+) -> None:
+    """Away and towards the camera, or to its right and left; the line itself is known to a few degrees."""
+    path = recordings / "alphapose_known_angles" / "0" / f"000_{view}_{walk}_nm.json"
+    given_ = Input(path=str(path), frame_rate_hz=15.0)
+    found = summarise(reconstruct_clip(given_), given_)
+    low, high = found["view_angle_deg"]["interval_95"]
+    off = (found["view_angle_deg"]["heading_deg"] - headings[int(walk[0])] + 180.0) % 360.0 - 180.0
+    assert found["verdict"] != "not_a_walk"
+    assert abs(off) < (high - low) / 2.0 + 3.0
+
+
+def test_a_wrong_frame_rate_of_a_recording_is_remarked_on(recordings: Path) -> None:
+    path = recordings / "alphapose_sidewalk" / "alphapose-results.json"
+    walk = reconstruct_clip(Input(path=str(path), frame_rate_hz=60.0))
+    assert any("or 30 Hz?" in note for note in walk.notes)
+    assert reconstruct_clip(Input(path=str(path), frame_rate_hz=30.0)).best.judgement.verdict == "walk"
 
 
 @pytest.mark.parametrize("path", ["not_walking/openpose_balancing/pose-associated/cam01_json"])

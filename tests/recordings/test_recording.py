@@ -69,6 +69,21 @@ def write_curves(path: Path, *, error: np.ndarray, sd: np.ndarray) -> None:
         recording.blueprint(Columns(plots, others))
 
 
+def test_joints_that_nobody_measured_are_spheres_of_wire(tmp_path: Path) -> None:
+    positions, estimated = walker(4), np.isin(np.arange(15), (0, 4))
+    index = {"time": np.arange(4) / 30.0}
+    with Recording(tmp_path / "a.rrd", name="gait", about="# Gait") as recording:
+        recording.skeleton("world/a", positions, BONES, index=index, estimated=estimated)
+        recording.skeleton("world/b", positions, BONES, index=index, estimated=np.zeros(15, dtype=bool))
+        recording.blueprint(Space3D(name="space"))
+    assert {"world/a", "world/a/estimated", "world/b"} <= set(entities(tmp_path / "a.rrd"))
+    assert "world/b/estimated" not in entities(tmp_path / "a.rrd")
+    _, centres = read_column(tmp_path / "a.rrd", "world/a/estimated", "Ellipsoids3D:centers", "time")
+    found = np.stack([np.stack(list(cell)) for cell in centres])
+    np.testing.assert_allclose(found, positions[:, estimated] / 1000.0, rtol=1e-6)
+    verify(tmp_path / "a.rrd")
+
+
 def test_skeletons_are_read_back_in_metres_on_every_timeline(tmp_path: Path) -> None:
     positions = walker(6)
     write_gait(tmp_path / "a.rrd", positions=positions)

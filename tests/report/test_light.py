@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from pipeline.report import keep_light
-from pipeline.storage import archive
+from pipeline.storage import archive, tables
 from pipeline.storage.sealed_folders import digest, file_digest
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant
@@ -34,11 +34,17 @@ def results(tmp_path: Path, lock: Path) -> Path:
     made: dict[str, Any] = {"scale": "full", "lock_sha256": digest(lock.read_bytes())}
     large = {"table_many.csv": {"sample": list(range(40_000))}}
     plant(folder / "zhang2007_fig5", claims=CLAIM, more=large, recording=b"RRF2 small", **made)
-    plant(folder / "mozerov2006_fig1", recording=b"RRF2" + bytes(2_000_000), **made)
+    plant(folder / "mozerov2006_fig1", recording=b"RRF2" + bytes(2_500_000), **made)
     return folder
 
 
-def test_it_holds_what_a_person_needs_and_verifies(results: Path, lock: Path, tmp_path: Path) -> None:
+def test_it_holds_what_a_person_needs_and_verifies(
+    results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.report.light.RECORDINGS_BYTES", 1_000_000)
+    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 6_000_000)
+    (tmp_path / "tutorial").mkdir()
+    (tmp_path / "tutorial" / "answer.svg").write_text("<svg/>")
     target = tmp_path / "archive" / "light" / "synthetic"
     kinds = keep_light(results, target, FIGURES, lock=lock, **FACTS)
     assert archive.verify(target) == []
@@ -58,13 +64,33 @@ def test_it_holds_what_a_person_needs_and_verifies(results: Path, lock: Path, tm
         "recording.rrd",
         "manifest.json",
     } <= {name.rpartition("/")[2] for name in names if name.startswith("zhang2007_fig5/")}
+    assert "tutorial/answer.svg" in names
+    left_out = tables.read_rows(target / "left_out.csv")
     assert "mozerov2006_fig1/recording.rrd" not in names  # too large
+    assert ("mozerov2006_fig1", "recording.rrd") in {(row["figure"], row["file"]) for row in left_out}
+    assert {row["file"] for row in left_out} == {"arrays.npz", "recording.rrd"}
     assert not [name for name in names if name.endswith((".npz", ".png"))]
     many = results / "zhang2007_fig5" / "table_many.csv"
     assert (
         gzip.decompress((target / "zhang2007_fig5" / "table_many.csv.gz").read_bytes()) == many.read_bytes()
     )
     assert sum(kinds.values()) < 10_000_000
+
+
+def test_the_largest_tables_are_left_out_where_they_do_not_fit(
+    results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.report.light.PLAIN_BYTES", 10)
+    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 5_440_000)
+    target = tmp_path / "light" / "synthetic"
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    left_out = [(row["figure"], row["file"]) for row in tables.read_rows(target / "left_out.csv")]
+    assert ("zhang2007_fig5", "table_many.csv") in left_out
+    assert (target / "zhang2007_fig5" / "table.csv.gz").is_file()
+    rule = {(row["figure"], row["table"]) for row in tables.read_rows(target / "digits.csv")}
+    assert ("zhang2007_fig5", "table.csv") in rule
+    assert ("zhang2007_fig5", "table_many.csv") not in rule
+    assert archive.verify(target) == []
 
 
 def test_the_links_of_its_page_work_in_it(results: Path, lock: Path, tmp_path: Path) -> None:

@@ -107,7 +107,7 @@ ENTITIES = {
     },
 }  # fmt: skip
 ENTITIES["zhang2007_joint_angles"] = {
-    *(f"world/{who}" for who in ("truth", "least_squares", "map", "average_walker")),
+    *(f"world/{who}" for who in ("truth", "least_squares", "map", "anatomical", "average_walker")),
     *(f"curves/{angle}_deg/map" for angle in ("hip", "knee", "shoulder", "elbow")),
 }
 ENTITIES["zhang2007_fig2"] = ENTITIES["zhang2004_fig2"]
@@ -129,7 +129,7 @@ PROMISED |= {
             "source", "left_out", "method", "walkers", "absolute_error_mm2", "absolute_error_mm2_low",
             "absolute_error_mm2_high", "absolute_error_median_mm2", "absolute_error_worst_mm2",
         ],
-        "table_walkers": ["walker", "method", "absolute_error_mm2"],
+        "table_walkers": ["person", "walker", "method", "absolute_error_mm2"],
     },
     "zhang2007_coverage": {
         "table_joints": [
@@ -140,7 +140,11 @@ PROMISED |= {
             "method", "bars", "view_angle_deg", "covered_percent", "covered_percent_low",
             "covered_percent_high", "half_width_mm",
         ],
-        "table_walkers": ["walker", "method", "bars", "covered_percent", "half_width_mm", "rms_error_mm"],
+        "table_walkers": [
+            "person", "walker", "method", "bars", "covered_percent", "half_width_mm", "rms_error_mm",
+        ],
+        "table_walkers_joints": ["person", "walker", "method", "bars", "joint_group", "covered_percent"],
+        "table_walkers_views": ["person", "walker", "method", "bars", "view_angle_deg", "covered_percent"],
     },
     "zhang2007_occlusion": {
         "table_bars": [
@@ -152,10 +156,13 @@ PROMISED |= {
             "below_map_percent", "below_map_percent_low", "below_map_percent_high", "seen_error_mm2",
             "seen_error_mm2_low", "seen_error_mm2_high", "walkers_better",
         ],
-        "table_walkers": ["walker", "hidden", "method", "hidden_error_mm"],
+        "table_walkers": ["person", "walker", "hidden", "method", "hidden_error_mm"],
+        "table_walkers_bars": ["person", "walker", "hidden", "method", "bars", "covered_percent"],
     },
     "zhang2007_noise": {
-        "table_walkers": ["walker", "condition", "method", "absolute_error_mm2"],
+        "table_walkers": [
+            "person", "walker", "condition", "method", "absolute_error_mm2", "covered_percent",
+        ],
     },
     "zhang2007_view_posterior": {
         "table_bars": [
@@ -163,8 +170,8 @@ PROMISED |= {
             "half_width_deg",
         ],
         "table_walkers": [
-            "walker", "method", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
-            "posterior_sd_deg",
+            "person", "walker", "method", "absolute_angle_error_median_deg", "absolute_angle_error_max_deg",
+            "posterior_sd_deg", "covered_percent",
         ],
     },
 }  # fmt: skip

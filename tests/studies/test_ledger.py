@@ -47,6 +47,22 @@ def test_a_figure_is_judged_on_its_own_tables() -> None:
     assert found["zhang2007_fundamental_share"].value == pytest.approx(91.9)
 
 
+def test_verdicts_on_some_figures_leave_those_on_others(tmp_path: Path) -> None:
+    path = tmp_path / "claims.csv"
+    spectrum = judge_figure("zhang2007_fig2", SPECTRUM, "synthetic")
+    others = [papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, "no people")]
+    write_claims(path, others)
+    write_claims(path, spectrum, judged=["zhang2007_fig2"])
+    both = path.read_bytes()
+    assert len(tables.read_rows(path)) == len(spectrum) + len(others)
+    write_claims(path, spectrum, judged=["zhang2007_fig2"])
+    assert path.read_bytes() == both
+    write_claims(path, [], judged=["zhang2007_fig2"])
+    assert {row["figure"] for row in tables.read_rows(path)} == {verdict.claim.figure for verdict in others}
+    write_claims(path, spectrum)
+    assert len(tables.read_rows(path)) == len(spectrum)
+
+
 def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     folder = tmp_path / "zhang2007_fig2"
     folder.mkdir()

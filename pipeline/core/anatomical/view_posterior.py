@@ -93,6 +93,8 @@ class ViewPosterior:
         Standard deviation about it of the part of the posterior that is within a right angle.
     other_angle_rad : (n,)
         Of the next mode; the same angle if there is none.
+    other_cost : (n,)
+        By how much J is higher there; infinite if there is none.
     other_share : (n,)
         Probability of all angles more than a right angle away from the highest mode.
     density : (n, F)
@@ -103,6 +105,7 @@ class ViewPosterior:
     angle_rad: np.ndarray
     sd_rad: np.ndarray
     other_angle_rad: np.ndarray
+    other_cost: np.ndarray
     other_share: np.ndarray
     density: np.ndarray
     angles_rad: np.ndarray
@@ -140,6 +143,7 @@ def posterior_of(costs: np.ndarray, *, temperature: float = 1.0) -> ViewPosterio
         angle_rad=np.mod(angle + np.pi, 2.0 * np.pi) - np.pi,
         sd_rad=sd,
         other_angle_rad=np.where(some, fine[next_one], angle),
+        other_cost=np.where(some, J[rows, next_one] - middle, np.inf),
         other_share=1.0 - inside.sum(axis=1) * step,
         density=density,
         angles_rad=fine,

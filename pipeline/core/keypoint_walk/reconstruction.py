@@ -9,10 +9,11 @@ import numpy as np
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.exchanged import exchange, exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, Keypoints, Noise, Setting
+from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK
 from pipeline.core.keypoint_walk.posterior import Posterior, posterior
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit, refine
-from pipeline.core.keypoint_walk.start import SEEN_SHARE, TRUNK, Starts, find_starts
+from pipeline.core.keypoint_walk.start import Starts, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.skeleton import WALKER15

@@ -29,8 +29,9 @@ from pipeline.core.keypoint_walk.objective import (
     Setting,
     point_costs,
 )  # fmt: skip
+from pipeline.core.keypoint_walk.path import Path
 from pipeline.core.keypoint_walk.prior import Prior
-from pipeline.core.keypoint_walk.start import Path, Start
+from pipeline.core.keypoint_walk.start import Start
 from pipeline.core.keypoint_walk.training import SIZE
 
 MOST_STEPS = 12

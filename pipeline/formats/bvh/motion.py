@@ -82,7 +82,11 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     seconds = number(interval)
     if not 1e-6 <= seconds <= 1e6:
         where = f"{path.name}, Frame Time"
-        raise damaged("the frame time cannot be used", where, "seconds > 0", interval[:40])
+        if not frame_rate_hz:
+            expected = "seconds > 0, or the option frame_rate_hz"
+            raise damaged("the frame time cannot be used", where, expected, interval[:40])
+        notes.append(f"The frame time {interval[:40]} cannot be used; the frame rate asked for is.")
+        seconds = 1.0 / frame_rate_hz
     if declared != len(rows):
         notes.append(f"The file declares {declared} frames and has {len(rows)}; all {len(rows)} were read.")
     notes.extend(_notes_on_positions(skeleton))

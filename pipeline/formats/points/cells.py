@@ -10,10 +10,13 @@ from pipeline.formats.contract import damaged
 from pipeline.formats.text import read_numbers
 from pipeline.validation import require_range
 
+_NOTHING = {"", "na", "n/a", "#n/a", "none", "null", "-", "--"}
+"""What tables write for a value that is missing, beside NaN."""
+
 
 def read_cells(cells: Sequence[str], place: Callable[[int], str]) -> np.ndarray:
-    """Numbers (N,) float64 in N cells, NaN where a cell is empty; `place` as of `read_numbers`."""
-    return read_numbers([cell or "nan" for cell in cells], place)
+    """Numbers (N,) float64 in N cells, NaN where a cell says that there is none; `place` as of `read_numbers`."""
+    return read_numbers(["nan" if not cell or cell.lower() in _NOTHING else cell for cell in cells], place)
 
 
 def positions_to_write(

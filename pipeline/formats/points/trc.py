@@ -70,6 +70,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     ]
     frames = number(settings.get("numframes", ""))
     rows = _whole_rows(rows, text.endswith("\n"), frames, notes)
+    if separator != "," and any("," in cell for _, row in rows[:1] for cell in row):
+        rows = [(line, [cell.replace(",", ".") for cell in row]) for line, row in rows]
+        notes.append("Commas inside numbers were read as decimal points.")
     if not rows:
         raise damaged("the file has no frames", where, "lines of numbers after the header")
     if np.isfinite(frames) and frames != len(rows):
@@ -111,6 +114,8 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
         If the shapes do not fit each other, or a name, a rate or a coordinate cannot be written.
     """
     positions = positions_to_write(names, positions_mm, frame_rate_hz, Path(path).name, distinct=False)
+    if quoted := [name for name in names if name != name.strip('"')]:
+        raise damaged("the table cannot hold the point name", Path(path).name, received=quoted[0])
     rate = repr(float(frame_rate_hz))
     frames, markers = positions.shape[:2]
     axes = (f"{axis}{k}" for k in range(1, markers + 1) for axis in "XYZ")
@@ -152,12 +157,12 @@ def _settings(keys: list[str], values: list[str]) -> dict[str, str]:
 
 
 def _rate(settings: dict[str, str], where: str) -> float | None:
-    """Frames per second that the header declares; None if it says 0 or nothing."""
+    """Frames per second that the header declares; None if it says nothing above 0."""
     written = settings.get("datarate", "")
-    value = number(written) if written else 0.0
-    if not 0 <= value < LARGEST:
+    value = number(written.replace(",", ".")) if written else 0.0
+    if not abs(value) < LARGEST:
         raise damaged("DataRate is unusable", f"{where}, line 3", "a positive number", f"{written:.40}")
-    return value or None
+    return value if value > 0 else None
 
 
 def _whole_rows(

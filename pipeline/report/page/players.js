@@ -42,14 +42,14 @@ const Players = (() => {
     dot([x, y], radius, colour, hollow = false) {
       const g = this.context;
       g.beginPath(); g.arc(x, y, radius, 0, 2 * Math.PI);
-      if (hollow) { g.strokeStyle = colour; g.lineWidth = 1.6; g.stroke(); } else { g.fillStyle = colour; g.fill(); }
+      if (hollow) { g.fillStyle = ink("--soft"); g.fill(); g.strokeStyle = colour; g.lineWidth = 1.6; g.stroke(); } else { g.fillStyle = colour; g.fill(); }
     }
-    skeleton(joints, project, colour, { width = 2.4, dash = [], radius = 3.2, fade = true } = {}) {
+    skeleton(joints, project, colour, { width = 2.4, dash = [], radius = 3.2, fade = true, hollow = null } = {}) {
       const at = Array.from({ length: 15 }, (_, j) => project(joints[3 * j], joints[3 * j + 1], joints[3 * j + 2]));
       const g = this.context;
       for (const [a, b] of BONES) { g.globalAlpha = fade && (RIGHT.has(a) || RIGHT.has(b)) ? 0.62 : 1; this.line([at[a], at[b]], colour, width, dash); }
       g.globalAlpha = 1;
-      if (radius) for (const p of at) this.dot(p, radius, colour);
+      if (radius) at.forEach((p, j) => this.dot(p, hollow?.[j] ? radius + 1.5 : radius, colour, Boolean(hollow?.[j])));
       return at;
     }
     // A ring on the ground, with an arrow where [x, y], a unit vector, points.
@@ -189,7 +189,7 @@ const Players = (() => {
       const cycle = clock * people.frequency_hz[state.r], real = Gait.posture(state.fold.walker, cycle), made = Gait.posture(state.found, cycle);
       const c = Math.cos(state.angle), s = Math.sin(state.angle), colour = ink(`--c-${own.colour}`), grey = ink("--truth");
       image.begin();
-      image.skeleton(real, (x, y, z) => image.place(c * x + s * y, z), ink("--text"), { width: 3, radius: 4 });
+      image.skeleton(real, (x, y, z) => image.place(c * x + s * y, z), ink("--text"), { width: 3, radius: 4, hollow: people.estimated?.[state.r] });
       if (spin.on) turn.azimuth += step * 0.5;
       turn.begin();
       turn.floor(-960, 950);
@@ -202,7 +202,7 @@ const Players = (() => {
       camera(turn, -960, 950);
       for (let j = 0; j < 15; j++) turn.line([turn.turned(...real.subarray(3 * j, 3 * j + 3)), turn.turned(...made.subarray(3 * j, 3 * j + 3))], ink("--bad"), 1);
       turn.skeleton(real, (x, y, z) => turn.turned(x, y, z), grey, { width: 3, radius: 2.5, dash: [6, 5] });
-      turn.skeleton(made, (x, y, z) => turn.turned(x, y, z), colour, { width: 3, radius: 3.4 });
+      turn.skeleton(made, (x, y, z) => turn.turned(x, y, z), colour, { width: 3, radius: 3.4, hollow: people.estimated?.[state.r] });
       ring.begin();
       ring.floor(0, 950);
       ring.skeleton(real, (x, y, z) => ring.turned(x, y, 0), grey, { width: 1.6, radius: 0 });

@@ -37,7 +37,12 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.scores import better_of_mirrors
+from pipeline.studies.limbs.scores import (
+    acceleration_ratio,
+    better_of_mirrors,
+    error_about_root,
+    length_changes,
+)
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked
 from pipeline.studies.study import scaled
 from pipeline.validation import require_range
@@ -274,14 +279,14 @@ class _Reconstruction:
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         made = skeleton.whole()
-        error = _relative_error(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
+        error = error_about_root(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
         lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
         found = (
             error.mean(),
             error.std(ddof=1),
             self.error_mm(better),
-            _length_changes(made.positions).max(),
+            length_changes(made.positions).max(),
             acceleration_ratio(made.positions, self.truth),
             self.error_mm(nulls.hanging(self.root, lengths)),
             error.mean()
@@ -302,7 +307,7 @@ class _Reconstruction:
 
     def error_mm(self, positions: np.ndarray) -> float:
         """Return the mean distance of all joints but the root from the truth, both relative to it."""
-        return float(_relative_error(positions, self.truth)[:, CHILDREN].mean())
+        return float(error_about_root(positions, self.truth)[:, CHILDREN].mean())
 
     def found(self) -> dict[str, Any]:
         """Return what `Motions` holds of it."""
@@ -322,13 +327,13 @@ class _Reconstruction:
             "camera_matrix": np.broadcast_to(self.camera.matrix, (len(self.truth), 3, 4)),
             "imputed": made.imputed,
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
-            "error_mm": _relative_error(made.positions, self.truth),
+            "error_mm": error_about_root(made.positions, self.truth),
             "error_up_to_mirror_mm": self.error_mm(better),
             "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
             "reconstructibility": [limb.ratio for limb in eta],
             "reconstructibility_of_clip": of_clip(eta).ratio,
             "limb_error": away / self.true_lengths,
-            "length_change": _length_changes(made.positions),
+            "length_change": length_changes(made.positions),
             "camera_outside_basis": self.camera_outside_basis(),
             "hanging_error_mm": self.error_mm(nulls.hanging(self.root, self.true_lengths)),
             "mean_pose_error_mm": self.error_mm(nulls.mean_pose(self.root, self.truth)),
@@ -383,24 +388,3 @@ class _Reconstruction:
             rows = self.basis.of(hits.middle, used).rows(len(used), used)
             found.append(reconstructibility(rows, hits.middle[used], hits.half_chord[used], signs[used]))
         return found
-
-
-def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Rms acceleration (…) of reconstructions (…, F, 15, 3) about the pelvis, over that of truths of such shape."""
-    power = [
-        np.square(np.diff(p - p[..., [ROOT], :], n=2, axis=-3)).mean(axis=(-3, -2, -1))
-        for p in (positions, truth)
-    ]
-    return np.asarray(np.sqrt(power[0] / power[1]))
-
-
-def _length_changes(positions: np.ndarray) -> np.ndarray:
-    """Largest relative change of the length of each limb (14,); to twelve decimals, the rest is rounding."""
-    sizes = np.linalg.norm(relative_trajectories(WALKER14, positions), axis=-1)
-    return np.asarray(np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12))
-
-
-def _relative_error(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Distance (F, 15) of joints from the truth, both relative to the pelvis, mm."""
-    apart = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
-    return np.asarray(np.linalg.norm(apart, axis=-1))

@@ -1,4 +1,4 @@
-"""Reconstruction error of limbs, with and without the mirror ambiguity."""
+"""Reconstruction errors of limbs and skeletons, with and without the mirror ambiguity; lengths and smoothness."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, LimbTree, Reconstruction
-from pipeline.core.limb_chain import WALKER14
-from pipeline.studies.limbs.trials import LimbTrial
+from pipeline.core.limb_chain import WALKER14, relative_trajectories
+from pipeline.studies.limbs.trials import ROOT, LimbTrial
 
 SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
@@ -95,3 +95,24 @@ def better_of_mirrors(truth: np.ndarray, skeleton: Reconstruction) -> np.ndarray
         true = truth[:, child] - truth[:, parent]
         tree = tree.placed(limb, min((choice, choice.mirror()), key=lambda c: distance(c.relative, true)))
     return tree.positions
+
+
+def acceleration_ratio(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Return the rms acceleration (…) of reconstructions (…, F, 15, 3) about the pelvis, over that of truths."""
+    power = [
+        np.square(np.diff(p - p[..., [ROOT], :], n=2, axis=-3)).mean(axis=(-3, -2, -1))
+        for p in (positions, truth)
+    ]
+    return np.asarray(np.sqrt(power[0] / power[1]))
+
+
+def length_changes(positions: np.ndarray) -> np.ndarray:
+    """Return the largest relative change of the length of each limb (14,); to twelve decimals, the rest is rounding."""
+    sizes = np.linalg.norm(relative_trajectories(WALKER14, positions), axis=-1)
+    return np.asarray(np.abs(sizes / sizes.mean(axis=0) - 1.0).max(axis=0).round(12))
+
+
+def error_about_root(positions: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Return the distance (F, 15) of joints from the truth, both relative to the pelvis, mm."""
+    apart = positions - positions[:, [ROOT]] - (truth - truth[:, [ROOT]])
+    return np.asarray(np.linalg.norm(apart, axis=-1))

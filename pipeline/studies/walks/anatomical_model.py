@@ -76,10 +76,6 @@ class AnatomicalModel(Model):
 
     def learn(self, dataset: FourierSamples, *, workers: int) -> AnatomicalWalkers:
         """Return the prior of the whole population."""
-        if dataset.frequency:
-            raise InvalidInput(
-                "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
-            )
         if dataset.unmeasured.any():
             walk = int(np.flatnonzero(dataset.unmeasured.any(axis=1))[0])
             joints = [WALKER15.joints[j] for j in np.flatnonzero(dataset.unmeasured[walk])]
@@ -89,13 +85,21 @@ class AnatomicalModel(Model):
                 expected="data.pattern= that leaves it out",
                 received=f"no {', '.join(joints)}",
             )
-        people = np.array(list(dict.fromkeys(dataset.person.tolist())))
-        if len(people) < 4:
+        if (count := len(np.unique(dataset.person))) < 4:
             raise InvalidInput(
                 "settings chosen without a person need at least four people",
                 expected="4 or more",
-                received=str(len(people)),
+                received=str(count),
             )
+        return self.population(dataset)
+
+    def population(self, dataset: FourierSamples) -> AnatomicalWalkers:
+        """Return the prior of all people, and of each the walk that two harmonics describe best."""
+        if dataset.frequency:
+            raise InvalidInput(
+                "the anatomical prior has no frequency", where="dataset.frequency", expected="false"
+            )
+        people = np.array(list(dict.fromkeys(dataset.person.tolist())))
         left = 1.0 - dataset.variance_fractions[:, :2].sum(axis=1)
         walks = [np.flatnonzero(dataset.person == person) for person in people]
         tested = np.array([of[np.argmin(left[of])] for of in walks])

@@ -15,8 +15,9 @@ from pipeline.core import camera, fourier
 from pipeline.core.joint_angles import JOINT_ANGLES, angle_errors, flexion, joints_of
 from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.methods import Method, Null, coarser_views, validate_methods
+from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views, validate_methods
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import Motion3d
 from pipeline.validation import require_range
@@ -29,7 +30,7 @@ class JointAngleErrors:
     Attributes
     ----------
     methods : (M,) text
-        The approaches, and last the average walker's depth with the image kept.
+        Those of the sweep, and last the average walker's depth with the image kept.
     view_angle_deg : (A,)
     error_rad, offset_free_rad : (M, R, A, 4)
         Root mean square over a cycle, as `JOINT_ANGLES`, mean of left and right; the second without the constant offset
@@ -62,7 +63,7 @@ class JointAngleErrors:
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
-    view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
+    view_angle_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
     methods: list[Method] = field(default_factory=lambda: list(Method))
     noise_variance_mm2: float = 70.0
     instants: int = 40  # of a cycle: twenty times the highest harmonic
@@ -76,8 +77,11 @@ class JointAngles(Sweep):
         require_range("sweep.shown_view_deg", self.shown_view_deg)
 
     def coarser(self) -> JointAngles:
-        """Return the sweep with every tenth degree of view."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
+        """Return the sweep with every tenth degree of view, of the papers' approaches alone."""
+        methods = [method for method in self.methods if method in PUBLISHED]
+        return replace(
+            self, view_angle_deg=coarser_views(self.view_angle_deg), methods=methods or self.methods
+        )
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> JointAngleErrors:
         """Return how far joint angles are off from every view."""
@@ -85,8 +89,8 @@ class JointAngles(Sweep):
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         times = np.arange(self.instants) / self.instants
         design = fourier.design(1.0, times, (data.coefficients.shape[1] - 1) // 2)
-        noises = [method.noise_variance(self.noise_variance_mm2) for method in self.methods]
-        noises.append(Null.average_walker.noise_variance(self.noise_variance_mm2))
+        average_walker = Null.average_walker.noise_variance(self.noise_variance_mm2)
+        third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
 
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
             """Reconstructed joints (M, A, T, 15, 3) of a walker."""
@@ -98,7 +102,13 @@ class JointAngles(Sweep):
                 view,
                 measured=~data.unmeasured[r],
             )
-            missing = np.stack([source.reconstruct(noise).missing for noise in noises])
+            found = [
+                third.missing(third.fold(r), r, view)
+                if method is Method.anatomical and third
+                else source.reconstruct(method.noise_variance(self.noise_variance_mm2)).missing
+                for method in self.methods
+            ]
+            missing = np.stack([*found, source.reconstruct(average_walker).missing])
             turned = view[:, None, None]
             across = camera.horizontal(data.coefficients[r], turned)
             height = np.broadcast_to(camera.vertical(data.coefficients[r]), across.shape)

@@ -15,8 +15,16 @@ from pipeline.clips.walks import Walks
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.methods import Method, Null, PhaseSource, coarser_views, validate_methods
+from pipeline.studies.walks.methods import (
+    PUBLISHED,
+    Method,
+    Null,
+    PhaseSource,
+    coarser_views,
+    validate_methods,
+)
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
@@ -121,7 +129,7 @@ class KnownView(Sweep):
 
     view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
     sigma2_mm2: Grid = scaled(start=1, stop=625, step="sigma2_step_mm2")
-    methods: list[Method] = field(default_factory=lambda: list(Method))
+    methods: list[Method] = field(default_factory=lambda: list(PUBLISHED))
     noise_variance_mm2: float = 70.0
     phase_source: PhaseSource = PhaseSource.motion3d
     truth: Truth = Truth.motion
@@ -135,7 +143,7 @@ class KnownView(Sweep):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2)
+        validate_methods(self.methods, self.noise_variance_mm2, self.phase_source)
         self.view_angle_deg.values("sweep.view_angle_deg")
         self.sigma2_mm2.values("sweep.sigma2_mm2")
         if not self.demonstration_views_deg:
@@ -170,6 +178,7 @@ class KnownView(Sweep):
             )
 
         nulls = Null.beside(self.methods)
+        third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
 
         def one(r: int) -> dict[str, np.ndarray]:
             everywhere, demonstration = source(r, view), source(r, shown)
@@ -185,8 +194,11 @@ class KnownView(Sweep):
                     found.setdefault(name, []).append(array)
 
             for method in self.methods:
-                noise = method.noise_variance(self.noise_variance_mm2)
-                here, there = everywhere.reconstruct(noise), demonstration.reconstruct(noise)
+                if method is Method.anatomical and third:
+                    here, there = (third.reconstruct(r, angles, fold) for angles in (view, shown))
+                else:
+                    noise = method.noise_variance(self.noise_variance_mm2)
+                    here, there = everywhere.reconstruct(noise), demonstration.reconstruct(noise)
                 over = np.abs(here.coefficients) / limit
                 keep(
                     absolute_error_mm2=errors.absolute_error(here.delta, power),
@@ -253,7 +265,7 @@ class KnownView(Sweep):
             own_coefficients_beyond=stack("own_coefficients_beyond", axis=0),
             own_far_beyond=stack("own_far_beyond", axis=0),
             other_source_error_mm2=other_source_errors(
-                data, options, self.methods, self.noise_variance_mm2, view, inputs.workers
+                data, options, self.methods, self.noise_variance_mm2, view, third, inputs.workers
             ),
             noise_variance_mm2=self.noise_variance_mm2,
             unmeasured=data.unmeasured,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from pipeline.core import statistics
 from pipeline.studies.measures import Count, distinct, mean, ratio_percent
-from pipeline.studies.rows import Expression, Number, Rows, Table, rows_of, values
+from pipeline.studies.rows import Expression, Number, Rows, Table, require_columns, rows_of, values
 
 BANDS_DEG = {"frontal": (0.0, 10.0), "oblique": (30.0, 60.0), "profile": (80.0, 90.0)}
 """Bands of the view angle, degrees either side of the frontal view, the same for every claim: the papers name these
@@ -32,6 +34,29 @@ def mean_in_band(table: Table, column: str, method: str, band: str) -> Number:
     low, high = BANDS_DEG[band]
     rows = f"method == {method!r} and abs(view_angle_deg) >= {low} and abs(view_angle_deg) <= {high}"
     return mean(table, column, Expression(rows))
+
+
+def lowest_mean(table: Table, column: str, by: str, where: Expression) -> Number:
+    """Lowest of the means of a column over the rows of each group, as one column of labels has them."""
+    return _extreme_mean(table, column, by, where, np.min)
+
+
+def highest_mean(table: Table, column: str, by: str, where: Expression) -> Number:
+    """Highest of the means of a column over the rows of each group, as one column of labels has them."""
+    return _extreme_mean(table, column, by, where, np.max)
+
+
+def _extreme_mean(
+    table: Table, column: str, by: str, where: Expression, extreme: Callable[..., np.ndarray]
+) -> Number:
+    rows = rows_of(table, where)
+    require_columns(rows.frame, by)
+    found = values(rows.frame, column)
+    if not (found.size and np.isfinite(found).all()):
+        return rows.no_number
+    labels, group = np.unique(rows.frame[by].astype(str).to_numpy(), return_inverse=True)
+    means, _ = rows.group_means(found, group, len(labels))
+    return rows.number(extreme(means, axis=1))
 
 
 def asymmetry_percent(table: Table, column: str, method: str) -> Number:

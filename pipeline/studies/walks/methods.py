@@ -11,15 +11,20 @@ from pipeline.validation import InvalidInput, require_range
 
 
 class Method(StrEnum):
-    """The papers' two approaches."""
+    """The papers' two approaches, and a third one."""
 
     least_squares = "least_squares"
     map = "map"
+    anatomical = "anatomical"
+    """Mirror images, shrinkage and bones of constant length (`pipeline.core.anatomical`)."""
 
     def noise_variance(self, sigma2_mm2: float) -> float | None:
         """Return sigma² for approach II, nothing for approach I, which has none."""
         return sigma2_mm2 if self is Method.map else None
 
+
+PUBLISHED = (Method.least_squares, Method.map)
+"""The papers' own approaches: what is tried unless more is asked for."""
 
 IMAGE_IGNORED_MM2 = 1e15
 """A noise variance at which the image says nothing: MAP gives the average walker, to rounding."""
@@ -42,8 +47,8 @@ class Null(StrEnum):
 
     @staticmethod
     def beside(methods: Sequence[Method]) -> list[Null]:
-        """Return the average walker, and one eigenwalker for each method."""
-        return [Null.average_walker, *(Null(f"{method}_1") for method in methods)]
+        """Return the average walker, and one eigenwalker for each of the papers' approaches."""
+        return [Null.average_walker, *(Null(f"{method}_1") for method in methods if method in PUBLISHED)]
 
 
 class PhaseSource(StrEnum):
@@ -64,12 +69,24 @@ def coarser_views(views: Grid) -> Grid:
     return replace(views, step=max(views.step, POPULATION_STEP_DEG))
 
 
-def validate_methods(methods: Sequence[Method], noise_variance_mm2: float) -> None:
-    """Validate the methods of a sweep.  Raises InvalidInput if there are none, or one stands twice."""
+def validate_methods(
+    methods: Sequence[Method], noise_variance_mm2: float, phase_source: PhaseSource = PhaseSource.motion3d
+) -> None:
+    """Validate the methods of a sweep.
+
+    Raises InvalidInput if there are none, one stands twice, or one cannot find the phase.
+    """
     if not methods or len(set(methods)) < len(methods):
         raise InvalidInput(
-            "must be " + " or ".join(Method) + ", or both",
+            "must be one or more of " + ", ".join(Method),
             where="sweep.methods",
             received=", ".join(methods) or "none",
+        )
+    if Method.anatomical in methods and phase_source is not PhaseSource.motion3d:
+        raise InvalidInput(
+            "the anatomical method does not find the phase in the image",
+            where="sweep.phase_source",
+            expected="motion3d with sweep.methods=[anatomical]",
+            received=phase_source.value,
         )
     require_range("sweep.noise_variance_mm2", noise_variance_mm2, above=0, unit="mm²")

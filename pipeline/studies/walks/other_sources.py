@@ -8,6 +8,7 @@ import numpy as np
 
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
+from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import IMAGE_IGNORED_MM2, Method
 from pipeline.studies.walks.model import EigenwalkersModel
@@ -23,6 +24,7 @@ def other_source_errors(
     methods: Sequence[Method],
     noise_variance_mm2: float,
     view_angles_rad: np.ndarray,
+    third: AnatomicalApproach | None,
     workers: int,
 ) -> np.ndarray | None:
     """Return errors (M + 1, R) in mm², mean over views, of each method and of the average walker; None for one source.
@@ -43,19 +45,25 @@ def other_source_errors(
         )
         for source, kept in others.items()
     }
-    noises = [*(method.noise_variance(noise_variance_mm2) for method in methods), IMAGE_IGNORED_MM2]
 
     def one(r: int) -> list[float]:
+        model = models[data.source[r]]
         views = Motion3d(
-            models[data.source[r]],
+            model,
             samples[r],
             data.residual_covariance[r],
             view_angles_rad,
             measured=~data.unmeasured[r],
         )
+        found = [
+            third.reconstruct(r, view_angles_rad, model, without_source=True)
+            if method is Method.anatomical and third
+            else views.reconstruct(method.noise_variance(noise_variance_mm2))
+            for method in methods
+        ]
         return [
-            float(errors.walker_error(errors.absolute_error(found.delta, views.residual_power)).mean())
-            for found in map(views.reconstruct, noises)
+            float(errors.walker_error(errors.absolute_error(each.delta, views.residual_power)).mean())
+            for each in (*found, views.reconstruct(IMAGE_IGNORED_MM2))
         ]
 
     return np.array(map_processes(one, range(len(samples)), workers)).T

@@ -16,8 +16,16 @@ from pipeline.core import camera, linear_model, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.methods import Method, Null, PhaseSource, coarser_views, validate_methods
+from pipeline.studies.walks.methods import (
+    PUBLISHED,
+    Method,
+    Null,
+    PhaseSource,
+    coarser_views,
+    validate_methods,
+)
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import PHASES, Observed2d
 from pipeline.validation import InvalidInput, require_range
@@ -38,7 +46,8 @@ class ViewAngles:
     view_angle_deg : (A,)
         True ones.
     angle_deg, cost, runner_up_cost : (M, R, A)
-        Estimated angle; cost of its fit, and of the best fit at another local minimum.
+        Estimated angle; cost of its fit, and of the best fit at another local minimum.  Of the anatomical method: 1,
+        and by how much the angle is likelier than that of the next mode.
     null_angle_deg : (K, R, A)
     converged : (M, R, A) bool
     n_iterations : (M, R, A) int
@@ -76,7 +85,7 @@ class UnknownView(Sweep):
     """The view angle estimated together with the motion."""
 
     view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
-    methods: list[Method] = field(default_factory=lambda: list(Method))
+    methods: list[Method] = field(default_factory=lambda: list(PUBLISHED))
     noise_variance_mm2: float = 70.0
     phase_source: PhaseSource = PhaseSource.motion3d
     solver: Solver = Solver["global"]
@@ -94,12 +103,19 @@ class UnknownView(Sweep):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2)
+        validate_methods(self.methods, self.noise_variance_mm2, self.phase_source)
         self.view_angle_deg.values("sweep.view_angle_deg")
         require_range("sweep.failure_deg", self.failure_deg, above=0)
         if len(self.angle_range_deg) != 2:
             raise InvalidInput(
                 "must be [low, high]", where="sweep.angle_range_deg", received=str(self.angle_range_deg)
+            )
+        if Method.anatomical in self.methods and self.angle_range_deg != [-180.0, 180.0]:
+            raise InvalidInput(
+                "the anatomical method looks at the whole circle",
+                where="sweep.angle_range_deg",
+                expected="[-180, 180]",
+                received=str(self.angle_range_deg),
             )
         if self.reads_clips and self.solver is not Solver["global"]:
             raise InvalidInput(
@@ -120,6 +136,8 @@ class UnknownView(Sweep):
         low, high = np.radians(self.angle_range_deg)
         data, model = inputs.dataset, inputs.model
         names = ("angle_rad", "cost", "runner_up_cost", "converged", "n_iterations")
+        third = AnatomicalApproach(inputs.dataset) if Method.anatomical in self.methods else None
+        published = [method for method in self.methods if method in PUBLISHED]
 
         nulls = Null.beside(self.methods)
         angle_range = (float(low), float(high))
@@ -152,7 +170,7 @@ class UnknownView(Sweep):
             fold = linear_model.of_measured(model.fold(r), measured)
             sample = linear_model.without_joints(model.samples[r], measured)
             single = linear_model.truncated(fold, 1)
-            tries = [(fold, m.value, m.noise_variance(self.noise_variance_mm2)) for m in self.methods]
+            tries = [(fold, m.value, m.noise_variance(self.noise_variance_mm2)) for m in published]
             for null in nulls:
                 noise = null.noise_variance(self.noise_variance_mm2)
                 tries.append((single, "least_squares" if noise is None else "map", noise))
@@ -181,7 +199,10 @@ class UnknownView(Sweep):
                     )
                     for given, method, noise in tries
                 ]
-            approaches, others = estimates[: len(self.methods)], estimates[len(self.methods) :]
+            approaches, others = estimates[: len(published)], estimates[len(published) :]
+            if third:
+                place = self.methods.index(Method.anatomical)
+                approaches.insert(place, third.estimate(r, view))
             found = {name: np.stack([getattr(e, name) for e in approaches]) for name in names}
             found["null_angle_rad"] = np.stack([e.angle_rad for e in others])
             found["published_angle_rad"] = as_published(tries, model.samples[r])

@@ -21,8 +21,9 @@ from pipeline.core.keypoint_walk.objective import (
     Objective,
     Setting,
 )  # fmt: skip
+from pipeline.core.keypoint_walk.path import TRUNK
 from pipeline.core.keypoint_walk.refinement import initial_unknowns, refine
-from pipeline.core.keypoint_walk.start import TRUNK, find_starts
+from pipeline.core.keypoint_walk.start import find_starts
 from tests.core.keypoint_walk.walkers import clip, prior
 
 NOISE = Noise(4.0, 2.0)

@@ -62,6 +62,15 @@ def test_the_caller_says_the_unit_and_the_notes_repeat_it(units: str, factor: fl
     assert motion.notes[0].endswith(f"read as {units}.")
 
 
+def test_the_caller_says_the_rate_where_the_file_does_not(copy: Path) -> None:
+    copy.write_text(
+        re.sub(r"Frame Time:\t\S+", "Frame Time:\t0", copy.read_text(encoding="utf-8")), encoding="utf-8"
+    )
+    motion = bvh.read(copy, frame_rate_hz=40.0)
+    assert motion.frame_rate_hz == pytest.approx(40.0)
+    assert "frame rate asked for" in " ".join(motion.notes)
+
+
 def with_decimal_commas(text: str) -> str:
     return re.sub(r"(\d)\.(\d)", r"\1,\2", text)
 

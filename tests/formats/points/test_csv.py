@@ -290,3 +290,15 @@ def test_what_the_table_cannot_hold_is_not_written(
     with pytest.raises(InvalidInput, match=r"out\.csv"):
         csv.write(tmp_path / "out.csv", names, positions, rate)
     assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize("word", ["NA", "N/A", "#N/A", "None", "null", "-", "NaN"])
+def test_words_for_a_missing_value(tmp_path: Path, word: str) -> None:
+    assert_is_the_example(read(tmp_path, WIDE.replace(",nan,", f",{word},")))
+
+
+@pytest.mark.parametrize("remark", ["# walk of 3 May, lab 2\n", "// a\n% b\n", "#\n"])
+def test_remarks_before_the_header_are_skipped(tmp_path: Path, remark: str) -> None:
+    assert_is_the_example(read(tmp_path, remark + WIDE))
+    with pytest.raises(InvalidInput, match=rf"line {4 + remark.count(chr(10))}"):
+        read(tmp_path, remark + WIDE.replace("2,2,3", "2,x,3"))

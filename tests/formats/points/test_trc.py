@@ -137,7 +137,6 @@ def test_doubled_names_and_a_missing_line_end_are_noted(tmp_path: Path) -> None:
         (made(units="ell"), "Units in line 3: the unit of length is unknown .*'ell'"),
         (made(rate="fast"), "DataRate is unusable .*received fast"),
         (made(rate="nan"), "DataRate is unusable"),
-        (made(rate="-1"), "DataRate is unusable"),
         (made(rate="90"), r"the times contradict the frame rate of the header \(expected 90 Hz"),
         (made((), frames="0"), "the file has no frames"),
         (
@@ -246,9 +245,11 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
     assert motion.notes == ("2 frames have no row and are missing.",)
 
 
-NAMES = st.text(
-    st.characters(codec="utf-8", categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=12
-).filter(lambda name: name == name.strip() and name.isprintable())
+NAMES = (
+    st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=12)
+    .filter(lambda name: name == name.strip() and name.isprintable())
+    .filter(lambda name: name == name.strip('"'))
+)
 
 
 @given(
@@ -289,3 +290,22 @@ def test_what_the_format_cannot_hold_is_not_written(
     with pytest.raises(InvalidInput, match=r"out\.trc"):
         trc.write(tmp_path / "out.trc", names, positions, rate)
     assert not (tmp_path / "out.trc").exists()
+
+
+@pytest.mark.parametrize("rate", ["0", "-120.00"])
+def test_a_rate_that_is_none_is_taken_from_the_times(tmp_path: Path, rate: str) -> None:
+    rows = tuple(f"{k + 1}\t{k / 120:.9f}\t1\t2\t3\t4\t5\t6\n" for k in range(3))
+    assert read(tmp_path, made(rows, rate=rate)).frame_rate_hz == pytest.approx(120)
+
+
+def test_decimal_commas_between_tabs(tmp_path: Path) -> None:
+    header, rows = HEADER.format(rate="120,00", frames="3", markers="2", units="mm"), "".join(ROWS)
+    motion = read(tmp_path, header + rows.replace(".", ",").replace("1\t0,000\t1\t", "1\t0,000\t1,0\t", 1))
+    np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
+    assert "decimal points" in motion.notes[0]
+
+
+def test_utf16_as_spreadsheets_write_it(tmp_path: Path) -> None:
+    np.testing.assert_array_equal(read(tmp_path, made().encode("utf-16")).positions_mm, EXPECTED)
+    with pytest.raises(InvalidInput, match="not UTF-16"):
+        read(tmp_path, made().encode("utf-16") + b"\x00")

@@ -40,10 +40,10 @@ def of(columns: Columns, name: str, **labels: str) -> np.ndarray:
     return columns[name][here]
 
 
-@pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
-    """Artefacts of all figures here."""
-    return Store(tmp_path_factory.mktemp("mozerov"))
+@pytest.fixture
+def store(smoke_results: Path) -> Store:
+    """Artefacts of all figures at smoke scale."""
+    return Store(smoke_results)
 
 
 def make(store: Store, name: str, *overrides: str) -> Outcome:
@@ -53,12 +53,10 @@ def make(store: Store, name: str, *overrides: str) -> Outcome:
     return make_figure(config, store.results / config.data.name / name, store=store)
 
 
-@pytest.fixture(scope="module")
-def made(store: Store) -> Path:
+@pytest.fixture
+def made(smoke_results: Path) -> Path:
     """Folder of the figures of synthetic performances, with pictures and recordings."""
-    for name in FIGURES:
-        make(store, name)
-    return store.results / "synthetic"
+    return smoke_results / "synthetic" / "smoke"
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -11,31 +11,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline import recordings
-from pipeline.cli.compose import compose
-from pipeline.cli.figures import make_figure
 from pipeline.cli.summary import Outcome
 from pipeline.core import camera as parallel
 from pipeline.core import fourier
 from pipeline.core.camera_paths import still
 from pipeline.core.linear_model import LinearModel
 from pipeline.storage import tables
-from pipeline.storage.store import Store
 from pipeline.studies.face_off.comparison import KEEP_THE_IMAGE, METHODS
 from pipeline.studies.face_off.methods import SeenWalk, mean_walker, series_of_seen
 
 Columns = dict[str, np.ndarray]
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The face-off from two cameras, with its picture and recording."""
-    small = (
-        "sweep.cameras=[still,moving]", "sweep.view_angle_deg=[30,90]", "sweep.noise_px=[0,3]",
-        "sweep.occluded=[0,0.3]",
-    )  # fmt: skip
-    results = tmp_path_factory.mktemp("results")
-    experiment = compose(["experiment=park2011_face_off", "scale=smoke", f"results={results}", *small])
-    return make_figure(experiment, results / "park2011_face_off", store=Store(results)).folder
+@pytest.fixture
+def folder(smoke_results: Path) -> Path:
+    """The face-off at smoke scale."""
+    return smoke_results / "synthetic" / "smoke" / "park2011_face_off"
 
 
 def read(folder: Path, table: str = "table") -> Columns:

@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 
 from pipeline import recordings
-from pipeline.cli.compose import compose
-from pipeline.cli.figures import make_figure
 from pipeline.cli.summary import Outcome
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
-from pipeline.storage.store import Store
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.model import TrajectoryBasisModel
@@ -34,13 +31,10 @@ def stretches() -> LimbStretches:
     return stretches_of("park2011_fig4")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Figure 4 from two cameras, with its picture and recording."""
-    small = ("sweep.cameras=[still,shaky]", "sweep.clips=2", "sweep.time_limit_s=0.05")
-    results = tmp_path_factory.mktemp("results")
-    experiment = compose(["experiment=park2011_fig4", "scale=smoke", f"results={results}", *small])
-    return make_figure(experiment, results / "park2011_fig4", store=Store(results)).folder
+@pytest.fixture
+def folder(smoke_results: Path) -> Path:
+    """Figure 4 at smoke scale."""
+    return smoke_results / "synthetic" / "smoke" / "park2011_fig4"
 
 
 def read(folder: Path, table: str = "table") -> Columns:

@@ -21,6 +21,8 @@ _ROLES = {
     "point": {"joint", "point", "marker", "name"},
     "unit": {"unit", "units"},
 }
+_REMARK = re.compile(r"(#|//|%)[^\t;,\n]*([\t;,][^\t;,\n]*)?\n")
+"""A line of words in front of the header: with two cells at most, for a header has more."""
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]]$")
 _COORDINATE = re.compile(
     rf"(?:(?P<point>.+)[ _.])?(?P<axis>[xyz])(?:[ _.](?P<unit>{'|'.join(MILLIMETRES)}))?", re.IGNORECASE
@@ -69,6 +71,9 @@ def read_table(path: Path) -> Table:
     """
     where = path.name
     text, notes = read_text(path)
+    remarks = 0  # lines before the header
+    while _REMARK.match(text):
+        text, remarks = text.partition("\n")[2], remarks + 1
     head = text.lstrip().split("\n", 1)[0]
     delimiter = max("\t;,", key=head.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
@@ -77,9 +82,9 @@ def read_table(path: Path) -> Table:
         for row in reader:
             if any(cell.strip() for cell in row):
                 rows.append(row)
-                lines.append(reader.line_num)
+                lines.append(reader.line_num + remarks)
     except csv.Error as error:
-        raise damaged("the quoting is broken", f"{where}, line {reader.line_num}") from error
+        raise damaged("the quoting is broken", f"{where}, line {reader.line_num + remarks}") from error
     if len(rows) < 2:
         raise damaged("there is no table", where, "a header and a row", f"{len(rows)} rows")
     header = [cell.strip() for cell in rows[0]]

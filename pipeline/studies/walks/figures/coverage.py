@@ -40,11 +40,25 @@ class BarCoverage(Figure):
     sweep = Coverage
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: by method, bars and level; 95 % bars by view, joint group and walker beside it."""
+        """``table``: by method, bars and level; 95 % bars by view, joint group and walker beside it.
+
+        ``table_walkers_views``, ``table_walkers_joints``: of every walker, anatomical and calibrated alone.
+        """
         sweep, model = inputs.sweep, inputs.model
         people = PeopleResampled(len(model.people), derive_generator(inputs.experiment.seed, "people"))
         groups = list(anatomical.GROUPS)
-        rows: dict[str, list[Mapping[str, object]]] = {"": [], "_views": [], "_joints": [], "_walkers": []}
+        rows: dict[str, list[Mapping[str, object]]] = {
+            "": [], "_views": [], "_joints": [], "_walkers": [], "_walkers_views": [], "_walkers_joints": [],
+        }  # fmt: skip
+
+        def add_walkers(name: str, covered: np.ndarray, **keys: object) -> None:
+            """A row for each person, of the anatomical method, calibrated: from numbers (P, …)."""
+            if keys["method"] == "anatomical" and keys["bars"] == KINDS[1]:
+                share = 100.0 * covered.reshape(len(covered), -1).mean(axis=1)
+                rows[name] += [
+                    {"person": who, "walker": who, **keys, "covered_percent": float(value)}
+                    for who, value in zip(model.people, share, strict=True)
+                ]
 
         def add(name: str, covered: np.ndarray, half: np.ndarray, **keys: object) -> None:
             """A row for numbers (P, …): per cent covered, and mean half width."""
@@ -68,11 +82,14 @@ class BarCoverage(Figure):
                 covered = error <= half
                 for a, view in enumerate(sweep.view_angle_deg):
                     add("_views", covered[:, a], half[:, a], **keys, view_angle_deg=float(view))
+                    add_walkers("_walkers_views", covered[:, a], **keys, view_angle_deg=float(view))
                 for g, group in enumerate(groups):
                     of = g == anatomical.GROUP_OF_JOINT
                     add("_joints", covered[:, :, of], half[:, :, of], **keys, joint_group=group)
+                    add_walkers("_walkers_joints", covered[:, :, of], **keys, joint_group=group)
                 rows["_walkers"] += [
                     {
+                        "person": who,
                         "walker": who,
                         **keys,
                         "covered_percent": 100.0 * float(covered[p].mean()),
@@ -86,6 +103,8 @@ class BarCoverage(Figure):
             "_views": ["method", "bars", "view_angle_deg"],
             "_joints": ["method", "bars", "joint_group"],
             "_walkers": ["walker", "method", "bars"],
+            "_walkers_views": ["walker", "method", "bars", "view_angle_deg"],
+            "_walkers_joints": ["walker", "method", "bars", "joint_group"],
         }
         return {f"table{end}": tidy(pd.DataFrame(rows[end]).to_dict("list"), by=by[end]) for end in rows}
 

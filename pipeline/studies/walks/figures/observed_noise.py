@@ -54,6 +54,7 @@ class NoiseTolerance(Figure):
         for s, condition in enumerate(sweep.conditions.tolist()):
             for m, method in enumerate(methods):
                 mine, than = square[m, s], square[methods.index("map_tuned"), s]
+                share = 100.0 * sweep.covered[m, s].mean(axis=-1)
                 rows.append(
                     {
                         "condition": condition,
@@ -63,14 +64,21 @@ class NoiseTolerance(Figure):
                         "slow_mm": float(sweep.slow_mm[s]),
                         **one_row(people.mean(mine), "absolute_error_mm2"),
                         **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                        **one_row(people.mean(100.0 * sweep.covered[m, s].mean(axis=-1)), "covered_percent"),
+                        **one_row(people.mean(share), "covered_percent"),
                         "half_width_mm": float(sweep.half_width_mm[m, s].mean()),
                         "walkers_better": int((mine < than).sum()),
                     }
                 )
                 walkers += [
-                    {"walker": who, "condition": condition, "method": method, "absolute_error_mm2": float(e)}
-                    for who, e in zip(inputs.model.people, mine, strict=True)
+                    {
+                        "person": who,
+                        "walker": who,
+                        "condition": condition,
+                        "method": method,
+                        "absolute_error_mm2": float(error),
+                        "covered_percent": float(covered),
+                    }
+                    for who, error, covered in zip(inputs.model.people, mine, share, strict=True)
                 ]
         return {
             "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["condition", "method"]),

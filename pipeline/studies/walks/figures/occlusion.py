@@ -48,7 +48,7 @@ class HiddenJointErrors(Figure):
         away = np.sqrt(sweep.hidden_error_mm2)  # (M, S, P, A)
         seen = sweep.seen_error_mm2
         of_map = methods.index("map_tuned")
-        by_view, whole, bars, walkers = [], [], [], []
+        by_view, whole, bars, walkers, covered = [], [], [], [], []
         for s, hidden in enumerate(sweep.conditions.tolist()):
             for m, method in enumerate(methods):
                 keys = {"hidden": hidden, "method": method}
@@ -71,7 +71,7 @@ class HiddenJointErrors(Figure):
                     }
                 )
                 walkers += [
-                    {"walker": who, **keys, "hidden_error_mm": float(error)}
+                    {"person": who, "walker": who, **keys, "hidden_error_mm": float(error)}
                     for who, error in zip(inputs.model.people, mine, strict=True)
                 ]
             for m, method in enumerate(WITH_BARS):
@@ -87,11 +87,26 @@ class HiddenJointErrors(Figure):
                     }
                     for k, kind in enumerate(KINDS)
                 ]
+                covered += [
+                    {
+                        "person": who,
+                        "walker": who,
+                        "hidden": hidden,
+                        "method": method,
+                        "bars": kind,
+                        "covered_percent": float(share),
+                    }
+                    for k, kind in enumerate(KINDS)
+                    for who, share in zip(
+                        inputs.model.people, 100.0 * sweep.covered[k, m, s].mean(axis=1), strict=True
+                    )
+                ]
         return {
             "table": _sorted(by_view, ["hidden", "method", "view_angle_deg"]),
             "table_hidden": _sorted(whole, ["hidden", "method"]),
             "table_bars": _sorted(bars, ["hidden", "method", "bars"]),
             "table_walkers": _sorted(walkers, ["walker", "hidden", "method"]),
+            "table_walkers_bars": _sorted(covered, ["walker", "hidden", "method", "bars"]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:

@@ -18,7 +18,7 @@ from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import METHODS
+from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
@@ -34,6 +34,8 @@ def reconstructed(inputs: Inputs, method: int, walker: int, view: int) -> np.nda
     return camera.combine(camera.project(truth, angle), inputs.sweep.missing[method, walker, view], angle)
 
 
+_TITLES = {"least_squares": "Approach I", "map": "Approach II", "anatomical": "Anatomical"}
+
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
 
@@ -47,11 +49,13 @@ class Postures(Figure):
 
     walker: int = 0
     instants: int = 5
+    recorded: int = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_range("figure.walker", self.walker, at_least=0)
         require_range("figure.instants", self.instants, at_least=1)
+        require_range("figure.recorded", self.recorded, at_least=1)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
@@ -90,20 +94,23 @@ class Postures(Figure):
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
         untried = np.full(squared[0].size, np.nan)
-        for method in METHODS:
+        for method in TRIED:
             if method in methods:
                 errors_of_method = np.sqrt(squared[methods.index(method)]).ravel()
                 demonstrations[f"rms_error_{method}_mm"] = errors_of_method
             elif method in published:
                 demonstrations[f"rms_error_{method}_mm"] = untried
-        both = set(methods) == set(METHODS)
+        both = set(METHODS) <= set(methods)
         if both or len(published) > 1:
-            apart = errors.walker_error(errors.absolute_error(sweep.missing[0] - sweep.missing[-1]))
-            demonstrations["rms_between_methods_mm"] = np.sqrt(apart).ravel() if both else untried
+            apart = untried
+            if both:
+                one, other = (sweep.missing[methods.index(method)] for method in METHODS)
+                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other))).ravel()
+            demonstrations["rms_between_methods_mm"] = apart
         nothing = sweep.nulls.tolist().index(Null.average_walker)
         average = np.sqrt(errors.walker_error(sweep.null_demonstration_error_mm2[nothing]))
         demonstrations["rms_error_average_walker_mm"] = average.ravel()
-        for method in METHODS:
+        for method in TRIED:
             if method in methods:
                 away = sweep.missing[methods.index(method)] - sweep.null_missing[nothing]
                 squares = errors.walker_error(errors.absolute_error(away))
@@ -137,7 +144,7 @@ class Postures(Figure):
                     across = camera.missing_dimension(space, np.radians(view))
                     seen.append(np.stack([across, space[..., 2]], axis=-1))
                 rows.append(pictures.PostureRow(label=f"{view:g}°", original=seen[0], reconstructed=seen[1]))
-            title = f"({'ab'[m]}) Approach {'I' * (1 + (method == 'map'))}" if len(methods) > 1 else ""
+            title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
             groups.append((title, rows))
         pictures.draw_postures(
             stem,
@@ -148,7 +155,7 @@ class Postures(Figure):
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Every walker, original and reconstructed from every demonstration view, walking in place."""
+        """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         methods = inputs.sweep.methods.tolist()
         chosen = entity_name(inputs.samples[self.walker])
@@ -156,20 +163,29 @@ class Postures(Figure):
         seconds = 1.0 / float(np.median(data.frequency_hz))
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
         index = {"time": times}
+        spread = np.linspace(0, len(inputs.samples) - 1, min(self.recorded, len(inputs.samples)))
+        recorded = sorted({self.walker, *np.rint(spread).astype(int).tolist()})
         with inputs.recording(
             folder,
-            "\nAll walkers are played at one common pace and can be switched on in the streams tree: "
+            f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
+            " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
-            "Grey: original. "
-            + ", ".join(f"{colour_name(METHODS[m].colour)}: {METHODS[m].label}" for m in methods)
+            "Grey: original; spheres of wire: joints that no marker gave. "
+            + ", ".join(f"{colour_name(TRIED[m].colour)}: {TRIED[m].label}" for m in methods)
             + ".\n",
         ) as rec:
-            for r, name in enumerate(inputs.samples):
-                word = entity_name(name)
-                truth = data.coefficients[r]
+            for r in recorded:
+                word = entity_name(inputs.samples[r])
+                truth, estimated = data.coefficients[r], data.unmeasured[r]
                 original = fourier.synthesise(truth, 1.0 / seconds, times)
                 ground = lift(original)
-                rec.skeleton(f"world/original/{word}", original + ground, WALKER15.bones, index=index)
+                rec.skeleton(
+                    f"world/original/{word}",
+                    original + ground,
+                    WALKER15.bones,
+                    index=index,
+                    estimated=estimated,
+                )
                 for v, view in enumerate(views):
                     rec.image_points(
                         f"image/observed/view_{view:.0f}/{word}",
@@ -183,7 +199,8 @@ class Postures(Figure):
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
                             WALKER15.bones,
                             index=index,
-                            colour=METHODS[method].colour,
+                            colour=TRIED[method].colour,
+                            estimated=estimated,
                         )
             spaces = [
                 recordings.Space3D(

@@ -18,9 +18,12 @@ NULLS = {
 }
 """Reconstructions that do next to nothing."""
 
-CURVES = {**METHODS, **NULLS}
+TRIED = {**METHODS, "anatomical": Style("anatomical", "green")}
+"""The papers' approaches and the third one."""
 
-UNNAMED = {name: replace(style, label="") for name, style in METHODS.items()}
+CURVES = {**TRIED, **NULLS}
+
+UNNAMED = {name: replace(style, label="") for name, style in TRIED.items()}
 """For a second band around the same lines."""
 
 VIEW_AXIS = "Viewpoint (degree)"

@@ -75,7 +75,7 @@ class StructureLadder(Figure):
                 }
             )
             walkers += [
-                {"walker": who, "method": method, "absolute_error_mm2": float(error)}
+                {"person": who, "walker": who, "method": method, "absolute_error_mm2": float(error)}
                 for who, error in zip(model.people, mine, strict=True)
             ]
         chosen = [sweep.methods.tolist().index(name) for name in _CHOSEN]

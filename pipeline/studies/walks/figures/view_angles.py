@@ -15,7 +15,7 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import CURVES, METHODS, NULLS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, NULLS, VIEW_AXIS
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
@@ -164,7 +164,7 @@ def _note(rows: pd.DataFrame, method: str, failure_deg: float) -> str:
     """Return what is written into a method's panel, from its rows of the table."""
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (
-        f"{METHODS[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
+        f"{CURVES[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
         f"off by more than {failure_deg:g}°: {rows['failures'].sum()} of {rows['walkers'].sum()}"
     )
 

@@ -18,8 +18,9 @@ from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
+from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import CURVES, METHODS, UNNAMED, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, UNNAMED, VIEW_AXIS
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
@@ -174,18 +175,23 @@ class ViewErrors(Figure):
                 entity="curves/missing_variance_mm2/truth",
             )
             for method in sweep.methods.tolist():
-                noise = sweep.noise_variance_mm2 if method == "map" else None
-                found = from_known_views(fold, model.samples[walker], angles, noise_variance=noise)
+                if method == "anatomical":
+                    found = AnatomicalApproach(data).reconstruct(walker, angles, fold).missing
+                else:
+                    noise = sweep.noise_variance_mm2 if method == "map" else None
+                    found = from_known_views(
+                        fold, model.samples[walker], angles, noise_variance=noise
+                    ).missing
                 again = [
                     fourier.synthesise(camera.combine(camera.project(truth, a), missing, a), 1.0, instant)[0]
-                    for a, missing in zip(angles, found.missing, strict=True)
+                    for a, missing in zip(angles, found, strict=True)
                 ]
                 rec.skeleton(
                     f"world/reconstructed/{method}",
                     np.stack(again) + ground,
                     WALKER15.bones,
                     index=index,
-                    colour=METHODS[method].colour,
+                    colour=CURVES[method].colour,
                 )
             rec.skeleton(
                 "world/original",

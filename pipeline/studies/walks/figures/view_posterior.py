@@ -76,13 +76,16 @@ class ViewPosterior(Figure):
                             "half_width_deg": float(half.mean()),
                         }
                     )
+            half = multipliers[:, None, -1] * sweep.sd_deg[m]  # calibrated, 95 %
             walkers += [
                 {
+                    "person": who,
                     "walker": who,
                     "method": method,
                     "absolute_angle_error_median_deg": float(np.median(off[m, p])),
                     "absolute_angle_error_max_deg": float(off[m, p].max()),
                     "posterior_sd_deg": float(sweep.sd_deg[m, p].mean()),
+                    "covered_percent": 100.0 * float((off[m, p] <= half[p]).mean()),
                 }
                 for p, who in enumerate(inputs.model.people)
             ]

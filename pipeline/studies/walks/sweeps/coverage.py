@@ -17,6 +17,7 @@ from pipeline.studies.walks.sweeps.held_out import (
     People,
     anatomical_setting,
     approach_two,
+    require_choosers,
     require_mirrored_grid,
 )
 from pipeline.validation import require_range
@@ -71,11 +72,9 @@ class Coverage(Sweep):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
-        require_range("sweep.partners", self.partners, at_least=2, whole=True)
+        require_choosers(self.partners, self.noise_variances_mm2)
         require_range("sweep.samples", self.samples, at_least=1, at_most=200, whole=True)
         require_range("sweep.sample_view_deg", self.sample_view_deg, at_least=-180, at_most=180)
-        for value in self.noise_variances_mm2:
-            require_range("a value of sweep.noise_variances_mm2", value, above=0)
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:
         """Return errors and standard deviations of every method."""
@@ -83,9 +82,7 @@ class Coverage(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.chosen(
-            [approach_two(value) for value in self.noise_variances_mm2], self.partners, inputs.workers
-        )
+        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)

@@ -18,7 +18,7 @@ from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
@@ -216,6 +216,19 @@ class People:
         best = first_lowest(self.tried(candidates, partners, workers), axis=1)
         return [candidates[number] for number in best]
 
+    def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
+        """MAP for each person, with the sigma² that is best for the others."""
+        return self.chosen([approach_two(value) for value in noise_variances], partners, workers)
+
+
+def require_choosers(partners: int, noise_variances_mm2: Sequence[float]) -> None:
+    """Require two people or more to choose among one positive sigma² or more."""
+    require_range("sweep.partners", partners, at_least=2, whole=True)
+    if not noise_variances_mm2:
+        raise InvalidInput("must name one value or more", where="sweep.noise_variances_mm2", received="none")
+    for value in noise_variances_mm2:
+        require_range("a value of sweep.noise_variances_mm2", value, above=0)
+
 
 class Fold:
     """What is learnt without some people; settings that learn or look alike share their priors and conditionals."""
@@ -346,7 +359,7 @@ class Fold:
         walker = self._people.walker(person)[None]
         found: dict[int, np.ndarray] = {}
         for mirrored in (False, True):
-            both_sides = mirrored and _mirrored_grid(view_rad)
+            both_sides = mirrored and mirrored_grid(view_rad)
             seen_from = view_rad[view_rad > -1e-9] if both_sides else view_rad
             walkers = np.concatenate([walker, fourier.mirrored(walker)]) if both_sides else walker
             numbers = [n for n, setting in enumerate(settings) if setting.shrinkage.mirror is mirrored]
@@ -366,13 +379,14 @@ class Fold:
         return [found[number] for number in range(len(settings))]
 
 
-def _mirrored_grid(view_rad: np.ndarray) -> bool:
+def mirrored_grid(view_rad: np.ndarray) -> bool:
+    """Whether view angles lie alike on both sides of the frontal one, which is among them."""
     return bool(np.allclose(view_rad, -view_rad[::-1], atol=1e-9) and len(view_rad) % 2)
 
 
 def require_mirrored_grid(name: str, values: np.ndarray) -> None:
     """Require view angles that are symmetric about the frontal view, which is one of them."""
-    if not _mirrored_grid(values):
+    if not mirrored_grid(values):
         raise InvalidInput(
             "views must lie alike on both sides of the frontal one",
             where=name,

@@ -18,9 +18,8 @@ from pipeline.studies.walks.sweeps.held_out import (
     People,
     Setting,
     anatomical_setting,
-    approach_two,
+    require_choosers,
 )
-from pipeline.validation import require_range
 
 CONDITIONS = {
     "none": (0.0, 0.0, 0.0),
@@ -74,9 +73,7 @@ class ObservedNoise(Sweep):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         self.seen_from_deg.values("sweep.seen_from_deg")
-        require_range("sweep.partners", self.partners, at_least=2, whole=True)
-        for value in self.noise_variances_mm2:
-            require_range("a value of sweep.noise_variances_mm2", value, above=0)
+        require_choosers(self.partners, self.noise_variances_mm2)
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:
         """Return errors and coverage of every method under each condition."""
@@ -84,9 +81,7 @@ class ObservedNoise(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.chosen(
-            [approach_two(value) for value in self.noise_variances_mm2], self.partners, inputs.workers
-        )
+        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
         blocks = 1 + 2 * people.harmonics
         rng = inputs.generator("detector")
         shape = (people.count, len(view), anatomical.JOINTS, 3, blocks)

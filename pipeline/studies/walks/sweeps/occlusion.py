@@ -15,8 +15,14 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, People, anatomical_setting, approach_two
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.studies.walks.sweeps.held_out import (
+    NORMAL_95,
+    PHASES,
+    People,
+    anatomical_setting,
+    require_choosers,
+)
+from pipeline.validation import InvalidInput, require_choice
 
 HIDDEN = {
     "head": ("head",),
@@ -70,9 +76,7 @@ class Occlusion(Sweep):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         self.seen_from_deg.values("sweep.seen_from_deg")
-        require_range("sweep.partners", self.partners, at_least=2, whole=True)
-        for value in self.noise_variances_mm2:
-            require_range("a value of sweep.noise_variances_mm2", value, above=0)
+        require_choosers(self.partners, self.noise_variances_mm2)
         for name in self.hidden:
             require_choice("sweep.hidden", name, HIDDEN)
         for joint in self.joints:
@@ -88,9 +92,7 @@ class Occlusion(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.chosen(
-            [approach_two(value) for value in self.noise_variances_mm2], self.partners, inputs.workers
-        )
+        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
         conditions = {name: HIDDEN[name] for name in self.hidden}
         if self.joints:
             conditions["own"] = tuple(self.joints)

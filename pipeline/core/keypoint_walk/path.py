@@ -1,0 +1,183 @@
+"""Distance and path of a walker in the image, in closed form, and what is left: the walk about its trunk.
+
+Symbols
+-------
+``s(t)``  pixels per millimetre of the walker of 1500 mm; ``1 / s = a + b t`` for a straight path: distance over f
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.core.fourier import SEARCH_HZ, design
+from pipeline.core.keypoint_walk.objective import wander_basis
+from pipeline.core.keypoint_walk.training import JOINTS
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+
+_LOOSE = [WALKER15.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("wrist", "ankle")]
+TRUNK = [
+    WALKER15.index(j)
+    for j in ("sternum", "left_shoulder", "right_shoulder", "pelvis", "left_hip", "right_hip")
+]
+SEEN_SHARE = 0.2
+"""A joint seen in fewer frames is treated as never seen."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """Distance and path of a walker in the image.
+
+    Attributes
+    ----------
+    distance : (2,)
+        a and b of distance over focal length, mm per pixel and that per second.
+    place_mm : (2,)
+        Centre of the trunk at the middle of the clip, right and down.
+    velocity_mm_s : (2,)
+        To the right, and away per unit of focal length times focal length.
+    metric : (T, 15, 2)
+        Pixels times distance over focal length, minus the path, mm.
+    """
+
+    distance: np.ndarray
+    place_mm: np.ndarray
+    velocity_mm_s: np.ndarray
+    metric: np.ndarray
+
+
+def _robust_regression(columns: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Coefficients of columns (T, n) by Cauchy weights, five rounds; the first column is constant."""
+    design_ = columns
+    robust = weights
+    line = np.zeros(columns.shape[1])
+    for _ in range(6):
+        left = design_ * robust[:, None]
+        line = np.linalg.lstsq(left.T @ design_, left.T @ values, rcond=None)[0]
+        off = np.abs(values - design_ @ line)
+        scale = max(1.4826 * float(np.median(off[weights > 0])), 1e-9 * abs(line[0]), 1e-12)
+        robust = weights / (1.0 + (off / (2.385 * scale)) ** 2)
+    return np.asarray(line)
+
+
+def distance_profile(
+    pixels: np.ndarray, weights: np.ndarray, times: np.ndarray, heights_mm: np.ndarray, cosines: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distance over focal length as a line in time, (2,): mm per pixel, and that per second; and in each frame (T,).
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+    weights : (T, 15)
+        0 where a keypoint is missing.
+    times : (T,)
+        Seconds, 0 in the middle.
+    heights_mm : (15,)
+        Mean heights of the average walker's joints.
+    cosines : int
+        Beyond the line, for a camera that follows.
+
+    Raises
+    ------
+    InvalidInput
+        If nobody stands upright in the image.
+    """
+    w = weights.copy()
+    w[:, _LOOSE] *= 0.3
+    total = w.sum(axis=1)
+    enough = (w > 0).sum(axis=1) >= 3
+    safe = np.where(total > 0, total, 1.0)
+    z = heights_mm - (w @ heights_mm / safe)[:, None]
+    scale = -(w * z * pixels[..., 1]).sum(axis=1) / np.maximum((w * z**2).sum(axis=1), 1e-9)
+    good = enough & (scale > 0)
+    if good.sum() < max(5, 0.2 * len(times)):
+        raise InvalidInput(
+            "nobody stands upright in the image",
+            expected="heads above feet, image rows counted downwards",
+            received=f"{int(good.sum())} of {len(times)} frames",
+        )
+    inverse = np.where(good, 1.0 / np.where(good, scale, 1.0), 0.0)
+    waves = wander_basis(times, cosines)
+    columns = np.concatenate([np.ones((len(times), 1)), times[:, None], waves], axis=1)
+    found = _robust_regression(columns, inverse, good.astype(float))
+    a, b = float(found[0]), float(found[1])
+    half = float(np.abs(times).max())
+    a = a if a > 0 else float(np.median(inverse[good]))
+    b = float(np.clip(b, -0.8 * a / half, 0.8 * a / half))  # the walker stays in front of the camera
+    series = np.maximum(a + b * times + waves @ found[2:], 0.2 * a)
+    return np.array([a, b]), series
+
+
+def regress_tracks(
+    columns: np.ndarray, values: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Regression of tracks (T, J, 2) on columns (F, T, n), weights (T, J): coefficients (F, J, n, 2), squares (F,)."""
+    F, T, n = columns.shape
+    outer = (columns[:, :, :, None] * columns[:, :, None]).reshape(F, T, n * n)
+    gram = (weights.T @ outer).reshape(F, -1, n, n)
+    gram[..., range(n), range(n)] += 1e-9 * len(weights)
+    right = (values * weights[..., None]).reshape(T, -1)
+    right = np.swapaxes(columns, 1, 2) @ right
+    right = right.reshape(F, n, -1, 2).swapaxes(1, 2)
+    found = np.linalg.solve(gram, right)
+    squares = float((weights[..., None] * values**2).sum()) - (found * right).sum(axis=(1, 2, 3))
+    return found, np.maximum(squares, 1e-12)
+
+
+def straighten(
+    pixels: np.ndarray,
+    weights: np.ndarray,
+    times: np.ndarray,
+    heights_mm: np.ndarray,
+    focal_px: float,
+    typical_hz: float,
+    cosines: int = 0,
+) -> Path:
+    """Take distance and path out of the image: what is left is the walk about its trunk.
+
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        Relative to the principal point.
+    weights : (T, 15)
+    times : (T,)
+    heights_mm : (15,)
+    focal_px : float
+    typical_hz : float
+        Typical stride frequency, which says how many cycles the clip has.
+    cosines : int
+        Of a path that wanders; 0 for a cubic one.
+    """
+    line, series = distance_profile(pixels, weights, times, heights_mm, cosines)
+    metric = pixels * series[:, None, None]
+    trunk = [j for j in TRUNK if (weights[:, j] > 0).mean() >= SEEN_SHARE]
+    trunk = trunk or [j for j in range(JOINTS) if (weights[:, j] > 0).mean() >= SEEN_SHARE]
+    if not trunk:
+        raise InvalidInput("no joint is seen in a fifth of the frames")
+    duration = float(times[-1] - times[0])
+    order = 3 if duration * typical_hz >= 1.8 else 2
+    unit = times / max(duration / 2.0, 1e-9)
+    powers = unit[:, None] ** np.arange(1, order + 1)
+    if cosines:
+        powers = np.concatenate([unit[:, None], wander_basis(times, cosines)], axis=1)
+    frequencies = np.exp(np.arange(np.log(max(SEARCH_HZ[0], 0.8 / duration)), np.log(SEARCH_HZ[1]), 0.05))
+    w = weights[:, trunk]
+    values = metric[:, trunk]
+    # One path for all trunk joints, each about its own place: remove the places first, joint by joint.
+    place = np.stack([np.median(values[w[:, k] > 0, k], axis=0) for k in range(len(trunk))])
+    total = w.sum(axis=1)
+    mean = ((values - place) * w[..., None]).sum(axis=1) / np.where(total > 0, total, 1.0)[:, None]
+    columns = np.stack([np.concatenate([design(f, times, 2), powers], axis=1) for f in frequencies])
+    found, squares = regress_tracks(columns, mean[:, None], total[:, None])
+    best = found[int(np.argmin(squares)), 0]
+    path = powers @ best[5:] + best[0]
+    slope = np.polyfit(times, path, 1)[0]
+    middle = best[0] + place.mean(axis=0)
+    return Path(
+        distance=line,
+        place_mm=middle,
+        velocity_mm_s=np.array([slope[0], line[1] * focal_px]),
+        metric=metric - path[:, None],
+    )

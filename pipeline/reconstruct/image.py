@@ -1,0 +1,66 @@
+"""Keypoints as pixels of an upright image, whatever the file has."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.validation import InvalidInput
+
+USUAL_SIZES = tuple(
+    size
+    for width, height in ((640, 480), (854, 480), (1280, 720), (1920, 1080), (2560, 1440), (3840, 2160))
+    for size in ((width, height), (height, width))
+)
+"""Sizes of videos, the smallest first: one of them is guessed where the file does not say."""
+
+
+def in_pixels(
+    pixels: np.ndarray, size: tuple[int, int], notes: list[str]
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """Pixels (N, 15, 2), whatever the file's unit, and the size of the image.
+
+    Parameters
+    ----------
+    pixels : (N, 15, 2)
+        As the file has them: pixels, or shares of the image.
+    size : (int, int)
+        Width and height; 0 if not known.
+    notes : list of str
+        What is said of it is added here.
+
+    Raises
+    ------
+    InvalidInput
+        If the coordinates are shares of an image whose size is not known.
+    """
+    known = pixels[np.isfinite(pixels).all(axis=-1)]
+    if len(known) and float(np.percentile(np.abs(known), 95)) <= 2.0:
+        if not all(size):
+            raise InvalidInput(
+                "coordinates between 0 and 1 need the size of the image",
+                where="input.width, input.height",
+                expected="pixels",
+            )
+        notes.append("Coordinates are shares of the image and were multiplied by its size.")
+        pixels = pixels * np.array(size, dtype=float)
+    elif not all(size):
+        reach = known.max(axis=0) if len(known) else np.array([1.0, 1.0])
+        # Keypoints may lie a little outside of the image.
+        fitting = [wh for wh in USUAL_SIZES if 1.06 * wh[0] >= reach[0] and 1.06 * wh[1] >= reach[1]]
+        size = fitting[0] if fitting else (int(reach[0]) + 1, int(reach[1]) + 1)
+        notes.append(
+            f"The size of the image is not known; {size[0]} x {size[1]} is guessed, and the view with it."
+        )
+    return pixels, size
+
+
+def upside_down(pixels: np.ndarray) -> bool:
+    """Whether shoulders are mostly below ankles."""
+    rows = pixels[..., 1]
+    top, bottom = rows[:, [2, 5]], rows[:, [11, 14]]
+    both = np.isfinite(top).any(axis=1) & np.isfinite(bottom).any(axis=1)
+    if not both.any():
+        return False
+    shoulders = np.where(np.isfinite(top[both]), top[both], np.inf).min(axis=1)
+    ankles = np.where(np.isfinite(bottom[both]), bottom[both], -np.inf).max(axis=1)
+    return bool((shoulders > ankles).mean() > 0.9)

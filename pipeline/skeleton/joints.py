@@ -1,0 +1,131 @@
+"""Joints with their parents and mirror pairs, and rigid parts between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipeline.validation import require_choice
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A tree of joints.
+
+    Attributes
+    ----------
+    name : str
+    joints : tuple of str
+        Names in array order.
+    parents : tuple of int
+        Index of each joint's parent; -1 for the root.
+    mirror : tuple of int
+        Index of the joint that takes this one's place when left and right change sides.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    parents: tuple[int, ...]
+    mirror: tuple[int, ...]
+
+    def index(self, joint: str) -> int:
+        """Index of a joint.  Raises InvalidInput if the skeleton has no such joint.
+
+        Examples
+        --------
+        >>> WALKER15.index("left_knee")
+        10
+        """
+        return self.joints.index(require_choice(f"a joint of {self.name}", joint, self.joints))
+
+    @property
+    def bones(self) -> tuple[tuple[int, int], ...]:
+        """Pairs (parent, child)."""
+        return tuple((p, j) for j, p in enumerate(self.parents) if p >= 0)
+
+
+WALKER15 = Skeleton(
+    name="WALKER15",
+    joints=(
+        "head",
+        "sternum",
+        "left_shoulder",
+        "left_elbow",
+        "left_wrist",
+        "right_shoulder",
+        "right_elbow",
+        "right_wrist",
+        "pelvis",
+        "left_hip",
+        "left_knee",
+        "left_ankle",
+        "right_hip",
+        "right_knee",
+        "right_ankle",
+    ),
+    parents=(1, 8, 1, 2, 3, 1, 5, 6, -1, 8, 9, 10, 8, 12, 13),
+    mirror=(0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11),
+)
+"""The fifteen virtual markers of [zhang2007 figure 1], in the order of every array."""
+
+
+@dataclass(frozen=True)
+class LimbTree:
+    """Rigid parts of a body between joints of a skeleton, each limb after its parent.
+
+    Attributes
+    ----------
+    name : str
+    limbs : tuple of str
+        Names in array order.
+    ends : tuple of (int, int)
+        Joints of `skeleton` at which each limb begins and ends.
+    parents : tuple of int
+        Index of each limb's parent; -1 for the root.
+    mirror : tuple of int
+        Index of the limb that takes this one's place when left and right change sides.
+    skeleton : Skeleton
+    """
+
+    name: str
+    limbs: tuple[str, ...]
+    ends: tuple[tuple[int, int], ...]
+    parents: tuple[int, ...]
+    mirror: tuple[int, ...]
+    skeleton: Skeleton
+
+
+POSTURE12 = LimbTree(
+    name="POSTURE12",
+    limbs=(
+        "hip",
+        "torso",
+        "shoulder",
+        "neck",
+        "left_thigh",
+        "right_thigh",
+        "left_leg",
+        "right_leg",
+        "left_arm",
+        "right_arm",
+        "left_forearm",
+        "right_forearm",
+    ),
+    ends=(
+        (9, 12),
+        (8, 1),
+        (2, 5),
+        (1, 0),
+        (9, 10),
+        (12, 13),
+        (10, 11),
+        (13, 14),
+        (2, 3),
+        (5, 6),
+        (3, 4),
+        (6, 7),
+    ),
+    parents=(-1, 0, 1, 1, 0, 0, 4, 5, 2, 2, 8, 9),
+    mirror=(0, 1, 2, 3, 5, 4, 7, 6, 9, 8, 11, 10),
+    skeleton=WALKER15,
+)
+"""The twelve rigid parts of [mozerov2006 1], rooted at the hip; hip and shoulder are axes from left to right."""

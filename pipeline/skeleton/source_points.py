@@ -1,0 +1,146 @@
+"""The points of a recording by their names, however these are spelled."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping
+from pipeline.validation import InvalidInput
+
+_SEPARATORS = re.compile(r"[\W_]+")
+_SIDE_FIRST = re.compile(r"(left|right|lt|rt|l|r)[\W_]+(?=.)|(left|right)(?=[a-z0-9])", re.IGNORECASE)
+_SIDE_LAST = re.compile(r"(?<=.)[\W_]+(left|right|lt|rt|l|r)$|(?<=[A-Za-z0-9])(Left|Right)$", re.IGNORECASE)
+
+
+def plain_name(name: str) -> str:
+    """Return a name without prefix, separators and case, a side written out or at the end as one letter in front.
+
+    Examples
+    --------
+    >>> [plain_name(n) for n in ("anna:L_Ank", "Ank.L", "LeftAnk", "LANK", "l ank", "Ball")]
+    ['lank', 'lank', 'lank', 'lank', 'lank', 'ball']
+    """
+    name = name.rsplit(":", 1)[-1].strip()
+    if match := _SIDE_FIRST.match(name) or _SIDE_LAST.search(name):
+        side = (match[1] or match[2])[0]
+        name = side + name[: match.start()] + name[match.end() :]
+    return _SEPARATORS.sub("", name).lower()
+
+
+class SourcePoints:
+    """The points of a recording by their names, as rules of a mapping ask for them.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    synonyms : mapping of str to list of str
+        Other names that points go by.
+    """
+
+    def __init__(self, motion: MotionCapture, synonyms: Mapping[str, Iterable[str]]) -> None:
+        self._motion = motion
+        self._seen = np.asarray(motion.valid.any(axis=0))
+        self._synonyms = synonyms
+        names = motion.names
+        after = [name.rsplit(":", 1)[-1] for name in names]
+        begin = _shared_beginning(after)
+        self._ways = (
+            (str, _places(names)),
+            (str.lower, _places([name.lower() for name in names])),
+            (lambda name: name.rsplit(":", 1)[-1].lower(), _places([name.lower() for name in after])),
+            (plain_name, _places([plain_name(name) for name in names])),
+            (plain_name, _places([plain_name(name[begin:]) for name in after]) if begin else {}),
+        )
+        self._found: dict[str, int | None] = {}
+
+    def find(self, wanted: str) -> int | None:
+        """Return the index of a point by its name or a synonym; None if it is not there."""
+        if wanted not in self._found:
+            candidates = (self._by_name(name) for name in (wanted, *self._synonyms.get(wanted, ())))
+            self._found[wanted] = next((index for index in candidates if index is not None), None)
+        return self._found[wanted]
+
+    def index(self, wanted: str) -> int:
+        """Return the index of a point that is there."""
+        index = self.find(wanted)
+        assert index is not None
+        return index
+
+    def _by_name(self, wanted: str) -> int | None:
+        for normalise, places in self._ways:
+            found = places.get(normalise(wanted), [])
+            if len(found) > 1:  # a second one that was never seen is no second person
+                found = [i for i in found if self._seen[i]] or found[:1]
+            if len(found) > 1:
+                found = self._one_of(found, wanted)
+            if found:
+                return found[0]
+        return None
+
+    def _one_of(self, found: list[int], wanted: str) -> list[int]:
+        """One of several points of a name: they must be spelled alike, and equal wherever both were seen."""
+        positions = self._motion.positions_mm[:, found]
+        off = np.asarray(np.abs(positions - positions[:, :1]))
+        spellings = {self._motion.names[i] for i in found}
+        if len(spellings) > 1 or (off[np.isfinite(off)] > 1.0).any() or not np.isfinite(off[:, 1:]).any():
+            received = ", ".join(self._motion.names[i] for i in found[:3])
+            what = f"{len(found)} points are called {wanted!r}"
+            raise InvalidInput(what, expected="one person to a file", received=received)
+        return [max(found, key=lambda i: int(self._motion.valid[:, i].sum()))]
+
+    def rule_of(self, joint: str, mapping: SourceMapping) -> tuple[Rule, Lowering | None] | None:
+        """Return the first rule of a joint whose points are all in the file, those that were ever seen first."""
+        there = [
+            (rule, lowering)
+            for rule, lowering in mapping.rules(joint)
+            if all(self.find(point) is not None for point in rule)
+        ]
+        seen = [pair for pair in there if self.sees(pair[0])]
+        return next(iter(seen or there), None)
+
+    def sees(self, rule: Rule) -> bool:
+        """Return whether all points of a rule are in the file and were ever seen."""
+        return all((index := self.find(point)) is not None and self._seen[index] for point in rule)
+
+    def lacking(self, joint: str, mapping: SourceMapping) -> InvalidInput:
+        """Return the refusal of a file from which a joint cannot be made."""
+        rules = mapping.rules(joint)
+        if not rules:
+            return InvalidInput(f"no rule for the joint {joint!r}", where=mapping.name)
+        lacked = next(point for point in rules[-1][0] if self.find(point) is None)
+        what = f"the joint {joint!r} needs the point {lacked!r}, which the file does not have"
+        names = self._motion.names
+        received = "points " + ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+        return InvalidInput(what, where=mapping.name, received=received)
+
+    def distance(self, joint: str, lowering: Lowering, mapping: SourceMapping) -> float:
+        """Return the mean distance, mm, of the two points by which a joint is lowered."""
+        pair = [index for point in lowering.between if (index := self.find(point)) is not None]
+        if len(pair) != 2:
+            what = f"the lowering of {joint!r} needs two points of the file"
+            raise InvalidInput(what, where=mapping.name, received=str(lowering.between))
+        ends = self._motion.positions_mm[:, pair]
+        apart = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=-1)
+        if not np.isfinite(apart).any():
+            what = f"the two points by which {joint!r} is lowered were never seen together"
+            raise InvalidInput(what, where=mapping.name, received=str(lowering.between))
+        return float(np.nanmean(apart))
+
+
+def _places(names: Iterable[str]) -> dict[str, list[int]]:
+    places: dict[str, list[int]] = {}
+    for index, name in enumerate(names):
+        places.setdefault(name, []).append(index)
+    return places
+
+
+def _shared_beginning(names: list[str]) -> int:
+    """Length of the beginning that all names have in common, such as ``mixamorig``; 0 if it is no prefix."""
+    length = 0
+    while names and all(len(name) > length + 1 and name[length] == names[0][length] for name in names):
+        length += 1
+    return length if length >= 3 and len(names) >= 7 else 0

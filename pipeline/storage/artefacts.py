@@ -1,0 +1,150 @@
+"""An artefact, the result of a stage, as a folder: reading it again, and how it differs from another one."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import re
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from pipeline.storage.sealed_folders import MANIFEST, complaints_about, digest
+from pipeline.validation import InvalidInput
+
+ARRAYS = "arrays.npz"
+
+_KINDS = "biufcUSV"
+"""Kinds of data types that are stored without pickle."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Artefact:
+    """The result of a stage, computed or found in the cache.
+
+    Attributes
+    ----------
+    stage, key : str
+        Name of the folder: ``<stage>-<key>``.
+    arrays : mapping of str to np.ndarray
+        Read-only, contiguous, bit-identical whether computed or read.
+    notes : dict
+        Plain JSON values.
+    computed : bool
+        False if it was found in the cache.
+    seconds : float
+        Duration of the computation.
+    why : str
+        Why it was computed, empty when reused: ``"first time"``, ``"options.step changed 1 -> 5"``, …
+    """
+
+    stage: str
+    key: str
+    arrays: Mapping[str, np.ndarray]
+    notes: dict[str, Any]
+    computed: bool
+    seconds: float
+    why: str
+
+    @property
+    def name(self) -> str:
+        """Stage and key: the name of the folder, and of an input of another artefact."""
+        return f"{self.stage}-{self.key}"
+
+
+class Damaged(Exception):
+    """An artefact that differs from what was written.
+
+    Parameters
+    ----------
+    what : str
+        In which way.
+    """
+
+    def __init__(self, what: str) -> None:
+        super().__init__(what)
+
+
+def read_artefact(folder: Path) -> Artefact | None:
+    """Return a verified artefact, None if there is none.  Raises `Damaged`."""
+    if not folder.is_dir():
+        return None
+    try:
+        if complaints := complaints_about(folder, hashes=False):
+            raise Damaged(complaints[0])
+        manifest = json.loads((folder / MANIFEST).read_bytes())
+        if f"{manifest['stage']}-{manifest['key']}" != folder.name:
+            raise Damaged(f"{MANIFEST} belongs to {manifest['stage']}-{manifest['key']}")
+        content = (folder / ARRAYS).read_bytes()
+        if digest(content) != manifest["files"][ARRAYS]["sha256"]:
+            raise Damaged(f"{ARRAYS} sha256 differs")
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except OSError as error:
+        raise Damaged(f"cannot be read: {error.strerror}") from error
+    except (KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise Damaged(f"cannot be understood: {error!r}") from error
+    for array in arrays.values():
+        array.setflags(write=False)
+    facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}
+    return Artefact(**facts, arrays=MappingProxyType(arrays), computed=False, why="")
+
+
+def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:
+    """Return read-only arrays with the memory layout that they will have when read."""
+    made = {}
+    for name, value in arrays.items():
+        array = np.asarray(value)
+        if isinstance(value, np.ma.MaskedArray) or array.dtype.hasobject or array.dtype.kind not in _KINDS:
+            raise InvalidInput(
+                f"the array {name!r} cannot be kept",
+                where=stage,
+                expected="numbers, booleans or text",
+                received=f"{type(value).__name__} of {array.dtype}",
+            )
+        if not re.fullmatch(r"\w[\w.\-/]*", name) or name.endswith(".npy"):
+            raise InvalidInput("an array has no usable name", where=stage, received=repr(name))
+        contiguous = array.flags.c_contiguous or array.flags.f_contiguous
+        made[name] = (array if contiguous else array.copy(order="C")).view()
+        made[name].setflags(write=False)
+    return MappingProxyType(made)
+
+
+def packed(arrays: Mapping[str, np.ndarray]) -> bytes:
+    """Return the bytes of an ``.npz`` without time stamps, so that equal arrays give equal bytes."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays.items():
+            with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """Return what changed between two artefacts of one stage, in phrases."""
+    told = []
+    if before["code"] != now["code"]:
+        told.append("code changed")
+    for part in ("libraries", "options"):
+        old, new = _leaves(before[part], part), _leaves(now[part], part)
+        for path in sorted(old.keys() | new.keys()):
+            if old.get(path) != new.get(path):
+                told.append(f"{path} changed {old.get(path, 'absent')} -> {new.get(path, 'absent')}")
+    gone, came = before["inputs"], now["inputs"]
+    fresh = [name for name in came if name not in gone]
+    told += [f"input {name if len(name) < 40 else name[:12] + '…'} changed" for name in fresh]
+    if gone != came and not fresh:
+        told.append(f"inputs changed in number or order ({len(gone)} -> {len(came)})")
+    return told
+
+
+def _leaves(value: Any, path: str) -> dict[str, str]:
+    """Return the JSON text of everything that is not a mapping, by dotted path."""
+    if isinstance(value, dict):
+        return {k: v for name, part in value.items() for k, v in _leaves(part, f"{path}.{name}").items()}
+    return {path: json.dumps(value)}
