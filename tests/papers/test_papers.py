@@ -236,6 +236,7 @@ def test_every_measure_is_a_function_with_these_arguments(item: Claim | papers.Q
     evaluation.check(item.measure, MEASURES, item.name)
 
 
+SWITCHES = papers.read_mapping(ROOT / "conf" / "sensitivity.yaml")
 EXPLAINED = [pytest.param(c, d, id=f"{c.name}-{d}") for c in JUDGED for d in c.why]
 
 
@@ -246,6 +247,38 @@ def test_an_explanation_quotes_numbers_of_the_claims_own_figure(claim: Claim, da
         quoted = papers.quantity(name).measure
         assert quoted is not None
         assert {table.split("/")[0] for table in quoted.tables} == {claim.figure}, name
+
+
+TESTED = [p for p in EXPLAINED if p.values[0].why[p.values[1]].run]
+
+
+@pytest.mark.parametrize(("claim", "data_name"), TESTED)
+def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
+    claim: Claim, data_name: str
+) -> None:
+    explanation = claim.why[data_name]
+    run = explanation.run
+    assert run is not None
+    group = SWITCHES[run.group]
+    switch = group["switches"][run.switch]
+    assert run.data in switch.get("data", [run.data])
+    assert claim.figure in switch.get("figures", group["figures"]), (
+        "the switch is tried on the claim's figure"
+    )
+    assert run.overrides == tuple(switch["overrides"]), "numbers of another switch: `make sensitivity` again"
+    assert run.scale == "full"
+    assert re.fullmatch("[0-9a-f]{12}", run.commit)
+    told = explanation.told(claim.name, 0.0, lambda name: 0.0)
+    assert "no number" not in told
+    asked = {papers.placeholders("{" + n + "}")[0] for n in papers.placeholders(explanation.text)}
+    assert {"with", "without"} <= {name.partition("_")[0] for name in asked}, "both sides of the comparison"
+    assert any(run.with_it[name] != run.without[name] for name in run.with_it), "the switch moves something"
+
+
+def test_every_run_of_the_table_of_interventions_is_quoted() -> None:
+    quoted = {(e.run.data, e.run.group, e.run.switch) for c in CLAIMS for e in c.why.values() if e.run}
+    kept = papers.read_runs(ROOT / "conf" / "paper" / papers.INTERVENTIONS)
+    assert set(kept) == quoted
 
 
 def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
