@@ -40,6 +40,8 @@ class Kind(StrEnum):
     """A statement; the threshold and the reason for it are ours."""
     CONDITION = "condition"
     """A count or a setting of the experiment: checked, never counted as reproduced."""
+    TARGET = "target"
+    """What we set out to reach beyond the papers, judged as a result is and counted apart from theirs."""
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:

@@ -37,6 +37,7 @@ def paper_entry(
         "authors": _surnames(paper.authors),
         "year": paper.year,
         "venue": paper.venue,
+        "ours": not paper.figures,
         "sentences": [
             sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
             for sentence in said.get("sentences", [])
@@ -99,6 +100,7 @@ def figure_entry(
         "charts": [json.dumps(chart, ensure_ascii=False) for chart in charts_of(figure, layout)],
         "claims": claims,
         "open": False,
+        "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
         "has_kind": any(claim["kind"] for claim in claims),
         "has_null": any(claim["null"] is not None for claim in claims),
         "tally": tally(claim["verdict"] for claim in claims),

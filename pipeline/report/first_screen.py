@@ -76,7 +76,11 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     )
     pictures.draw_tallies(
         to / "verdicts",
-        [(_name(key), _counts(results, key)) for key in papers.PAPERS if results.claims_of(paper=key)],
+        [
+            (_name(key), _counts(results, key))
+            for key, paper in papers.PAPERS.items()
+            if paper.figures and results.claims_of(paper=key)
+        ],
         {outcome.value: colour for outcome, colour in _OUTCOMES.items()},
         width=4.3,
         caption="Numbers and sentences of the papers that are judged, with our bounds. “Holds, also of the null”: it"
@@ -133,7 +137,11 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
 
 
 def _counts(results: Published, key: str) -> dict[str, int]:
-    judged = [str(c["verdict"]) for c in results.claims_of(paper=key) if c.get("kind") != Kind.CONDITION]
+    judged = [
+        str(c["verdict"])
+        for c in results.claims_of(paper=key)
+        if c.get("kind") not in (Kind.CONDITION, Kind.TARGET)
+    ]
     return dict(Counter(verdict for verdict in judged if verdict in set(_OUTCOMES)))
 
 
