@@ -492,3 +492,23 @@ def test_the_map_names_every_package() -> None:
     words = (PACKAGE / "__init__.py").read_text(encoding="utf-8")
     names = {package(m) for m in MODULES} | {m.split(".")[1] for m in MODULES if m.startswith("core.")}
     assert sorted(name for name in names if not re.search(rf"\b{name}\b", words)) == []
+
+
+def test_the_source_distribution_is_complete() -> None:
+    """MANIFEST.in names every file of the project that building does not take by itself."""
+    taken = {"pyproject.toml", "setup.py", "README.md", "LICENSE", "MANIFEST.in"}
+    of_the_repository = {".gitignore", ".gitattributes"}
+    folders = ["pipeline/"]
+    for line in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").splitlines():
+        rule, *names = line.split()
+        if rule in ("graft", "recursive-include"):
+            names = names[:1] if rule == "recursive-include" else names
+            folders += [f"{name}/" for name in names]
+        elif rule == "include":
+            taken.update(names)
+    tracked = {path.relative_to(ROOT).as_posix() for path in _tracked()}
+    assert (
+        sorted(tracked - taken - of_the_repository - {n for n in tracked if n.startswith(tuple(folders))})
+        == []
+    )
+    assert taken <= tracked | {"LICENSE"}

@@ -128,7 +128,10 @@ def test_where_a_recording_lies_is_no_part_of_the_request(listed: RecordedData, 
     [
         ({"walkers": -1}, r"^data\.walkers must be at least 0 \(got -1\)"),
         ({"population": 0}, r"^data\.population must be at least 1 and at most 10000 \(got 0\)"),
-        ({"clips": SyntheticClips(clips=0)}, r"^data\.clips\.clips must be at least 1 \(got 0\)"),
+        (
+            {"clips": SyntheticClips(clips=0)},
+            r"^data\.clips\.clips must be at least 1 and at most 10000 \(got 0\)",
+        ),
     ],
 )
 def test_a_data_set_of_nobody_is_refused(options: dict[str, Any], words: str) -> None:

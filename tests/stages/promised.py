@@ -484,6 +484,12 @@ ENTITIES |= {
     },
 }  # fmt: skip
 MAY_BE_EMPTY = {
+    # The interval over people of a heading from which a single person was filmed.
+    ("keypoints_headings", "table"): {
+        f"{error}_{end}"
+        for error in ("error_mm", "knee_error_deg", "hip_error_deg", "shank_error_deg", "elbow_error_deg")
+        for end in ("low", "high")
+    },
     ("mozerov2006_fig3", "table_stages"): {
         "acceptance", "acceptance_person", "rms_from_keyframe", "rms_from_keyframe_sd", "rms_of_mean_from_keyframe",
         "rms_from_keyframe_to_deviation", "warp_from_keyframe_frames", "warp_from_keyframe_sd_frames",
