@@ -30,12 +30,17 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
         return {}
 
     def one(number: int) -> dict[str, pd.DataFrame]:
-        made = figure.tables(_inputs(experiment, number, store))
-        return {name: _without_intervals(made[name], number) for name in figure.over_people}
+        found = figure.tables(_inputs(experiment, number, store))
+        return {name: _without_intervals(found[name], number) for name in figure.over_people}
 
-    every = map_processes(one, range(count), experiment.workers)
+    # Figures that begin together share the work: one makes populations from the first on, others from the middle.
+    begin = 0 if isinstance(experiment.sweep, NoSweep) else count // 2
+    order = [*range(begin, count), *range(begin)]
+    made = dict(zip(order, map_processes(one, order, experiment.workers), strict=True))
     return {
-        name.removesuffix("_people") + "_populations": pd.concat([m[name] for m in every], ignore_index=True)
+        name.removesuffix("_people") + "_populations": pd.concat(
+            [made[number][name] for number in range(count)], ignore_index=True
+        )
         for name in figure.over_people
     }
 
