@@ -73,7 +73,7 @@ PROMISED: dict[str, dict[str, list[str]]] = {
         "table_identification": IDENTIFICATION,
     },
     "zhang2007_fig5": VIEW_ERRORS,
-    "zhang2007_fig6": VIEW_ANGLES,
+    "zhang2007_fig6": VIEW_ANGLES | {"table_published": VIEW_ANGLES["table_people"]},
     "zhang2007_joint_angles": {
         "table_walkers": ["method", "angle", "person", "walker", "rmse_deg", "offset_free_rmse_deg"],
         "table_summary": [

@@ -92,7 +92,7 @@ class UnknownView(Sweep):
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
     start_deg: float = 0.0  # of the published solver
     published_views_deg: list[float] = field(
-        default_factory=list
+        default_factory=lambda: [-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]
     )  # on which it is tried beside the global one
     failure_deg: float = 30.0
 
