@@ -43,9 +43,11 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     Raises
     ------
     InvalidInput
-        If no reader has this suffix, or the reader refuses the file.
+        If there is no such file, no reader has this suffix, or the reader refuses the file.
     """
     path = Path(path)
+    if not path.exists():
+        raise damaged("there is no such file", str(path))
     suffix = path.suffix.lower()
     if suffix not in READERS:
         raise damaged(

@@ -73,6 +73,9 @@ def test_foreign_files_are_refused_by_name(suffix: str, content: bytes, tmp_path
 
 def test_an_unknown_suffix_is_refused(tmp_path: Path) -> None:
     for name, received in (("a.fbx", ".fbx"), ("a", "no suffix")):
+        with pytest.raises(InvalidInput, match=f"{name}: there is no such file"):
+            formats.read(tmp_path / name)
+        (tmp_path / name).write_bytes(b"")
         with pytest.raises(
             InvalidInput, match=rf"{name}: the format is unknown .*\.trc.*received {received}"
         ):
