@@ -89,7 +89,9 @@ def test_two_walkers_worked_out_in_the_head() -> None:
 def test_the_largest_entry_of_a_component_is_positive(seed: int, count: int, style: str) -> None:
     samples = population(seed, count, style)
     components = linear_model.fit(samples, count).components
-    largest = np.abs(components).argmax(axis=1)
+    size = np.abs(components)
+    # The first of those that differ by rounding: which of them is the largest depends on the processor.
+    largest = (size >= (1.0 - 1e-6) * size.max(axis=1, keepdims=True)).argmax(axis=1)
     assert (components[np.arange(len(components)), largest] > 0).all()
     # Walkers reflected in their mean have the same covariance, so the same components, not the opposite ones.
     if style == "generic":
