@@ -54,9 +54,11 @@ The modules, from the base upwards; each imports only from those above it in thi
       actions/               mozerov2006
       limbs/                 park2011
       face_off/              comparison of walks and limbs, the only study that imports others
+      keypoints/             walks from simulated keypoints of one camera
       registry               the list of studies
       rows, measures         rows of published tables; functions of them
       evaluation, ledger     measures by name; verdicts on the papers' claims
+      interventions          runs that test explanations of the ledger
       replicated             tables with people drawn again, or of several populations
       published              published numbers and the README's tables
       presentation           names and heights of people in recordings

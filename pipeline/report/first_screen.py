@@ -127,7 +127,7 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
         ("What one camera sees", "fifteen points, flat: no depth"),
         (
             "Computed from these points alone",
-            f"blue; dashed: the true walk. {of_all[r]:.0f} mm off in depth (average walker: {mean_mm:.0f} mm)",
+            f"dashed: the truth. {of_all[r]:.0f} mm off in depth (average walker: {mean_mm:.0f} mm)",
         ),
     )
     files = [to / "walker.svg", to / "walker_still.svg"]
