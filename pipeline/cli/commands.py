@@ -281,7 +281,7 @@ def point_lights(arguments: Sequence[str]) -> int:
     translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man
-    skeleton=… units=m                  of a recording
+    skeleton=… units=m subject=…        of a recording; subject= of one with several people
     """
     target, words = pointlight.make(arguments)
     open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)

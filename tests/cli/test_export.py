@@ -183,11 +183,17 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     trc.write(tmp_path / "b.trc", WALKER15.joints, walk, HZ)
     c3d.write(tmp_path / "c.c3d", WALKER15.joints, walk / 1000, HZ)
     both, one, metres = inspect([str(tmp_path)])
-    assert "one person to a file" in both.lines[-1]
+    assert both.people == ("anna", "ben")
+    assert "choose one by subject=" in both.lines[-2]
+    assert both.lines[-1].endswith("subject=anna")
+    assert one.people == ()
     assert one.strides > 2
     assert "units=m" in metres.lines[-1]
     (metres,) = inspect([str(tmp_path / "c.c3d"), "units=m"])
     assert metres.strides > 2
+    (ben,) = inspect([str(tmp_path / "a.c3d"), "subject=ben"])
+    assert ben.strides > 2
+    assert "data.subject=ben" in ben.lines[-1]
 
 
 def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ _ROLES = {
     "frame": {"frame", "frame#", "frame_number"},
     "point": {"joint", "point", "marker", "name"},
     "unit": {"unit", "units"},
+    "person": {"person", "person_id", "subject", "subject_id", "track_id"},
 }
 _REMARK = re.compile(r"(#|//|%)[^\t;,\n]*([\t;,][^\t;,\n]*)?\n")
 """A line of words in front of the header: with two cells at most, for a header has more."""
@@ -104,7 +105,7 @@ class Columns:
     """What each column of a table holds."""
 
     roles: dict[str, int] = field(default_factory=dict)
-    """Columns that are no coordinates: ``time``, ``frame``, ``point``, ``unit``."""
+    """Columns that are no coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
     axes: dict[str, dict[str, int]] = field(default_factory=dict)
     """Columns x, y, z of each point; of the point ``""`` in a long table."""
     units: set[str] = field(default_factory=set)
