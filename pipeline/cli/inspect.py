@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -12,7 +13,7 @@ from pipeline import formats, mappings
 from pipeline.cli.walkers import number
 from pipeline.clips.corpus import joints_of
 from pipeline.clips.kinds import RawClip, report_row
-from pipeline.clips.options import Steady
+from pipeline.clips.options import FolderData, Steady
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
 from pipeline.validation import InvalidInput, require_choice
@@ -115,12 +116,30 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         elif not fit.usable:
             found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
         yield found
-    if Path(sources[0]).is_dir() and (others := other_files(Path(sources[0]))):
-        yield Findings("other files", [f"not read: {others}"])
 
 
-def other_files(folder: Path) -> str:
-    """Return how many files of each suffix that no reader has lie below a folder; empty if there are none."""
+def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
+    """Return what the recordings of a folder hold together, in lines to be printed."""
+    walks = [one for one in found if one.strides]
+    person = re.compile(FolderData(name="folder").person)
+    who = sorted({match[1] if (match := person.search(Path(one.name).stem)) else one.name for one in walks})
+    lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {', '.join(who[:12])}"]
+    if len(who) > 12:
+        lines[0] += ", …"
+    if len(who) < len(walks) or len(who) < 3:
+        lines.append(f"(a person is what data.person='{person.pattern}' finds in the name of a file)")
+    if len(who) >= 3:
+        lines.append(
+            "next: python -m pipeline experiment=zhang2007_fig5 data=folder"
+            f" data.path={shlex.quote(str(folder))} skeleton=auto"
+        )
+    if others := _other_files(folder):
+        lines.append(f"not read: {others}")
+    return lines
+
+
+def _other_files(folder: Path) -> str:
+    """How many files of each suffix that no reader has lie below a folder; empty if there are none."""
     counts = Counter(
         p.suffix.lower() or "no suffix"
         for p in folder.rglob("*")
