@@ -32,7 +32,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Needed if the table has no column of times; must agree with the times within 1 % if it has.
+        Needed if the table has no column of times, and enough for a wide one that has no numbers of frames either;
+        must agree with the times within 1 % if it has.
     units : str, optional
         Unit of length if the table names none; ``"mm"`` if not given.
 
@@ -50,7 +51,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     if (motion := exported(Path(path), frame_rate_hz, units)) is not None:
         return motion
     table = read_table(Path(path))
-    columns = read_header(table)
+    columns = read_header(table, rate_is_given=frame_rate_hz is not None)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)
     index = frame_index(table, columns)
