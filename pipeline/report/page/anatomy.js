@@ -6,7 +6,8 @@
 const Anatomy = (() => {
   const { JOINTS, SIZE } = Gait, BLOCKS = 5, HARMONICS = 2, PHASES = 20, INSTANTS = 8, CLOUD = 12, NORMAL_95 = 1.959963984540054;
   const SHRINKAGE = { within: 0.2, diagonal: 0.1, extra: 20 }, NOISE = { variance: 100, share: 0.2 };
-  const FACTORS = { within: 1.5, pairs: 2 }, LEAST_VARIANCE = 1, STEP = 1e-4, MOST_STEPS = 60, MOST_HALVINGS = 12;
+  const FACTORS = { within: 1.5, pairs: 2 }, LEAST_VARIANCE = 1;
+  const GAUSS_NEWTON_STEPS = 3, STEP_MM = 1e-3, MOST_STEPS = 60, MOST_HALVINGS = 12, ROUNDING = 1e-12;
   const SIDES = [0, 1, 5, 6, 7, 2, 3, 4, 8, 12, 13, 14, 9, 10, 11];  // of a joint, the one on the other side
   const BONES = [...JSON.parse(document.getElementById("bones").textContent), [9, 12], [2, 5]];
   const named = bone => [...bone].sort((a, b) => a - b).join(), places = new Map(BONES.map((bone, b) => [named(bone), b]));
@@ -182,10 +183,15 @@ const Anatomy = (() => {
     return { expected, precision: inverse(covariance, U) };
   }
 
-  // Length terms of J; with `add`, half their gradient and Gauss and Newton's matrix are added to g and M.
+  // Length terms of J; with `add`, half their gradient and their matrix are added to g and M: that of Gauss and Newton,
+  // or the exact one, with the curvature of lengths.
   function bones(prior, state, place, add = null) {
-    const found = BONES.map(bone => measured(state, bone)), n = add?.g.length, slopes = [];
+    const found = BONES.map(bone => measured(state, bone)), n = add?.g.length, slopes = [], pull = new Float64Array(BONES.length);
     let cost = 0;
+    PAIRS.forEach(([left, right], q) => {
+      const force = (found[left].mean - found[right].mean) * prior.pairs[q] / PHASES;
+      pull[left] += force; pull[right] -= force;
+    });
     BONES.forEach((bone, b) => {
       const { apart, lengths, mean } = found[b], weight = prior.bones[b];
       for (const length of lengths) cost += weight * (length - mean) ** 2;
@@ -193,24 +199,29 @@ const Anatomy = (() => {
       const entries = [];  // unknown coefficients of its ends, with the slope of its length at every phase less the mean
       bone.forEach((joint, end) => {
         for (let axis = 0; axis < 3; axis++) for (let q = 0; q < BLOCKS && place[at(joint, axis, 0)] >= 0; q++) {
-          const slope = new Float64Array(PHASES);
+          const slope = new Float64Array(PHASES), sign = end ? 1 : -1;
           let middle = 0;
           for (let k = 0; k < PHASES; k++) {
-            slope[k] = (end ? 1 : -1) * apart[axis * PHASES + k] / lengths[k] * BASIS[k * BLOCKS + q];
+            slope[k] = sign * apart[axis * PHASES + k] / lengths[k] * BASIS[k * BLOCKS + q];
             middle += slope[k] / PHASES;
           }
           for (let k = 0; k < PHASES; k++) slope[k] -= middle;
-          entries.push({ i: place[at(joint, axis, q)], slope, middle });
+          entries.push({ i: place[at(joint, axis, q)], slope, middle, axis, q, sign });
         }
       });
       entries.forEach((one, p) => {
         for (let k = 0; k < PHASES; k++) add.g[one.i] += weight * (lengths[k] - mean) * one.slope[k];
         for (let o = 0; o <= p; o++) {
           const other = entries[o];
-          let sum = 0;
+          let sum = 0, bent = 0;
           for (let k = 0; k < PHASES; k++) sum += one.slope[k] * other.slope[k];
-          add.M[one.i * n + other.i] += weight * sum;
-          if (o < p) add.M[other.i * n + one.i] += weight * sum;
+          for (let k = 0; k < PHASES && add.exact; k++) {
+            const across = (one.axis === other.axis) - apart[one.axis * PHASES + k] * apart[other.axis * PHASES + k] / lengths[k] ** 2;
+            bent += (weight * (lengths[k] - mean) + pull[b]) / lengths[k] * across * BASIS[k * BLOCKS + one.q] * BASIS[k * BLOCKS + other.q];
+          }
+          sum = weight * sum + one.sign * other.sign * bent;
+          add.M[one.i * n + other.i] += sum;
+          if (o < p) add.M[other.i * n + one.i] += sum;
         }
       });
       slopes[b] = entries;
@@ -228,25 +239,32 @@ const Anatomy = (() => {
     return cost;
   }
 
-  // The most probable walker by steps of Gauss and Newton, and the factor of its inverse covariance [Laplace].
+  // The most probable walker by some steps of Gauss and Newton, then Newton's, each halved until J falls, and the factor
+  // of the inverse covariance of Laplace's approximation.
   function fit(prior, start, unknown, { expected, precision }) {
     const U = unknown.length, state = Float64Array.from(start), place = new Int32Array(SIZE).fill(-1);
     unknown.forEach((u, i) => { place[u] = i; state[u] = expected[i]; });
     const away = s => Float64Array.from(unknown, (u, i) => s[u] - expected[i]);
     const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
-    for (let n = 0; ; n++) {
-      const off = away(state), pull = times(precision, U, off), M = Float64Array.from(precision), g = Float64Array.from(pull);
-      const cost = bones(prior, state, place, { g, M }) + dot(off, pull), L = factor(M, U);
-      const step = backwards(L, U, forwards(L, U, g)), largest = step.reduce((most, v) => Math.max(most, Math.abs(v)), 0);
-      if (largest < STEP || n === MOST_STEPS) return { state, L };
-      let share = 1;
-      for (let half = 0; half < MOST_HALVINGS; half++, share /= 2) {
+    const around = exact => {
+      const off = away(state), g = times(precision, U, off), M = Float64Array.from(precision), pulled = dot(off, g);
+      const cost = pulled + bones(prior, state, place, { g, M, exact });
+      return { cost, g, L: factor(M, U) };
+    };
+    for (let n = 0; n < MOST_STEPS; n++) {
+      const exact = n >= GAUSS_NEWTON_STEPS, first = around(exact), { cost, g, L } = first.L ? first : around(false);
+      const step = backwards(L, U, forwards(L, U, g)), small = exact && step.every(v => Math.abs(v) < STEP_MM);
+      let share = 1, falls = small;
+      for (let half = 0; half < MOST_HALVINGS && !falls; half++, share /= falls ? 1 : 2) {
         const next = Float64Array.from(state);
         unknown.forEach((u, i) => { next[u] -= share * step[i]; });
         const there = away(next), now = bones(prior, next, place) + dot(there, times(precision, U, there));
-        if (now <= cost * (1 + 1e-12)) { state.set(next); break; }
+        falls = now <= cost * (1 + ROUNDING);
       }
+      if (falls) unknown.forEach((u, i) => { state[u] -= share * step[i]; });
+      if (small || !falls) break;
     }
+    return { state, L: around(false).L };
   }
 
   // A walker of a fold seen from an angle: missing dimension (5 x 15), its factor, and which coefficients are unknown.
