@@ -162,3 +162,24 @@ def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: P
     assert int(facts["coordinates"]) == 2 * 3 * 5 * 15 * 3
     assert dom.count("<option") > 12  # the players are filled
     assert "3.00 times as much" in dom
+
+
+def test_the_options_of_the_paper_come_back_after_others(folder: Path, browser: str, tmp_path: Path) -> None:
+    page, _ = write_page(folder, [name for paper in papers.PAPERS.values() for name in paper.figures])
+    play = """<script>
+    addEventListener("error", event => { document.body.dataset.error = event.message; });
+    setTimeout(() => {
+      const form = document.getElementById("player");
+      form.querySelector("input[value=least_squares]").click();
+      form.querySelector("button[type=reset]").click();
+      const chosen = () => form.querySelector("input[name=method]:checked")?.value;
+      setTimeout(() => { document.body.dataset.method = chosen(); }, 100);
+    }, 300);</script></body>"""
+    changed = tmp_path / "index.html"
+    changed.write_text(page.read_text(encoding="utf-8").replace("</body>", play), encoding="utf-8")
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}", "--dump-dom",
+        "--virtual-time-budget=3000", changed.as_uri(),
+    ]  # fmt: skip
+    dom = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+    assert re.findall(r"<body[^>]*>", dom) == ['<body data-method="map">']
