@@ -27,12 +27,15 @@ class Evidence:
         Value less null, their replicates paired; None if there is no null.
     people : int or None
         How many people the tables rest on; None if it is not known.
+    doubt : str
+        Why it is not known how many people they are; empty if it is.
     """
 
     value: Estimate
     null: Estimate | None = None
     gap: Estimate | None = None
     people: int | None = None
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,8 @@ def _decide(claim: Claim, bounds: Interval, found: Evidence, smoke: bool) -> tup
         return Outcome.NOT_JUDGED, "a small run decides nothing"
     if found.people is not None and found.people < claim.least_people:
         return Outcome.UNTESTED, f"{found.people} people, and fewer than {claim.least_people} decide nothing"
+    if found.doubt:
+        return Outcome.UNTESTED, f"who is who is not known: {found.doubt}"
     if null is None and not claim.no_null:
         return Outcome.UNDECIDED, "no null is stated"
     if not value.known:

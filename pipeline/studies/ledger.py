@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline import papers
+from pipeline.clips import one_person
 from pipeline.core import bootstrap
 from pipeline.storage import tables
 from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
@@ -76,7 +78,8 @@ def judge(
 def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
     """Return the value and the null of a claim, with their intervals and that of the difference of the two."""
     value = _number(claim, frames)
-    found = papers.Evidence(value=papers.Estimate(value), people=_people(claim, frames))
+    people, doubt = _people(claim, frames)
+    found = papers.Evidence(value=papers.Estimate(value), people=people, doubt=doubt)
     if not np.isfinite(value) or claim.measure is None or claim.kind is papers.Kind.CONDITION:
         return found
     drawn = replicate(claim.tables, frames) if interval else None
@@ -93,7 +96,7 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
             nothing = nulls = claim.null
         null = _estimate(nothing, nulls)
         gap = _estimate(value - nothing, np.asarray(values) - np.asarray(nulls))
-    return papers.Evidence(value=_estimate(value, values), null=null, gap=gap, people=found.people)
+    return replace(found, value=_estimate(value, values), null=null, gap=gap)
 
 
 def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Number:
@@ -118,14 +121,26 @@ def _estimate(value: float, replicates: Number) -> papers.Estimate:
     return papers.Estimate(float(value), float(np.minimum(low, value)), float(np.maximum(high, value)))
 
 
-def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> int | None:
-    """Return how many people the figures of a claim rest on, the fewest; None if no table says it."""
+def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
+    """Return how many people the figures of a claim rest on, the fewest, and a recording that may be another's.
+
+    None if no table says how many; nothing if every recording differs from those of other people.
+    """
     counts: list[int] = []
-    for figure in {name.split("/")[0] for name in claim.tables}:
+    doubts: list[str] = []
+    for figure in sorted({name.split("/")[0] for name in claim.tables}):
         clips = frames.get(f"{figure}/{INGEST}")
         if clips is not None and {"person", "verdict"} <= set(clips.columns):
-            counts.append(len(set(clips["person"][clips["verdict"] == "kept"].astype(str))))
-    return int(np.min(counts)) if counts else None
+            kept = clips[clips["verdict"] == "kept"]
+            counts.append(len(set(kept["person"].astype(str))))
+            if "reason" in clips.columns:
+                doubts += [
+                    f"{clip} {remark}"
+                    for clip, reason in zip(kept["clip"], kept["reason"].astype(str), strict=True)
+                    for remark in reason.split("; ")
+                    if remark.startswith(one_person.REMARK)
+                ]
+    return (int(np.min(counts)) if counts else None), next(iter(doubts), "")
 
 
 def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
