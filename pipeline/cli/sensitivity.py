@@ -17,7 +17,7 @@ from pipeline.cli.figures import make_figure
 from pipeline.cli.presets import CONF
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import open_console
-from pipeline.papers import OVERRIDDEN, Kind, Verdict
+from pipeline.papers import Kind, Verdict
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
 from pipeline.storage.store import Store
@@ -146,7 +146,7 @@ def _measured(
             if claim.kind is not Kind.CONDITION
             and {t.split("/")[0] for t in claim.tables} & set(switch.figures)
         ]
-        verdicts = judge(claims, made, OVERRIDDEN, smoke=smoke)
+        verdicts = judge(claims, made, data_name, smoke=smoke, overridden=True)
         if switch.name == PLAIN:
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)

@@ -36,7 +36,12 @@ INGEST = "table_ingest"
 
 
 def judge(
-    claims: Iterable[papers.Claim], made: Tables, data_name: str, *, smoke: bool = False
+    claims: Iterable[papers.Claim],
+    made: Tables,
+    data_name: str,
+    *,
+    smoke: bool = False,
+    overridden: bool = False,
 ) -> list[papers.Verdict]:
     """Return one verdict per claim, in the order of the claims.
 
@@ -46,9 +51,11 @@ def judge(
     made : Tables
         Tables of the figures that are made.
     data_name : str
-        Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
+        Option of the data group, ``"synthetic"``, ``"optical"``…
     smoke : bool
         Whether the figures are made at small scale, which decides nothing.
+    overridden : bool
+        Whether options differ from the presets'.
 
     Raises
     ------
@@ -70,6 +77,7 @@ def judge(
                     data_name,
                     lambda name: _number(papers.quantity(name), frames),
                     smoke=smoke,
+                    overridden=overridden,
                 )
             )
     return verdicts
@@ -136,8 +144,8 @@ def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[in
             if "reason" in clips.columns:
                 doubts += [
                     f"{clip} {remark}"
-                    for clip, reason in zip(kept["clip"], kept["reason"].astype(str), strict=True)
-                    for remark in reason.split("; ")
+                    for clip, reason in zip(kept["clip"], kept["reason"], strict=True)
+                    for remark in str(reason).split("; ")  # NaN where no recording has one
                     if remark.startswith(one_person.REMARK)
                 ]
     return (int(np.min(counts)) if counts else None), next(iter(doubts), "")
@@ -154,15 +162,22 @@ def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFr
 
 
 def judge_figure(
-    figure: str, made: Mapping[str, Any], data_name: str, *, smoke: bool = False
+    figure: str,
+    made: Mapping[str, Any],
+    data_name: str,
+    *,
+    smoke: bool = False,
+    overridden: bool = False,
 ) -> list[papers.Verdict]:
     """Return the verdicts on the claims that use one figure alone, from its tables by file name without suffix."""
     by_name = {_name(figure, name): table for name, table in made.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
-    return judge(alone, by_name, data_name, smoke=smoke)
+    return judge(alone, by_name, data_name, smoke=smoke, overridden=overridden)
 
 
-def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[papers.Verdict]:
+def judge_folder(
+    folder: Path, data_name: str, figures: Sequence[str], *, overridden: bool = False
+) -> list[papers.Verdict]:
     """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
 
     Raises
@@ -171,7 +186,8 @@ def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[p
         If a table differs from what was published.
     """
     scales = {read_manifest(folder / f).get("scale") for f in figures if (folder / f).is_dir()}
-    return judge(_claims(figures), read_folder(folder, figures), data_name, smoke=SMOKE in scales)
+    made = read_folder(folder, figures)
+    return judge(_claims(figures), made, data_name, smoke=SMOKE in scales, overridden=overridden)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:

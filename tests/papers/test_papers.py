@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -1152,6 +1153,23 @@ def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
     assert outcome(found(10.0), "optical", assumed=assumed)[0] == "reproduced"
 
 
+def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
+    told, why = outcome(found(10.0), "optical", only=("synthetic",))
+    assert (told, why) == ("cannot be tested on this data", "about synthetic alone")
+    assert outcome(found(10.0), "synthetic", only=("synthetic",))[0] == "reproduced"
+    for name, data_name in (
+        ("zhang2007_structure_synthetic_below_map", "synthetic"),
+        ("zhang2007_structure_error", "optical"),
+    ):
+        assert papers.claim(name).only == (data_name,)
+
+
+def test_recordings_that_may_be_one_persons_decide_nothing() -> None:
+    told, why = outcome(replace(found(10.0), doubt="a_1 may be the person of b in b_1"))
+    assert told == "cannot be tested on this data"
+    assert "who is who is not known: a_1 may be the person of b in b_1" in why
+
+
 def test_nine_people_are_too_few() -> None:
     told, why = outcome(found(10.0, people=9))
     assert told == "cannot be tested on this data"
@@ -1201,7 +1219,8 @@ def test_a_small_run_decides_nothing_but_conditions() -> None:
 
 def test_a_difference_that_nobody_has_explained_says_so() -> None:
     assert outcome(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
-    assert outcome(found(-20.0), papers.OVERRIDDEN)[1].endswith("differ from the preset's")
+    changed = papers.judge(little_claim(null=0.0), found(-20.0), "optical", overridden=True)
+    assert changed.why.endswith("differ from the preset's"), "whatever is said of the preset's own"
     assert outcome(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
 
 
