@@ -97,8 +97,9 @@ def sensitivity(arguments: Sequence[str]) -> int:
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
     ``quoted`` makes alone what explanations quote.  ``keep`` also writes what the repository
-    holds: ``results/sensitivity.csv`` and the numbers of explanations.  A figure that is current is not made again: an
-    interrupted run goes on where it ended.
+    holds: the numbers of explanations and, of whole groups, what switches move, ``results/sensitivity.csv``, and what
+    was run, ``results/sensitivity_runs.csv``.  A figure that is current is not made again: an interrupted run goes on
+    where it ended.
     """
     known = groups()
     options = [item for item in arguments if "=" in item]
@@ -117,8 +118,10 @@ def sensitivity(arguments: Sequence[str]) -> int:
             interventions.require_clean(folder)
             quoted = CONF / "paper" / papers.INTERVENTIONS
             interventions.keep_numbers(quoted, numbers, first.data.name, name)
-            kept = PROJECT / "results" / "sensitivity.csv"
-            interventions.keep_table(kept, rows, numbers, first.data.name, name)
+            if QUOTED not in arguments:
+                kept, runs = (PROJECT / "results" / f"sensitivity{end}.csv" for end in ("", "_runs"))
+                interventions.keep_table(kept, rows, numbers, first.data.name, name)
+                interventions.keep_runs(runs, rows, numbers, first.data.name, name)
     return 0
 
 
@@ -152,7 +155,11 @@ def _measured(
         rows += compare(plain, verdicts, switch.name)
         scale, commit, _ = interventions.made_by(folder)
         of_names = (numbers_of(names, plain_tables), numbers_of(names, made))
-        numbers.append(interventions.Numbers(switch.name, switch.overrides, scale, commit, *of_names))
+        numbers.append(
+            interventions.Numbers(
+                switch.name, switch.overrides, scale, commit, *of_names, switch.common, switch.figures
+            )
+        )
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", where=name)
     return rows, numbers
