@@ -159,7 +159,7 @@ def _replace(
         old = pd.DataFrame(dict(tables.read(path)))
         kept = old[[entries not in switches for entries in old[by].itertuples(index=False, name=None)]]
         # A column of texts that are all empty is read as numbers that are missing.
-        texts = [name for name in rows.columns if not pd.api.types.is_numeric_dtype(rows[name])]
+        texts = [name for name in rows.columns if len(rows) and not pd.api.types.is_numeric_dtype(rows[name])]
         kept = kept.reindex(columns=rows.columns) if len(rows) else kept
         parts = [kept.assign(**{name: kept[name].astype(object).fillna("") for name in texts}), *parts]
     if parts := [part for part in parts if len(part)]:

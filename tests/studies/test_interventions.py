@@ -24,6 +24,8 @@ def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) 
     interventions.keep_numbers(path, [numbers("few", 2.0), numbers("many", 3.0)], "synthetic", "walks")
     interventions.keep_numbers(path, [numbers("few", 4.0, "b" * 12)], "synthetic", "walks")
     interventions.keep_numbers(path, [numbers("few", 5.0)], "optical", "walks")
+    unquoted = Numbers("unquoted", (), "full", "c" * 12, {}, {})
+    interventions.keep_numbers(path, [unquoted], "optical", "walks")
     runs = papers.read_runs(path)
     found = {key: (run.with_it["x"], run.without["x"], run.commit) for key, run in runs.items()}
     assert found == {
