@@ -1145,6 +1145,33 @@ def test_a_result_at_the_edge_is_undecided() -> None:
     assert outcome(Evidence(value=Estimate(10.0), null=Estimate(0.0), people=33))[0] == "undecided"
 
 
+@pytest.mark.parametrize(
+    "claim", [pytest.param(c, id=c.name) for c in JUDGED if c.kind is not Kind.CONDITION]
+)
+def test_no_claim_of_any_kind_is_reproduced_by_nothing_at_an_edge_or_by_few(claim: Claim) -> None:
+    bounds = claim.reproduced
+    assert bounds is not None
+    finite = [end for end in (bounds.low, bounds.high) if np.isfinite(end)]
+    step = 1e-3 * (abs(finite[-1] - finite[0]) or abs(finite[0]) or 1.0)
+    edge, data_name = finite[0], (claim.only or ("a lab's",))[0]
+    inside = edge + step if bounds.low == edge else edge - step
+    small, wide = 1e-3 * step, 2.0 * step
+    null = estimate(edge - 9.0 * step if bounds.low == edge else edge + 9.0 * step, small)
+
+    def told(value: Estimate, null: Estimate, people: int = 100) -> str:
+        gap = estimate(value.value - null.value, small)
+        evidence = Evidence(value=value, null=None if claim.no_null else null, gap=gap, people=people)
+        return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).outcome)
+
+    assert told(estimate(inside, small), null) == "reproduced"
+    if not claim.no_null:
+        assert told(estimate(inside, small), estimate(inside, small)) == "holds, also of the null"
+        assert told(estimate(inside, small), estimate(edge, small)) != "reproduced"
+    assert told(estimate(inside, wide), null) == "undecided"
+    assert told(Estimate(inside), null) == "undecided", "no interval"
+    assert told(estimate(inside, small), null, claim.least_people - 1) == "cannot be tested on this data"
+
+
 def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
     assumed = {"synthetic": "people are drawn so"}
     told, why = outcome(found(10.0), "synthetic", assumed=assumed)
