@@ -17,7 +17,7 @@ from pipeline import papers
 from pipeline.cli import export, inspect, pointlight
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
-from pipeline.cli.presets import listed, presets
+from pipeline.cli.presets import listed, presets, split_named
 from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
@@ -37,9 +37,11 @@ def built_figures() -> list[str]:
     ]
 
 
-def figures_for(arguments: Sequence[str]) -> list[str]:
-    """Return those for which the data set has clips."""
-    return [name for name in built_figures() if not lacking(compose([f"experiment={name}", *arguments]))]
+def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> list[str]:
+    """Return those for which the data set has clips: of all figures, or among some."""
+    return [
+        name for name in among or built_figures() if not lacking(compose([f"experiment={name}", *arguments]))
+    ]
 
 
 def fetch(arguments: Sequence[str]) -> int:
@@ -84,6 +86,8 @@ def fetch(arguments: Sequence[str]) -> int:
 
 
 def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
+    if split_named(arguments)[0]:
+        raise InvalidInput("this is done for all figures", where="experiment", expected="no experiment=")
     config = compose(["experiment=zhang2007_fig2", *arguments])
     return config, Path(config.results) / config.data.name / config.scale.name
 
@@ -108,10 +112,15 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 
 
 def claims(arguments: Sequence[str]) -> int:
-    """Print the papers' claims beside our numbers, and write claims.csv beside the figures."""
-    config, folder = _results_folder(arguments)
-    verdicts = judge_folder(folder, config.data.name, figures_for(arguments))
-    if folder.is_dir():
+    """Print the papers' claims beside our numbers, and write claims.csv beside the figures.
+
+    ``experiment=a,b`` prints those on some figures, and writes none.
+    """
+    named, common = split_named(arguments)
+    config, folder = _results_folder(common)
+    chosen = [require_choice("experiment", name, presets()) for name in named]
+    verdicts = judge_folder(folder, config.data.name, figures_for(common, chosen))
+    if folder.is_dir() and not named:
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
     out.print(claims_table(verdicts))
