@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
 """Overrides with which a preset is still published in its own folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
-    f"data.{x}" for x in ("path", "pattern", "person", "units", "frame_rate_hz", "name")
+    f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "frame_rate_hz", "name")
 }
 """Further ones with data=folder: they define the data set."""
 

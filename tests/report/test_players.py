@@ -192,7 +192,7 @@ def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
 
 
 def test_the_options_of_the_paper_come_back_after_others(folder: Path, browser: str, tmp_path: Path) -> None:
-    page, _ = write_page(folder, [name for paper in papers.PAPERS.values() for name in paper.figures])
+    page, _ = write_page(folder, FIGURES)
     play = """<script>
     addEventListener("error", event => { document.body.dataset.error = event.message; });
     setTimeout(() => {
