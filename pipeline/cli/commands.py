@@ -20,10 +20,12 @@ from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets, split_named
 from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
+from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
 from pipeline.cli.verify import verify
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
+from pipeline.storage.sealed_folders import MANIFEST, read_manifest
 from pipeline.studies import published
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.validation import InvalidInput, require_choice
@@ -212,7 +214,7 @@ _KEEP = ("light", "only", "name", "run")
 
 
 def keep(arguments: Sequence[str]) -> int:
-    """Archive the full-scale results of this commit in results/archive.
+    """Archive full-scale results of this commit, or of another with the same sources, in results/archive.
 
     ``light=1`` writes the small archive of the repository, ``only=FIGURE`` keeps one figure, and ``name=NAME`` keeps a
     run with changed options: the latest in results/scratch, or ``run=FOLDER``.
@@ -235,18 +237,34 @@ def keep(arguments: Sequence[str]) -> int:
         require_choice("only", only, figures)
     elif folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, config.data.name, figures))
+    chosen = [only] if only else figures
+    current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):
         from pipeline.report import keep_light
 
         target = root / "light" / config.data.name
-        kinds = keep_light(folder, target, [only] if only else figures, **facts)
+        kinds = keep_light(folder, target, chosen, current=current, **facts)
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
         out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
     single = f"{facts['date']}-{facts['commit'][:12]}-{only}" if only else ""
-    kept = archive.keep(folder, root, figures_expected=[only] if only else figures, name=single, **facts)
+    kept = archive.keep(folder, root, figures_expected=chosen, name=single, current=current, **facts)
     out.print(f"kept in {kept}")
     return 0
+
+
+def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, commit: str) -> list[str]:
+    """Return those of another commit that the present sources would make again as they are.
+
+    Results are archived after `make readme`, whose tables are a commit of their own.
+    """
+    there = [name for name in figures if (folder / name / MANIFEST).is_file()]
+    others = [name for name in there if read_manifest(folder / name)["provenance"].get("commit") != commit]
+    return [
+        name
+        for name in others
+        if status(compose([f"experiment={name}", *arguments]), folder / name).state == CURRENT
+    ]
 
 
 def _latest_run(scratch: Path) -> Path:

@@ -268,7 +268,11 @@ def _run(arguments: Sequence[str]) -> int:
     if arguments[0] in _OF_MAIN and {"--help", "-h"} & set(arguments[1:]):
         print(inspect.cleandoc(_OF_MAIN[arguments[0]]))
         return 0
-    # Imported here, so that help is printed at once.
+    # Imported here, so that help is printed at once, and without what the other commands need.
+    if arguments[0] == "reconstruct" and not {"--help", "-h"} & set(arguments[1:]):
+        from pipeline.cli.reconstruct import reconstruct
+
+        return reconstruct(arguments[1:])
     from pipeline.cli.commands import COMMANDS
     from pipeline.validation import InvalidInput
 
