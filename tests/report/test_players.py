@@ -171,6 +171,32 @@ def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: P
     assert "3.00 times as much" in dom
 
 
+def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path: Path) -> None:
+    page, _ = write_page(folder, FIGURES, to=tmp_path)
+    script = """<script>addEventListener("load", () => {
+      const chosen = () => document.querySelector("#numbers .chosen th").textContent;
+      const bars = () => document.getElementById("bars").textContent;
+      const once = (name, then) => {
+        const timer = setInterval(() => { if (chosen().startsWith(name)) { clearInterval(timer); then(); } }, 20);
+      };
+      document.querySelector("input[value=anatomical]").click();
+      once("anatomical", () => {
+        document.body.dataset.ours = bars();
+        document.querySelector("#player [type=reset]").click();
+        once("MAP", () => { document.body.dataset.papers = bars(); });
+      });
+    });</script></body>"""
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", script), encoding="utf-8")
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}", "--dump-dom",
+        "--virtual-time-budget=20000", page.as_uri(),
+    ]  # fmt: skip
+    dom = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert said["ours"].startswith("Its own 95 % bars reach ±")
+    assert said["papers"] == ""  # absent if the player did not come back
+
+
 def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
     """Mean half width of the anatomical method's 95 % bars from 30 degrees, mm, and the share that they cover."""
     figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]

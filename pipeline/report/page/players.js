@@ -109,7 +109,7 @@ const Players = (() => {
       const label = methods.appendChild(document.createElement("label"));
       label.innerHTML = `<input type="radio" name="method" value="${key}"> <span class="swatch" style="--ink:var(--c-${Charts.roles(method.role)})"></span> `;
       label.append(method.label);
-      label.querySelector("input").checked = key === "map";
+      label.querySelector("input").defaultChecked = key === "map";
     });
     const [low, high] = people.sigma2_range_mm2;
     sigma.max = 100; sigma.value = 100 * Math.log(people.sigma2_mm2 / low) / Math.log(high / low);
