@@ -201,13 +201,13 @@ class FaceOffFigure(Figure):
                     eye_mm=eye,
                 )
                 image_view = recordings.Image2D(
-                    name=f"image of the {camera.words}", origin=f"image/observed/{camera}"
+                    name=f"image of the {camera.words}", origin=f"image/observed/{camera}", beside=space
                 )
                 curves = recordings.Plot(
                     name=f"error (mm) against time (s), {camera.words}",
                     origin=f"curves/error_mm/{camera}",
                     y_range=(0.0, 1.7 * worst),  # the legend takes the upper part
                 )
-                columns.append(recordings.Rows(space, image_view, curves, shares=(4, 3, 3)))
+                columns.append(recordings.Rows(space, image_view, curves, shares=(4, 4, 3)))
             layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)

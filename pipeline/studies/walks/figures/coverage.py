@@ -248,14 +248,13 @@ class BarCoverage(Figure):
                 WALKER15.bones,
                 index=index,
             )
+            space = recordings.Space3D(name="truth, reconstruction and samples of the posterior")
             rec.blueprint(
                 recordings.Columns(
-                    recordings.Space3D(name="truth, reconstruction and samples of the posterior"),
-                    recordings.Rows(
-                        recordings.Image2D(name=f"observed at {sweep.sample_view_deg:g}°"),
-                        recordings.Notes(),
-                    ),
-                    shares=(3, 2),
+                    space,
+                    recordings.Image2D(name=f"observed at {sweep.sample_view_deg:g}°", beside=space),
+                    recordings.Notes(),
+                    shares=(4, 3, 2),
                 ),
                 playing=True,
             )
