@@ -483,6 +483,35 @@ def worked_keypoints() -> dict[str, dict[str, np.ndarray]]:
             covered_95_percent=[94.0, 95.0, 96.0, 97.0],
             covered_95_raw_percent=[97.0] * 4,
         ),
+        "keypoints_degradations": columns(
+            method=["keypoint_walk", AVERAGE, "image_kept"] * 3,
+            condition=[0] * 3 + [1] * 3 + [2] * 3,
+            change=["as usual"] * 3 + ["strides"] * 3 + ["focal length told"] * 3,
+            level=[""] * 3 + ["1"] * 3 + ["25 % too long"] * 3,
+            error_mm=[20.0, 40.0, 50.0, 30.0, 40.0, 50.0, 20.0, 40.0, 60.0],
+            knee_error_deg=[3.0, 6.0, 5.0] * 3,
+        ),
+        "keypoints_degradations/table_clips": columns(
+            person=["a", "b"] * 2,
+            change=["bias"] * 4,
+            level=["20 mm"] * 2 + ["20 mm, told"] * 2,
+            covered_95_raw_percent=[80.0, 82.0, 94.0, 95.0],
+        ),
+        "keypoints_ablation": columns(
+            method=["keypoint_walk", AVERAGE] * 4,
+            condition=[0, 0, 1, 1, 2, 2, 3, 3],
+            level=[""] * 2
+            + ["giving the bias back"] * 2
+            + ["harmonics 3 and 4"] * 2
+            + ["all but the legs"] * 2,
+            error_mm=[27.0, 40.0, 30.0, 40.0, 28.0, 40.0, 35.0, 40.0],
+            knee_error_deg=[4.0, 9.0, 4.5, 9.0, 5.0, 9.0, 4.5, 9.0],
+        ),
+        "keypoints_ablation/table_clips": columns(
+            person=["a", "b"] * 2,
+            level=["as given"] * 2 + ["both tried"] * 2,
+            labels_right_percent=[0.0, 0.0, 100.0, 90.0],
+        ),
     }
 
 
@@ -861,6 +890,14 @@ WORKED = {
     "keypoints_view_angle": 2.5,
     "keypoints_view_not_mistaken": 25.0,
     "keypoints_coverage": 95.5,
+    "keypoints_degraded_below_average_walker": 37.5,
+    "keypoints_one_stride": 25.0,
+    "keypoints_focal_length_told_wrong": 50.0,
+    "keypoints_bias_told": 94.5,
+    "keypoints_giving_the_bias_back": 10.0,
+    "keypoints_four_harmonics": 20.0,
+    "keypoints_legs_only": 4.5,
+    "keypoints_wrong_labels": 95.0,
     "park2011_length_preserved": 1e-9,
     "park2011_smooth": 1.25,
     "park2011_imputed_points_articulated": 1e-12,

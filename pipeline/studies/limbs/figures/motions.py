@@ -260,8 +260,9 @@ class MotionsFigure(Figure):
                     name=f"image of the {camera} camera",
                     contents=(f"image/{camera}",),
                     shown=(f"image/{camera}/{first}",),
+                    beside=space,
                 )
-                columns.append(recordings.Rows(space, image_view, shares=(3, 2)))
+                columns.append(recordings.Rows(space, image_view))
             layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)
 
