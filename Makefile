@@ -14,6 +14,8 @@ FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
+# Without compiled modules kept, every process of a sweep or a test would parse all sources again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)

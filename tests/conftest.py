@@ -41,8 +41,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 set_hypothesis_home_dir(Path(tempfile.gettempdir()) / f"gait-pipeline-hypothesis-{getpass.getuser()}")
 # No example fails because the machine is busy.
 patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("dev", patient, max_examples=50)
-settings.register_profile("ci", patient, max_examples=50, derandomize=True, database=None)
+settings.register_profile("dev", patient, max_examples=25)
+settings.register_profile("ci", patient, max_examples=25, derandomize=True, database=None)
 settings.register_profile("deep", patient, max_examples=500)  # HYPOTHESIS_PROFILE=deep make test
 settings.load_profile(
     os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") == "true" else "dev")
@@ -57,6 +57,10 @@ FEW_TRIALS = {
     "park2011_fig3c": ["sweep.trials=8", "sweep.time_limit_s=0", "sweep.adjusts=[global]"],
     "park2011_fig3d": ["sweep.trials=3", "sweep.fractions=[0,0.05,0.3]"],
     "park2011_fig4": ["sweep.clips=3", "sweep.time_limit_s=0"],
+    "mozerov2006_fig4": ["sweep.resamples=10", "sweep.measured=500"],
+    "zhang2007_fig6": ["scale.view_step_deg=30"],
+    "zhang2004_fig5": ["scale.view_step_deg=30"],
+    "zhang2007_joint_angles": ["scale.structure_step_deg=30"],
     "mozerov2006_tracking": [
         "sweep.particles=[200,500]", "sweep.tracked=5", "sweep.noise_mm=[0]", "sweep.occluded=[0]",
     ],

@@ -20,9 +20,9 @@ TUTORIAL = (ROOT / "tutorial.py").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the tutorial leaves behind, of two draws."""
+    """What the tutorial leaves behind, of one draw."""
     made = tmp_path_factory.mktemp("tutorial")
-    where = {"TUTORIAL_FOLDER": str(made), "TUTORIAL_DRAWS": "2", "OPENBLAS_NUM_THREADS": "1"}
+    where = {"TUTORIAL_FOLDER": str(made), "TUTORIAL_DRAWS": "1", "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(
         [sys.executable, "-W", "error", str(ROOT / "tutorial.py")],
         env=os.environ | where | {"PYTHONPATH": str(ROOT)},

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,15 @@ from pipeline import papers
 from pipeline.cli import export, inspect, pointlight
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
-from pipeline.cli.presets import listed, presets
+from pipeline.cli.presets import listed, presets, split_named
 from pipeline.cli.reconstruct import reconstruct, train_model
 from pipeline.cli.sensitivity import sensitivity
+from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
 from pipeline.cli.verify import verify
 from pipeline.clips.options import RecordedData
 from pipeline.storage import archive, provenance, tables
+from pipeline.storage.sealed_folders import MANIFEST, read_manifest
 from pipeline.studies import published
 from pipeline.studies.ledger import judge_folder, write_claims
 from pipeline.validation import InvalidInput, require_choice
@@ -37,9 +39,11 @@ def built_figures() -> list[str]:
     ]
 
 
-def figures_for(arguments: Sequence[str]) -> list[str]:
-    """Return those for which the data set has clips."""
-    return [name for name in built_figures() if not lacking(compose([f"experiment={name}", *arguments]))]
+def figures_for(arguments: Sequence[str], among: Sequence[str] = ()) -> list[str]:
+    """Return those for which the data set has clips: of all figures, or among some."""
+    return [
+        name for name in among or built_figures() if not lacking(compose([f"experiment={name}", *arguments]))
+    ]
 
 
 def fetch(arguments: Sequence[str]) -> int:
@@ -84,6 +88,8 @@ def fetch(arguments: Sequence[str]) -> int:
 
 
 def _results_folder(arguments: Sequence[str]) -> tuple[Any, Path]:
+    if split_named(arguments)[0]:
+        raise InvalidInput("this is done for all figures", where="experiment", expected="no experiment=")
     config = compose(["experiment=zhang2007_fig2", *arguments])
     return config, Path(config.results) / config.data.name / config.scale.name
 
@@ -108,10 +114,15 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 
 
 def claims(arguments: Sequence[str]) -> int:
-    """Print the papers' claims beside our numbers, and write claims.csv beside the figures."""
-    config, folder = _results_folder(arguments)
-    verdicts = judge_folder(folder, config.data.name, figures_for(arguments))
-    if folder.is_dir():
+    """Print the papers' claims beside our numbers, and write claims.csv beside the figures.
+
+    ``experiment=a,b`` prints those on some figures, and writes none.
+    """
+    named, common = split_named(arguments)
+    config, folder = _results_folder(common)
+    chosen = [require_choice("experiment", name, presets()) for name in named]
+    verdicts = judge_folder(folder, config.data.name, figures_for(common, chosen))
+    if folder.is_dir() and not named:
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
     out.print(claims_table(verdicts))
@@ -203,7 +214,7 @@ _KEEP = ("light", "only", "name", "run")
 
 
 def keep(arguments: Sequence[str]) -> int:
-    """Archive the full-scale results of this commit in results/archive.
+    """Archive full-scale results of this commit, or of another with the same sources, in results/archive.
 
     ``light=1`` writes the small archive of the repository, ``only=FIGURE`` keeps one figure, and ``name=NAME`` keeps a
     run with changed options: the latest in results/scratch, or ``run=FOLDER``.
@@ -226,18 +237,34 @@ def keep(arguments: Sequence[str]) -> int:
         require_choice("only", only, figures)
     elif folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, config.data.name, figures))
+    chosen = [only] if only else figures
+    current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):
         from pipeline.report import keep_light
 
         target = root / "light" / config.data.name
-        kinds = keep_light(folder, target, [only] if only else figures, **facts)
+        kinds = keep_light(folder, target, chosen, current=current, **facts)
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
         out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
     single = f"{facts['date']}-{facts['commit'][:12]}-{only}" if only else ""
-    kept = archive.keep(folder, root, figures_expected=[only] if only else figures, name=single, **facts)
+    kept = archive.keep(folder, root, figures_expected=chosen, name=single, current=current, **facts)
     out.print(f"kept in {kept}")
     return 0
+
+
+def _current(figures: Sequence[str], folder: Path, arguments: Sequence[str], *, commit: str) -> list[str]:
+    """Return those of another commit that the present sources would make again as they are.
+
+    Results are archived after `make readme`, whose tables are a commit of their own.
+    """
+    there = [name for name in figures if (folder / name / MANIFEST).is_file()]
+    others = [name for name in there if read_manifest(folder / name)["provenance"].get("commit") != commit]
+    return [
+        name
+        for name in others
+        if status(compose([f"experiment={name}", *arguments]), folder / name).state == CURRENT
+    ]
 
 
 def _latest_run(scratch: Path) -> Path:
@@ -249,19 +276,45 @@ def _latest_run(scratch: Path) -> Path:
 
 
 def look(arguments: Sequence[str]) -> int:
-    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [write=my_lab.yaml]."""
+    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [OPTION=VALUE ...].
+
+    PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
+
+    write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
+    skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
+    units=m               of a file that does not state its unit: mm, cm, m, in, ft
+    frame_rate_hz=100     of a file that does not state its rate
+    subject=…             who, in a file of several people
+    """
     out = open_console()
-    usable = 0
-    for found in inspect.inspect(arguments):
-        out.print(Text(found.name, style="bold"), soft_wrap=True)
-        for line in found.lines:
+
+    def show(title: str, lines: Iterable[str]) -> None:
+        out.print(Text(title, style="bold"), soft_wrap=True)
+        for line in lines:
             out.print(Text(f"  {line}"), soft_wrap=True)
-        usable += bool(found.mapping)
-    return 0 if usable or any(item.startswith("write=") for item in arguments) else 1
+
+    seen = []
+    for found in inspect.inspect(arguments):
+        show(found.name, found.lines)
+        seen.append(found)
+    folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
+    if folder is not None:
+        show("in all", inspect.summary(folder, seen))
+    return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1
 
 
 def export_motion(arguments: Sequence[str]) -> int:
-    """Write a walker of a figure or a recording: export SOURCE [walker= view_angle_deg= method= motion=] to=FILE."""
+    """Write a walker of a figure or a recording: export SOURCE [OPTION=VALUE ...] to=FILE.
+
+    SOURCE is the folder of a figure (zhang2007_fig5, …) or of `reconstruct`, or a file that can be read.
+    to=FILE.c3d, .trc (OpenSim: y up, x forward), .bvh (y up, z forward), .csv, .npz; layout=wide of a CSV.
+
+    walker=… view_angle_deg=30 method=map   of a figure: who, reconstructed from which view, and how
+    motion=both|original|reconstructed      of a figure; joints of a reconstruction end in its method: left_knee_map
+    cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
+    skeleton=auto                           of a recording: the joints in place of the points
+    units=m subject=…                       of a recording that does not state its unit; that has several people
+    """
     open_console().print(f"written: {export.export(arguments)}", soft_wrap=True)
     return 0
 
@@ -281,7 +334,7 @@ def point_lights(arguments: Sequence[str]) -> int:
     translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man
-    skeleton=… units=m                  of a recording
+    skeleton=… units=m subject=…        of a recording; subject= of one with several people
     """
     target, words = pointlight.make(arguments)
     open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)

@@ -62,7 +62,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.cli.presets import first_comment, place, presets
+from pipeline.cli.presets import first_comment, place, presets, split_named
 from pipeline.resources import PACKAGE
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
 """Overrides with which a preset is still published in its own folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
-    f"data.{x}" for x in ("path", "pattern", "person", "units", "frame_rate_hz", "name")
+    f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "frame_rate_hz", "name")
 }
 """Further ones with data=folder: they define the data set."""
 
@@ -169,8 +169,7 @@ def make_all(arguments: Sequence[str]) -> int:
 
     dry = "--dry-run" in arguments
     arguments = [item for item in arguments if item != "--dry-run"]
-    chosen = [name for item in arguments if item.startswith("experiment=") for name in item[11:].split(",")]
-    common = [item for item in arguments if not item.startswith("experiment=")]
+    chosen, common = split_named(arguments)
     moment = _moment()
     jobs = []
     left_out: dict[str, list[str]] = {}

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from pipeline.resources import CONF
 
 
 def presets() -> list[str]:
     """Return the names of the presets, sorted."""
     return sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
+
+
+def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the figures that ``experiment=a,b`` names, none if it is not given, and the other arguments."""
+    of_figures = [item for item in arguments if item.startswith("experiment=")]
+    named = [name for item in of_figures for name in item.partition("=")[2].split(",")]
+    return named, [item for item in arguments if item not in of_figures]
 
 
 PAPERS = ("zhang2007", "zhang2004"), ("mozerov2006",), ("park2011",)

@@ -11,8 +11,8 @@ import numpy as np
 
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs, postures_array
-from pipeline.validation import InvalidInput
+from pipeline.pictures.stick_figures import RING_SIZE, Bones, add_bones, add_rings, bone_pairs, postures_array
+from pipeline.validation import InvalidInput, require_shape
 
 _LOOKS: tuple[dict[str, Any], ...] = (
     {"colour": "original", "width": look.BONE_WIDTHS["light"], "dashes": look.ORIGINAL_DASHES},
@@ -26,11 +26,15 @@ _GROUP_WIDTH, _TALLEST_ROW = 3.5, 1.35
 
 @dataclass(frozen=True, kw_only=True)
 class PostureRow:
-    """Postures side by side, `original` and `reconstructed`, each (n, J, 2) in mm, the second axis up."""
+    """Postures side by side, `original` and `reconstructed`, each (n, J, 2) in mm, the second axis up.
+
+    Joints that nobody measured, `estimated` (J,) bool, are drawn hollow.
+    """
 
     label: str
     original: np.ndarray
     reconstructed: np.ndarray
+    estimated: np.ndarray | None = None
 
 
 def draw_postures(
@@ -102,11 +106,16 @@ def draw_postures(
                 axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
                 shift = np.stack([step * np.arange(count), np.full(count, -i * drop)], axis=-1)[:, None]
                 for which in (1, 0):  # the original over the reconstruction
-                    add_bones(axes, _centred(row)[which] + shift, bones, **_LOOKS[which])
+                    bodies, of = _centred(row)[which] + shift, _LOOKS[which]
+                    add_bones(axes, bodies, bones, **of)
+                    if row.estimated is not None and row.estimated.any():
+                        add_rings(axes, bodies, row.estimated, colour=of["colour"], width=of["width"])
         handles = [
             look.legend_handle(name, hex_colour(of["colour"]), line=of["dashes"], width=of["width"])
             for name, of in zip(legend, _LOOKS, strict=True)
         ]
+        if any(row.estimated is not None and row.estimated.any() for row in every):
+            handles.append(look.ring_handle("joint that nobody measured", RING_SIZE))
         header = look.legend_above_figure(figure, handles)
         look.finish(figure, path_stem, caption, header=header)
 
@@ -128,5 +137,7 @@ def _check_postures(where: str, groups: Sequence[tuple[str, Sequence[PostureRow]
             for which, array in (("original", row.original), ("reconstructed", row.reconstructed)):
                 here = f"{where}, {title} {row.label}, {which}"
                 postures_array(here, array, (*shape[:2], 2) if len(shape) == 3 else ("n", "J", 2))
+            if row.estimated is not None:
+                require_shape(f"{where}, {title} {row.label}, estimated", row.estimated, (shape[1],))
     bone_pairs(where, bones, shape[1])
     return int(shape[0])

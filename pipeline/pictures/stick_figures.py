@@ -14,6 +14,9 @@ from pipeline.validation import InvalidInput, require_finite, require_shape
 
 Bones = Sequence[tuple[int, int]]
 
+RING_SIZE = 3.0
+"""Diameter of the rings of joints that nobody measured, points."""
+
 
 def bone_pairs(where: str, bones: Bones, joints: int) -> np.ndarray:
     """Return the bones as (B, 2) int.
@@ -52,3 +55,19 @@ def add_bones(
         list(strips), colors=hex_colour(colour), linewidths=width, linestyles=[dashes], capstyle="round"
     )
     axes.add_collection(lines, autolim=False)
+
+
+def add_rings(axes: Axes, postures: np.ndarray, joints: np.ndarray, *, colour: str, width: float) -> None:
+    """Add rings to some of the joints (J,) bool of postures (…, J, 2): those that nobody measured."""
+    places = np.asarray(postures)[..., joints, :].reshape(-1, 2)
+    axes.plot(
+        *places.T,
+        linestyle="none",
+        marker="o",
+        markersize=RING_SIZE,
+        markerfacecolor="white",
+        markeredgecolor=hex_colour(colour),
+        markeredgewidth=width,
+        scalex=False,
+        scaley=False,
+    )

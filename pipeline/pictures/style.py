@@ -138,6 +138,14 @@ def legend_handle(label: str, colour: str, *, line: Any = "-", width: float = LI
     return Line2D([], [], label=label, color=colour, linestyle=line, marker=marker, linewidth=width)
 
 
+def ring_handle(label: str, size: float) -> Line2D:
+    """Return what a legend shows of rings, `size` points wide."""
+    return Line2D(
+        [], [], label=label, linestyle="none", marker="o", markersize=size, markerfacecolor="white",
+        markeredgecolor=hex_colour("original"), markeredgewidth=LINE_WIDTH / 2,
+    )  # fmt: skip
+
+
 def legend_above_axes(axes: Axes, handles: Sequence[Line2D]) -> None:
     """Put a legend above the axes, at the right, so that it never lies over data."""
     axes.legend(

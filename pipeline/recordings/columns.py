@@ -84,6 +84,32 @@ def vector(where: str, values: Any) -> np.ndarray:
     return v
 
 
+def band(
+    entity: str, places: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, Extent, list[Any]] | None:
+    """Return which rows have both ends of an interval, the box around them, and the columns of the band between them.
+
+    It is a measurement at its middle, whose deviation is half its width; None if no row has both ends.
+    """
+    ends = np.stack(
+        [
+            require_shape(f"{entity}, {name}", end, (len(places),)).astype(float)
+            for name, end in (("low", low), ("high", high))
+        ]
+    )
+    known = np.isfinite(ends).all(axis=0)
+    if not known.any():
+        return None
+    ends = ends[:, known]
+    if (ends[0] > ends[1]).any():
+        raise InvalidInput("an interval whose ends are swapped", where=entity, expected="low ≤ high")
+    first, last = (float(places[known][k]) for k in (0, -1))
+    extent = Extent((first, float(ends.min())), (last, float(ends.max())))
+    half = 0.5 * (ends[1] - ends[0])
+    columns = rr.Measurements.columns(values=ends.mean(axis=0), variances=half**2)
+    return known, extent, partitioned(columns, ends.shape[1], 1)
+
+
 def rgb(where: str, colour: str) -> tuple[int, int, int]:
     """Return red, green and blue of a colour of `pipeline.palette` on the viewer's dark ground."""
     return rgb_colour(require_choice(f"{where}, colour", colour, NAMES), dark_ground=True)

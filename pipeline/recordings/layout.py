@@ -15,10 +15,10 @@ from pipeline.validation import InvalidInput
 METRES = 1e-3
 """Metres in one millimetre."""
 
-_HALF_VIEW = 0.45
+_HALF_VIEW = 0.49
 """Tangent of half the angle of the viewer's eye, measured on its screen."""
 
-_FILLED = 0.85
+_FILLED = 0.84
 """Share of a view that what it shows fills."""
 
 GROUND = (24, 26, 31)
@@ -38,21 +38,27 @@ class View:
 class Space3D(View):
     """Skeletons in space, framed; with `shown`, all other entities start hidden, and these are framed.
 
-    They are seen from the direction in which `eye_mm` lies from `target_mm`, from so far that they fill the view.
+    They are seen from the direction in which `eye_mm` lies from `target_mm`, from so far that they fill the view, whose
+    width over height in the layout is about `aspect`: bodies side by side fill a wide view.
     """
 
     origin: str = "world"
     shown: tuple[str, ...] = ()
     eye_mm: tuple[float, float, float] = (2000.0, 1750.0, 1300.0)
     target_mm: tuple[float, float, float] = (0.0, 0.0, 850.0)
+    aspect: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Image2D(View):
-    """Skeletons in an image, upright; `shown` as in `Space3D`."""
+    """Skeletons in an image, upright; `shown` as in `Space3D`.
+
+    With `beside`, a view of the same bodies in space that is as high in the layout, both have one scale.
+    """
 
     origin: str = "image"
     shown: tuple[str, ...] = ()
+    beside: Space3D | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,7 +204,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
                 **common, eye_controls=eye, line_grid=grid, background=GROUND, overrides=_hidden(view)
             )
         case Image2D():
-            (left, top), (right, bottom) = _box(view, extents, margin=0.08)
+            (left, top), (right, bottom) = image_bounds(view, extents)
             bounds = rrb.VisualBounds2D(x_range=(left, right), y_range=(top, bottom))
             return rrb.Spatial2DView(
                 **common, background=GROUND, visual_bounds=bounds, overrides=_hidden(view)
@@ -228,8 +234,19 @@ def framed(view: Space3D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
     target, (across, along, height) = (low + high) / 2.0, high - low
     way = np.array(view.eye_mm) - np.array(view.target_mm)
     way = way / np.linalg.norm(way)
-    distance = max(height, float(np.hypot(across, along))) / (2.0 * _HALF_VIEW * _FILLED)
+    distance = max(height, float(np.hypot(across, along)) / view.aspect) / (2.0 * _HALF_VIEW * _FILLED)
     return target + distance * way, target
+
+
+def image_bounds(view: Image2D, extents: Extents) -> tuple[np.ndarray, np.ndarray]:
+    """Return the upper left and the lower right corner of what an image shows, metres."""
+    low, high = _box(view, extents, margin=(1.0 / _FILLED - 1.0) / 2.0, paths=view.shown)
+    if view.beside is None:
+        return low, high
+    position, target = framed(view.beside, extents)
+    half = np.array([0.0, _HALF_VIEW * float(np.linalg.norm(position - target))])
+    middle, wide = (low + high) / 2.0, np.array([(high - low)[0] / 2.0, 0.0])
+    return middle - half - wide, middle + half + wide
 
 
 def _hidden(view: Space3D | Image2D) -> dict[Any, Any] | None:

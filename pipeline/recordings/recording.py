@@ -14,7 +14,8 @@ import rerun as rr
 
 from pipeline import tidy
 from pipeline.palette import CYCLE, Styles, style_keys, style_of
-from pipeline.recordings.columns import body, partitioned, rgb, time_column, vector
+from pipeline.recordings import hollow
+from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
 from pipeline.recordings.layout import METRES, Extent, Split, View, blueprint
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
@@ -136,33 +137,11 @@ class Recording:
         archetypes = (rr.Points3D, rr.LineStrips3D)
         self._body(entity, positions_mm, bones, index, colour, thickness_mm, archetypes, estimated)
         if estimated is not None and np.any(estimated):
-            self._wire_spheres(
+            self._hollow(
                 f"{entity}/estimated",
-                np.asarray(positions_mm)[:, np.asarray(estimated, dtype=bool)],
-                index=index,
-                colour=colour,
-                radius_mm=4.5 * thickness_mm,
+                hollow.wire_spheres(f"{entity}/estimated", positions_mm, estimated, colour, thickness_mm),
+                index,
             )
-
-    def _wire_spheres(
-        self,
-        entity: str,
-        centres_mm: np.ndarray,
-        *,
-        index: Mapping[str, np.ndarray],
-        colour: str,
-        radius_mm: float,
-    ) -> None:
-        """Add moving spheres of wire, `centres_mm` (T, P, 3)."""
-        centres, _, extent = body(entity, centres_mm, [(0, 0)], 3)
-        columns = self._claim(entity, extent, index, len(centres))
-        half, rows = [[radius_mm * METRES] * 3] * centres.shape[1], len(centres)
-        style = rr.Ellipsoids3D.from_fields(
-            half_sizes=half, colors=rgb(entity, colour), fill_mode=rr.components.FillMode.MajorWireframe
-        )
-        self._static(entity, style)
-        moved = rr.Ellipsoids3D.columns(centers=centres.reshape(-1, 3))
-        self._stream.send_columns(entity, indexes=columns, columns=partitioned(moved, rows, centres.shape[1]))
 
     def image_points(
         self,
@@ -173,9 +152,25 @@ class Recording:
         index: Mapping[str, np.ndarray],
         colour: str = "original",
         thickness_mm: float = 7.0,
+        estimated: np.ndarray | None = None,
     ) -> None:
-        """Add a moving skeleton in an image, `points_mm` (T, J, 2) right and up; the rest as `skeleton`."""
-        self._body(entity, points_mm, bones, index, colour, thickness_mm, (rr.Points2D, rr.LineStrips2D))
+        """Add a moving skeleton in an image, `points_mm` (T, J, 2) right and up; the rest as `skeleton`.
+
+        Joints that nobody measured are rings: discs with one of the ground's colour over them.
+        """
+        archetypes = (rr.Points2D, rr.LineStrips2D)
+        self._body(entity, points_mm, bones, index, colour, thickness_mm, archetypes, estimated)
+        if estimated is not None and np.any(estimated):
+            self._hollow(
+                f"{entity}/estimated",
+                hollow.insides_of_rings(f"{entity}/estimated", points_mm, estimated, thickness_mm),
+                index,
+            )
+
+    def _hollow(self, entity: str, drawn: hollow.Hollow, index: Mapping[str, np.ndarray]) -> None:
+        columns = self._claim(entity, drawn.extent, index, drawn.rows)
+        self._static(entity, drawn.style)
+        self._stream.send_columns(entity, indexes=columns, columns=drawn.columns)
 
     def _body(
         self,
@@ -194,9 +189,9 @@ class Recording:
         columns = self._claim(entity, extent, index, len(joints))
         colours, radius = rgb(entity, colour), thickness_mm * METRES
         radii: float | np.ndarray = 1.5 * radius
-        if estimated is not None:  # of those nobody measured, only the ends of the bones are left
+        if estimated is not None:  # in space, only the ends of the bones are left of those nobody measured
             flags = require_shape(f"{entity}, estimated", estimated, (joints.shape[1],)).astype(bool)
-            radii = np.where(flags, 0.0, radii)
+            radii = np.where(flags, 0.0 if space == 3 else hollow.RING * radius, radii)
         self._static(entity, points.from_fields(colors=colours, radii=radii))
         self._static(entity, strips.from_fields(colors=colours, radii=radius))
         dots = partitioned(points.columns(positions=joints.reshape(-1, space)), *joints.shape[:2])
@@ -211,6 +206,7 @@ class Recording:
         *,
         label: str,
         sd: np.ndarray | None = None,
+        interval: tuple[np.ndarray, np.ndarray] | None = None,
         colour: str = "blue",
         width: float = 1.0,
     ) -> None:
@@ -227,6 +223,8 @@ class Recording:
             What the legend says.
         sd : (N,) array, optional
             Standard deviation, drawn as a band of one on either side.
+        interval : ((N,) array, (N,) array), optional
+            Lower and upper ends, drawn as a band on the entity ``<entity>/interval`` where both are known (finite).
         colour : str
             Name or role of `pipeline.palette`.
         width : float
@@ -253,6 +251,14 @@ class Recording:
             self._static(entity, rr.Measurements.from_fields(**style))
             data = rr.Measurements.columns(values=values, variances=half**2)
         self._stream.send_columns(entity, indexes=columns, columns=partitioned(data, len(values), 1))
+        if interval is not None:
+            where = f"{entity}/interval"
+            drawn = band(where, places, *interval)
+            if drawn is not None:
+                known, extent, parts = drawn
+                columns = self._claim(where, extent, {self.timeline: places[known]}, int(known.sum()))
+                self._static(where, rr.Measurements.from_fields(**{**style, "widths": 0.0}))
+                self._stream.send_columns(where, indexes=columns, columns=parts)
 
     def curves(
         self,
@@ -266,7 +272,10 @@ class Recording:
         where: tidy.Where | None = None,
         entity: str = "curves/{y}/{series}",
     ) -> None:
-        """Add the curves of a tidy table, one to each series.
+        """Add the curves of a tidy table, one to each series, with their intervals.
+
+        Columns ``<y>_low`` and ``<y>_high``, where the table has them, are drawn as bands; a style says if its series
+        has any.
 
         Parameters
         ----------
@@ -290,7 +299,8 @@ class Recording:
         InvalidInput
             If a column is missing, a series has no style, or a curve cannot be added.
         """
-        columns = [x, y, *filter(None, [sd])]
+        ends = [name for name in (f"{y}_low", f"{y}_high") if name in table]
+        columns = [x, y, *filter(None, [sd]), *(ends if len(ends) == 2 else [])]
         found = tidy.groups(table, columns, by=by, where=where, keys=style_keys(styles))
         for number, (key, rows) in enumerate(found.items()):
             style = style_of(styles, key or y)
@@ -298,7 +308,8 @@ class Recording:
                 entity.format(y=y, series=key),
                 rows[x],
                 rows[y],
-                sd=rows[sd] if sd else None,
+                sd=rows[sd] if sd and style.banded else None,
+                interval=(rows[ends[0]], rows[ends[1]]) if len(ends) == 2 and style.banded else None,
                 label=style.label,
                 colour=style.colour or CYCLE[number % len(CYCLE)],
                 width=style.width,

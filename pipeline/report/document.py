@@ -12,7 +12,7 @@ from typing import Any
 
 from pipeline import papers
 from pipeline.palette import COLOURS, ROLES
-from pipeline.report import entries, players, templates, verdicts
+from pipeline.report import entries, players, sensitivity, templates, verdicts
 from pipeline.report.published import Published, packed_json, read_published
 from pipeline.skeleton import WALKER15
 from pipeline.storage import provenance
@@ -30,7 +30,7 @@ TUTORIAL = "tutorial"
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
 
-_SCRIPTS = ("walker.js", "charts.js", "players.js", "theme.js", "page.js")
+_SCRIPTS = ("walker.js", "anatomy.js", "charts.js", "players.js", "agreement.js", "theme.js", "page.js")
 
 
 def write_page(
@@ -116,6 +116,11 @@ def _render(
         if key in of_papers
     ]
     packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
+    numbers, moved = entries.published_rows(results), sensitivity.moved_by_switches(results)
+    if numbers:
+        packed["published"] = packed_json({entries.PUBLISHED: numbers})
+    if moved:
+        packed["sensitivity"] = packed_json({sensitivity.TABLE: moved["text"]})
     curves = {name: entries.curve_tables(figure, layout) for name, figure in results.figures.items()}
     packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
@@ -133,7 +138,10 @@ def _render(
         reasons=reasons,
         options=entries.options_of(results),
         variants=[entries.variant_entry(variant) for variant in variants],
-        published=entries.published_tables(results),
+        published=entries.published_tables(results) if numbers else [],
+        published_commits=entries.published_commits(results) if numbers else [],
+        moved=moved,
+        shown_figures=set(figures),
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),

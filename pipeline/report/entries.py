@@ -23,6 +23,9 @@ TABLE_BYTES = 52_000
 FIRST_ROWS = 50
 PICTURE_WIDTH, SHOT_WIDTH = 1400, 640
 
+WIDE = 1.6
+"""Pictures wider than this times their height stand above their curves."""
+
 
 def paper_entry(
     paper: papers.Paper, results: Published, layout: Mapping[str, Any], entries: Mapping[str, dict[str, Any]]
@@ -42,7 +45,7 @@ def paper_entry(
             sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
             for sentence in said.get("sentences", [])
         ],
-        "shot": _picture(shot, SHOT_WIDTH) if shot else None,
+        "shot": _picture(shot, SHOT_WIDTH, said.get("part")) if shot else None,
         "shot_title": shot.title if shot else "",
         "counts": counts_by_kind(results.claims_of(paper=paper.key)),
         "verdicts": [
@@ -84,6 +87,7 @@ def figure_entry(
     made = figure.manifest.get("provenance", {})
     seconds = sum(stage.get("seconds", 0.0) for stage in figure.manifest.get("stages", {}).values())
     dirty = " with changes" if made.get("dirty") is True else ""
+    picture, curves = _picture(figure, width), charts_of(figure, layout)
     return {
         "name": figure.name,
         "title": figure.title,
@@ -96,8 +100,10 @@ def figure_entry(
                 if claim["published"] is not None and claim["kind"] in ("", papers.Kind.RESULT)
             )
         )[:4],
-        "picture": _picture(figure, width),
-        "charts": [json.dumps(chart, ensure_ascii=False) for chart in charts_of(figure, layout)],
+        "picture": picture,
+        # Beside its curves a picture has half the page's width, in which a wide one is too small to read.
+        "stacked": not curves or picture is None or picture["width"] > WIDE * picture["height"],
+        "charts": [json.dumps(chart, ensure_ascii=False) for chart in curves],
         "claims": claims,
         "open": False,
         "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
@@ -196,10 +202,12 @@ def _whole(table: Table) -> bool:
     return len(table.text) <= TABLE_BYTES
 
 
-def _picture(figure: PublishedFigure | None, width: int) -> dict[str, Any] | None:
+def _picture(
+    figure: PublishedFigure | None, width: int, part: Sequence[float] | None = None
+) -> dict[str, Any] | None:
     if figure is None or not (figure.folder / "figure.png").is_file():
         return None
-    return pictures.embedded(figure.folder / "figure.png", width)
+    return pictures.embedded(figure.folder / "figure.png", width, part)
 
 
 def variant_entry(variant: Mapping[str, Any]) -> dict[str, Any]:
@@ -208,12 +216,39 @@ def variant_entry(variant: Mapping[str, Any]) -> dict[str, Any]:
     return {**variant, "picture": pictures.embedded(path, PICTURE_WIDTH) if path else None}
 
 
+PUBLISHED = "published.csv"
+"""File name of the published numbers of all data sets, in ``results`` and as it is downloaded from the page."""
+
+
+def published_rows(results: Published) -> str:
+    """Return the text of the published numbers, beside full-scale results of one of their data sets; else nothing."""
+    listed = provenance.PROJECT / "results" / PUBLISHED
+    if results.scale != "full" or not listed.is_file() or results.data not in tables.read(listed)["data"]:
+        return ""
+    return listed.read_text(encoding="utf-8")
+
+
+def published_commits(results: Published) -> list[dict[str, str]]:
+    """Return, for each data set of the published numbers, their commit, and whether it made this page's figures."""
+    here = {figure.commit for figure in results.figures.values()}
+    made = {
+        (row["data"], row["commit"]) for row in tables.read_rows(provenance.PROJECT / "results" / PUBLISHED)
+    }
+    return [
+        {
+            "data": data,
+            "commit": commit,
+            "other": ""
+            if data != results.data or commit in here
+            else "the figures here are of another commit",
+        }
+        for data, commit in sorted(made)
+    ]
+
+
 def published_tables(results: Published) -> list[dict[str, Any]]:
-    """Return the tables of published numbers over data sets, beside full-scale results of one of these."""
-    listed = provenance.PROJECT / "results" / "published.csv"
-    numbers = tables.read(listed) if listed.is_file() else {}
-    if results.scale != "full" or results.data not in set(numbers.get("data", ())):
-        return []
+    """Return the tables of published numbers over data sets."""
+    numbers = tables.read(provenance.PROJECT / "results" / PUBLISHED)
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     found = filled({name: table for name, table in layout.items() if name != "headline"}, numbers)
     return [

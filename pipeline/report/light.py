@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from pipeline import pictures
@@ -45,6 +45,7 @@ def keep_light(
     commit: str,
     dirty: bool | str,
     lock: Path = provenance.LOCK,
+    current: Collection[str] = (),
 ) -> dict[str, int]:
     """Write the light archive of ``results/<data>/full`` in `target`; return the bytes of each kind of file.
 
@@ -53,8 +54,8 @@ def keep_light(
     folder, target : Path
         `target` may be there only as an earlier light archive, which is replaced.
     figures : sequence of str
-        All must be made, by this commit.
-    date, commit, dirty, lock
+        All must be made, by this commit or by sources that are the same.
+    date, commit, dirty, lock, current
         As for `archive.keep`.
 
     Raises
@@ -64,7 +65,7 @@ def keep_light(
     """
     archive.require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
     for wanted in figures:
-        archive.check_figure(folder / wanted, commit=commit, lock=lock)
+        archive.check_figure(folder / wanted, commit=commit, lock=lock, current=wanted in current)
     results = read_published(folder, figures)
     with Store(target.parent).publish(target) as publication:
         inside = publication.folder

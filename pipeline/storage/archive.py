@@ -11,7 +11,7 @@ import io
 import json
 import re
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path, PurePosixPath
 
 from pipeline.storage import provenance
@@ -34,6 +34,7 @@ def keep(
     figures_expected: Sequence[str],
     lock: Path = provenance.LOCK,
     name: str = "",
+    current: Collection[str] = (),
 ) -> Path:
     """Archive results in ``<archive_root>/<date>-<first 12 digits of the commit>`` and return that folder.
 
@@ -59,11 +60,14 @@ def keep(
         The lock file that the results were made with.
     name : str
         Of the archive's folder, if not date and commit.
+    current : collection of str
+        Figures that the sources of this commit would make again as they are, by the keys of their stages: these may
+        come from another commit, which their manifests name.
 
     Raises
     ------
     InvalidInput
-        If the tree is dirty; a result is missing, unfinished, damaged, small-scale or made by another commit;
+        If the tree is dirty; a result is missing, unfinished, damaged, small-scale or made by other sources;
         the archive has other content already; or it cannot be written.
     """
     source = Path(results_data_scale)
@@ -75,7 +79,7 @@ def keep(
     if (source / CLAIMS).is_file():
         files[CLAIMS] = source / CLAIMS
     for figure in sorted(set(figures_expected)):
-        check_figure(source / figure, commit=commit, lock=lock)
+        check_figure(source / figure, commit=commit, lock=lock, current=figure in current)
         files |= {f"{figure}/{one}": source / figure / one for one in _listed(source / figure)}
     archive = Path(archive_root) / (name or f"{date}-{commit[:12]}")
     with folders.writing(archive):
@@ -184,8 +188,13 @@ def verify(archive: Path) -> list[str]:
     return problems
 
 
-def check_figure(folder: Path, *, commit: str, lock: Path, scale: str = "full") -> None:
-    """Require a finished result of this commit, made with this lock file, at this scale (empty: at any)."""
+def check_figure(
+    folder: Path, *, commit: str, lock: Path, scale: str = "full", current: bool = False
+) -> None:
+    """Require a finished result, made with this lock file, at this scale (empty: at any).
+
+    It must be of this commit, or `current`: such that this commit's sources would make the same.
+    """
     where = f"{folder.parent.parent.name}/{folder.parent.name}/{folder.name}"
     if not folder.is_dir():
         raise InvalidInput("the figure has not been made", where=where)
@@ -200,7 +209,12 @@ def check_figure(folder: Path, *, commit: str, lock: Path, scale: str = "full") 
             manifest.get("scale"),
             "only full-scale results are archived",
         ),
-        ("commit", commit, made.get("commit"), "the result was made by another commit: make it again"),
+        (
+            "commit",
+            made.get("commit") if current else commit,
+            made.get("commit"),
+            "the result was made by another commit, whose sources differ: make it again",
+        ),
         ("dirty", False, made.get("dirty"), "the result was made by a tree that differs from its commit"),
         (
             "lock_sha256",

@@ -53,19 +53,25 @@ def _module(name: str) -> tuple[str, frozenset[str]]:
     """
     path = _path(name)
     assert path is not None
-    tree = ast.parse(path.read_bytes())
-    imported: set[str] = set()
+    digest, imports = _code(path.read_bytes())
+    # From a package, a name is a module of it, or one that its __init__ has.
+    imported = {full if _path(full) else module for full, module in imports}
+    return digest, frozenset(found for found in imported if found != name and _path(found))
+
+
+@functools.cache
+def _code(content: bytes) -> tuple[str, frozenset[tuple[str, str]]]:
+    """Return the digest of a module's syntax tree, and each name that it imports with the module it comes from."""
+    tree = ast.parse(content)
+    imports: set[tuple[str, str]] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom):
-            # From a package, a name is a module of it, or one that its __init__ has.
-            full = {f"{node.module}.{alias.name}" for alias in node.names}
-            imported |= {name if _path(name) else str(node.module) for name in full}
+            imports |= {(f"{node.module}.{alias.name}", str(node.module)) for alias in node.names}
         elif isinstance(node, ast.Import):
-            imported |= {alias.name for alias in node.names}
+            imports |= {(alias.name, alias.name) for alias in node.names}
         else:
             _drop_docstrings(node)
-    imported = {name for name in imported if _path(name)}
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), frozenset(imported - {name})
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), frozenset(imports)
 
 
 def _drop_docstrings(node: ast.AST) -> None:

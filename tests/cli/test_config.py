@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -24,6 +25,12 @@ from pipeline.studies.study import Figure, Grid
 from pipeline.validation import InvalidInput
 
 CONF = Path(__file__).resolve().parents[2] / "conf"
+
+
+@functools.cache
+def composed(*overrides: str) -> Experiment:
+    """An experiment that several tests look at and none changes."""
+    return compose(list(overrides))
 
 
 def option_files(group: str) -> list[str]:
@@ -74,7 +81,7 @@ def _check_types(value: Any, path: str = "config") -> None:
 def test_every_preset_composes_at_every_scale_every_purpose_with_all_data(
     figure: str, scale: str, data: str
 ) -> None:
-    config = compose([f"experiment={figure}", f"scale={scale}", f"data={data}"])
+    config = composed(f"experiment={figure}", f"scale={scale}", f"data={data}")
     assert type(config) is Experiment
     assert (config.name, config.scale.name, config.data.name) == (figure, scale, data)
     assert config.paper in papers.PAPERS
@@ -108,7 +115,7 @@ def test_the_first_comment_of_a_preset_names_paper_and_figure(figure: str) -> No
 @pytest.mark.parametrize("figure", presets())
 def test_a_preset_wears_the_scale(figure: str) -> None:
     """`scale=smoke` reaches every size: people, views, variances."""
-    small = compose([f"experiment={figure}", "scale=smoke"])
+    small = composed(f"experiment={figure}", "scale=smoke", "data=synthetic")
     assert small.data.walkers == small.scale.walkers > 0
     steps = {"view_angle_deg": ("view_step_deg", "structure_step_deg"), "sigma2_mm2": ("sigma2_step_mm2",)}
     for name, those in steps.items():
@@ -266,7 +273,7 @@ def test_the_mirror_of_the_environment_does_not_make_a_scratch_run(monkeypatch: 
 @pytest.mark.parametrize("name", presets())
 def test_a_preset_puts_together_what_belongs_together(name: str) -> None:
     """Figure, sweep, model and dataset are of one study, or the experiment would be refused."""
-    experiment = compose([f"experiment={name}"])
+    experiment = composed(f"experiment={name}", "scale=full", "data=synthetic")
     experiment.validate()
     assert isinstance(experiment.figure, Figure)
     assert isinstance(experiment.sweep, experiment.figure.sweep)

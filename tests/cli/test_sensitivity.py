@@ -3,30 +3,38 @@
 from __future__ import annotations
 
 import functools
+import shutil
+from pathlib import Path
 
 import pytest
 
 from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import CONF
-from pipeline.cli.sensitivity import PLAIN, compare, moved_table, switches
+from pipeline.cli.sensitivity import PLAIN, compare, moved_table, sensitivity, switches
 from pipeline.papers import Estimate, Evidence, Outcome, Verdict
+from pipeline.storage import tables
+from pipeline.validation import InvalidInput
 
 GROUPS = papers.read_mapping(CONF / "sensitivity.yaml")
 
 
 @pytest.mark.parametrize("name", GROUPS)
-@pytest.mark.parametrize("data_name", ["synthetic", "optical"])
-def test_every_switch_changes_an_option_of_its_figures(name: str, data_name: str) -> None:
-    found = list(switches(GROUPS[name], data_name))
-    assert found[0].name == PLAIN
-    assert len({switch.name for switch in found}) == len(found) > 5
+def test_every_switch_changes_an_option_of_its_figures(name: str) -> None:
     plain = functools.cache(lambda *given: compose(list(given)))
-    for switch in found[1:]:
-        given = (f"experiment={switch.figures[-1]}", f"data={data_name}", *switch.common)
-        experiment = compose([*given, *switch.overrides])
-        experiment.sweep.validate()
-        assert experiment != plain(*given), switch.name
+    seen = set()
+    for data_name in ("synthetic", "optical"):
+        found = list(switches(GROUPS[name], data_name))
+        assert found[0].name == PLAIN
+        assert len({switch.name for switch in found}) == len(found) > 5
+        for switch in found[1:]:
+            if switch.name in seen:
+                continue
+            seen.add(switch.name)
+            given = (f"experiment={switch.figures[-1]}", f"data={data_name}", *switch.common)
+            experiment = compose([*given, *switch.overrides])
+            experiment.sweep.validate()
+            assert experiment != plain(*given), switch.name
 
 
 def verdict(name: str, value: float, outcome: Outcome) -> Verdict:
@@ -50,3 +58,24 @@ def test_a_switch_is_compared_with_the_figures_as_they_are() -> None:
     assert not share["outside_the_interval"]
     assert not share["verdict_moves"]
     assert moved_table([gain, share]).row_count == 1
+
+
+def test_a_run_that_was_stopped_is_tabulated_without_what_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = {"figures": ["zhang2007_fig2"], "common": ["data.walkers=4"]}
+    few["switches"] = {
+        "short": {"overrides": ["data.duration_s=3"]},
+        "level": {"overrides": ["data.offsets=0"]},
+    }
+    monkeypatch.setattr("pipeline.cli.sensitivity.groups", lambda: {"few": few})
+    options = ["data=synthetic", "scale=smoke", f"results={tmp_path}", "workers=1", "few"]
+    with pytest.raises(InvalidInput, match="no claim rests on the figures"):
+        sensitivity([*options, "made"])
+    assert sensitivity(options) == 0
+    folder = tmp_path / "sensitivity" / "synthetic" / "few"
+    assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "short", "level"}
+    shutil.rmtree(folder / "short")
+    assert sensitivity([*options, "made"]) == 0
+    assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "level"}
+    assert not (folder / "short").exists()

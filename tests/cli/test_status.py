@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.cli import commands
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.main import main
 from pipeline.cli.status import status
+from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.store import Store
 
 FIGURE = "zhang2007_fig2"
@@ -97,3 +99,20 @@ def test_a_dry_run_makes_nothing(results: Path, capsys: pytest.CaptureFixture[st
     told = capsys.readouterr().out
     assert told.count("1 missing; nothing was computed") == 2
     assert snapshot(results) == before
+
+
+def test_results_of_another_commit_may_be_archived_while_the_sources_are_the_same(
+    results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick = ["figure.picture=false", "figure.recording=false", "scale=smoke", f"results={results}"]
+    folder = place(results).parent
+    made_by = read_manifest(place(results))["provenance"]["commit"]
+
+    def current(*overrides: str, commit: str = "e" * 40) -> list[str]:
+        return commands._current([FIGURE, "zhang2007_fig3"], folder, [*quick, *overrides], commit=commit)
+
+    assert current() == [FIGURE]
+    assert current("model.components=20") == []
+    assert current(commit=made_by) == []  # of this commit: nothing is asked
+    monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
+    assert current() == []

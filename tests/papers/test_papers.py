@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -1181,12 +1182,56 @@ def test_a_result_at_the_edge_is_undecided() -> None:
     assert outcome(Evidence(value=Estimate(10.0), null=Estimate(0.0), people=33))[0] == "undecided"
 
 
+@pytest.mark.parametrize(
+    "claim", [pytest.param(c, id=c.name) for c in JUDGED if c.kind is not Kind.CONDITION]
+)
+def test_no_claim_of_any_kind_is_reproduced_by_nothing_at_an_edge_or_by_few(claim: Claim) -> None:
+    bounds = claim.reproduced
+    assert bounds is not None
+    finite = [end for end in (bounds.low, bounds.high) if np.isfinite(end)]
+    step = 1e-3 * (abs(finite[-1] - finite[0]) or abs(finite[0]) or 1.0)
+    edge, data_name = finite[0], (claim.only or ("a lab's",))[0]
+    inside = edge + step if bounds.low == edge else edge - step
+    small, wide = 1e-3 * step, 2.0 * step
+    null = estimate(edge - 9.0 * step if bounds.low == edge else edge + 9.0 * step, small)
+
+    def told(value: Estimate, null: Estimate, people: int = 100) -> str:
+        gap = estimate(value.value - null.value, small)
+        evidence = Evidence(value=value, null=None if claim.no_null else null, gap=gap, people=people)
+        return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).outcome)
+
+    assert told(estimate(inside, small), null) == "reproduced"
+    if not claim.no_null:
+        assert told(estimate(inside, small), estimate(inside, small)) == "holds, also of the null"
+        assert told(estimate(inside, small), estimate(edge, small)) != "reproduced"
+    assert told(estimate(inside, wide), null) == "undecided"
+    assert told(Estimate(inside), null) == "undecided", "no interval"
+    assert told(estimate(inside, small), null, claim.least_people - 1) == "cannot be tested on this data"
+
+
 def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
     assumed = {"synthetic": "people are drawn so"}
     told, why = outcome(found(10.0), "synthetic", assumed=assumed)
     assert told == "cannot be tested on this data"
     assert why == "10 [9.5, 10.5] mm: assumed of this data: people are drawn so"
     assert outcome(found(10.0), "optical", assumed=assumed)[0] == "reproduced"
+
+
+def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
+    told, why = outcome(found(10.0), "optical", only=("synthetic",))
+    assert (told, why) == ("cannot be tested on this data", "about synthetic alone")
+    assert outcome(found(10.0), "synthetic", only=("synthetic",))[0] == "reproduced"
+    for name, data_name in (
+        ("zhang2007_structure_synthetic_below_map", "synthetic"),
+        ("zhang2007_structure_error", "optical"),
+    ):
+        assert papers.claim(name).only == (data_name,)
+
+
+def test_recordings_that_may_be_one_persons_decide_nothing() -> None:
+    told, why = outcome(replace(found(10.0), doubt="a_1 may be the person of b in b_1"))
+    assert told == "cannot be tested on this data"
+    assert "who is who is not known: a_1 may be the person of b in b_1" in why
 
 
 def test_nine_people_are_too_few() -> None:
@@ -1238,7 +1283,8 @@ def test_a_small_run_decides_nothing_but_conditions() -> None:
 
 def test_a_difference_that_nobody_has_explained_says_so() -> None:
     assert outcome(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
-    assert outcome(found(-20.0), papers.OVERRIDDEN)[1].endswith("differ from the preset's")
+    changed = papers.judge(little_claim(null=0.0), found(-20.0), "optical", overridden=True)
+    assert changed.why.endswith("differ from the preset's"), "whatever is said of the preset's own"
     assert outcome(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
 
 

@@ -53,6 +53,17 @@ def test_every_posture_draws_every_bone_twice(tmp_path: Path) -> None:
     assert segments(tmp_path / "a.svg") == groups * rows * count * kinds * len(BONES)
 
 
+def test_joints_that_nobody_measured_are_rings(tmp_path: Path) -> None:
+    hollow = replace(POSTURES, estimated=np.array([True, False, False]))
+    draw_postures(tmp_path / "a", [("", [hollow])], BONES)
+    draw_postures(tmp_path / "b", [("", [POSTURES])], BONES)
+    white = [(tmp_path / f"{name}.svg").read_text().count("fill: #ffffff; stroke") for name in "ab"]
+    count, kinds, legend = 5, 2, 1
+    assert white[0] - white[1] == count * kinds + legend
+    with pytest.raises(InvalidInput, match="estimated"):
+        draw_postures(tmp_path / "c", [("", [replace(POSTURES, estimated=np.ones(4, bool))])], BONES)
+
+
 def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None:
     draw_skeletons(tmp_path / "a", [SKELETONS, SKELETONS], BONES, legend=("mean", "sample"))
     rows, centres, others, again, ground = 2, 1, 4, 4, 1

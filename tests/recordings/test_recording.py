@@ -29,7 +29,7 @@ from pipeline.recordings import (
     verify,
     views,
 )
-from pipeline.recordings.layout import Extent, framed
+from pipeline.recordings.layout import GROUND, Extent, framed, image_bounds
 from pipeline.recordings.viewer import PROGRAM
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -162,6 +162,70 @@ def test_a_tidy_table_gives_a_curve_to_each_series(tmp_path: Path) -> None:
     assert label.tolist() == [["approach II"]]
     _, colour = read_column(path, "curves/error/map", "Measurements:colors")
     assert int(colour[0, 0]) >> 8 == int(hex_colour("map")[1:], 16), "the colour that it has in pictures"
+
+
+def test_intervals_are_bands_about_their_middle_where_both_ends_are_known(tmp_path: Path) -> None:
+    path, nothing = tmp_path / "c.rrd", [np.nan] * 4
+    table = TABLE.assign(error_low=[0.5, np.nan, 2.0, 3.0], error_high=[2.5, 3.0, 5.0, 4.5])
+    styles = {"null": Style("average walker", "null", banded=False), "map": STYLES["map"]}
+    options = {"x": "view_angle_deg", "by": "method", "styles": styles}
+    with Recording(path, name="curves", about="# Curves", timeline="view_angle_deg") as recording:
+        recording.curves(table, y="error", **options)
+        recording.curves(table.assign(other=1.0, other_low=nothing, other_high=nothing), y="other", **options)
+        recording.blueprint(Plot(name="error"))
+    bands = [entity for entity in entities(path) if entity.endswith("interval")]
+    assert bands == ["curves/error/map/interval"]  # not of a series without bands, nor of unknown ends
+    at, middle = read_column(path, bands[0], "Measurements:values", "view_angle_deg")
+    _, variance = read_column(path, bands[0], "Measurements:variances", "view_angle_deg")
+    half = np.sqrt(variance[:, 0])
+    np.testing.assert_array_equal(at, [30])
+    np.testing.assert_allclose([middle[:, 0] - half, middle[:, 0] + half], [[0.5], [2.5]])
+    _, label = read_column(path, bands[0], "Measurements:names")
+    assert label.tolist() == [["approach II"]]  # one entry of the legend for both
+    verify(path)
+
+
+def test_an_interval_with_swapped_ends_is_refused(tmp_path: Path) -> None:
+    table = TABLE.assign(error_low=9.0, error_high=[2.5, 3.0, 5.0, 4.5])
+    with (
+        pytest.raises(InvalidInput, match="ends are swapped"),
+        Recording(tmp_path / "a.rrd", name="bad", about="# Bad", timeline="view_angle_deg") as recording,
+    ):
+        recording.curves(table, x="view_angle_deg", y="error", by="method", styles=STYLES)
+
+
+def test_joints_that_nobody_measured_are_rings_in_an_image(tmp_path: Path) -> None:
+    points, estimated = walker(3)[..., [0, 2]], np.isin(np.arange(15), (2, 7))
+    index = {"time": np.arange(3) / 30.0}
+    with Recording(tmp_path / "a.rrd", name="gait", about="# Gait") as recording:
+        recording.image_points("image/a", points, BONES, index=index, estimated=estimated)
+        recording.blueprint(Image2D(name="image"))
+    _, insides = read_column(tmp_path / "a.rrd", "image/a/estimated", "Points2D:positions", "time")
+    np.testing.assert_allclose(insides, points[:, estimated] * [1e-3, -1e-3], rtol=1e-6)
+    _, colour = read_column(tmp_path / "a.rrd", "image/a/estimated", "Points2D:colors")
+    assert int(np.ravel(colour)[0]) >> 8 == int("{:02x}{:02x}{:02x}".format(*GROUND), 16)
+    verify(tmp_path / "a.rrd")
+
+
+def test_a_view_and_the_image_beside_it_show_a_body_at_one_height() -> None:
+    extents = {
+        "world": Extent((-0.3, -0.5, 0.0), (0.3, 0.5, 1.8)),
+        "image": Extent((-0.3, -1.75), (0.3, 0.05)),
+    }
+    space = Space3D(name="space", aspect=2.0)
+    (left, top), (right, bottom) = image_bounds(Image2D(name="image", beside=space), extents)
+    eye, target = framed(space, extents)
+    alone_top, alone_bottom = (c[1] for c in image_bounds(Image2D(name="image"), extents))
+    np.testing.assert_allclose(bottom - top, alone_bottom - alone_top)  # of the same body, the same share
+    np.testing.assert_allclose((top + bottom) / 2.0, (-1.75 + 0.05) / 2.0)
+    assert right - left < bottom - top  # so that the height decides
+    # Three bodies side by side are seen from farther away, and so is the image.
+    wide = {**extents, "world": Extent((-3.0, -0.5, 0.0), (3.0, 0.5, 1.8))}
+    far, _ = framed(space, wide)
+    (_, high), (_, low) = image_bounds(Image2D(name="image", beside=space), wide)
+    np.testing.assert_allclose(
+        (low - high) / (bottom - top), np.linalg.norm(far - target) / np.linalg.norm(eye - target)
+    )
 
 
 @pytest.mark.parametrize(

@@ -160,6 +160,20 @@ def test_results_that_cannot_be_traced_are_refused(
     assert not (tmp_path / "light").exists()
 
 
+def test_results_of_another_commit_with_the_same_sources_are_kept(
+    results: Path, lock: Path, tmp_path: Path
+) -> None:
+    facts = {**FACTS, "commit": "e" * 40}
+    with pytest.raises(InvalidInput, match="zhang2007_fig5: the result was made by another commit"):
+        keep_light(results, tmp_path / "light", FIGURES, lock=lock, current=["mozerov2006_fig1"], **facts)
+    keep_light(results, tmp_path / "light", FIGURES, lock=lock, current=FIGURES, **facts)
+    assert archive.verify(tmp_path / "light") == []
+    manifest = json.loads((tmp_path / "light" / "zhang2007_fig5" / "manifest.json").read_text())
+    assert manifest["provenance"]["commit"] == FACTS["commit"]  # the one that made it
+    page = (tmp_path / "light" / "index.html").read_text(encoding="utf-8")
+    assert f"commit <code>{FACTS['commit'][:12]}</code>" in page
+
+
 def test_one_too_large_is_refused(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

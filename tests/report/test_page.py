@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from pipeline import papers
+from pipeline.pictures.embedding import reduced
 from pipeline.report import PAGE, write_page
 from pipeline.report.document import MOST_BYTES
 from pipeline.report.entries import TABLE_BYTES, charts_of
@@ -139,7 +140,7 @@ def test_the_alternative_text_says_what_a_picture_shows(results: Path) -> None:
     assert len(pictures) == 3
     assert all(picture["alt"].startswith("Errors <against> view") for picture in pictures)
     assert {(picture["width"], picture["height"]) for picture in pictures} == {
-        ("640", "107"),
+        ("640", "36"),  # the part of it that the first screen shows
         ("1400", "233"),
     }
 
@@ -193,7 +194,18 @@ def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, r
     assert "Numbers, by data set" in page.text
     assert "rank correlation of error and η" in page.text
     assert len(page.values("id")) == len(set(page.values("id")))
+    # Every data set with the commit of its numbers, which here are not those of the page's figures.
+    assert re.search(
+        r"synthetic at commit [0-9a-f]{12} \(the figures here are of another commit\)", page.text
+    )
+    assert '"published.csv":' in page_of(tmp_path / "synthetic" / "full")[0]
     assert "Numbers, by data set" not in page_of(results)[1].text
+
+
+def test_the_picture_of_a_paper_is_the_part_that_is_asked_for(results: Path) -> None:
+    content, wide, high = reduced(results / "zhang2007_fig5" / "figure.png", 700, [0.5, 0.0, 1.0, 0.5])
+    assert content
+    assert (wide, high) == (700, 117)
 
 
 def test_pictures_shrink_before_a_page_is_too_large(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:

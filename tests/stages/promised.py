@@ -147,6 +147,10 @@ PROMISED |= {
         "table_walkers_views": ["person", "walker", "method", "bars", "view_angle_deg", "covered_percent"],
     },
     "zhang2007_occlusion": {
+        "table_axes": [
+            "hidden", "method", "bars", "axis", "covered_percent", "covered_percent_low", "covered_percent_high",
+            "half_width_mm",
+        ],
         "table_bars": [
             "hidden", "method", "bars", "covered_percent", "covered_percent_low", "covered_percent_high",
             "half_width_mm",

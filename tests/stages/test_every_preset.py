@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import getpass
 import json
 import platform
@@ -92,6 +93,7 @@ def test_the_values_are_what_their_names_say(folder: Path) -> None:
                 assert len(set(values)) >= 14, "all, or all but the root"
 
 
+@functools.cache
 def purpose(figure: str) -> str:
     """What corpus a figure is made of."""
     return compose([f"experiment={figure}"]).dataset.corpus.name

@@ -38,7 +38,7 @@ const Charts = (() => {
       const band = bandOf(spec, table.header, y).map(column);
       for (const row of rows) {
         const parts = [...([spec.y].flat().length > 1 ? [y] : []), ...by.map(c => row[c])];
-        const key = parts.filter(p => p !== "").join(" · ") || spec.y_label;
+        const key = parts.filter(p => p !== "").map(p => spec.names?.[p] ?? p).join(" · ") || spec.y_label;
         if (!found.has(key)) found.set(key, { name: words(key), parts, points: [] });
         const value = number(row[column(y)]);
         const [lo, hi] = band.length === 2 ? band.map(c => number(row[c]))
@@ -144,7 +144,9 @@ const Charts = (() => {
         this.node("line", { x1: LEFT, x2: W - RIGHT, y1: this.py(y), y2: this.py(y), class: "grid" });
         this.text(LEFT - 7, this.py(y) + 4, say(y), { "text-anchor": "end" });
       }
-      const labels = this.names ? this.names.map((n, i) => [i, n]).filter((_, i) => i % Math.ceil(this.names.length / 6) === 0)
+      const longest = Math.max(0, ...(this.names ?? []).map(n => n.length)), room = W - LEFT - RIGHT;
+      const every = Math.ceil((this.names?.length ?? 0) * (7.2 * longest + 12) / room);
+      const labels = this.names ? this.names.map((n, i) => [i, words(n)]).filter((_, i) => i % every === 0)
         : marks.x.map(x => [x, say(x)]);
       for (const [x, label] of labels) {
         this.node("line", { x1: this.px(x), x2: this.px(x), y1: bottom, y2: bottom + 4, class: "axis" });
@@ -195,7 +197,7 @@ const Charts = (() => {
       const x = this.xs[this.slider.value];
       if (x === undefined) return;
       this.cursor.setAttribute("x1", this.px(x)); this.cursor.setAttribute("x2", this.px(x));
-      const label = this.names ? this.names[x] : say(x);
+      const label = this.names ? words(this.names[x]) : say(x);
       const values = this.series.map(s => [s, s.points.find(p => p.x === x)]).filter(([, p]) => p).map(([s, p]) => {
         const spread = Number.isFinite(p.lo) && Number.isFinite(p.hi) ? ` (${say(p.lo)} to ${say(p.hi)})` : "";
         return `${this.series.length > 1 ? s.name + " " : ""}${say(p.y)}${spread}`;

@@ -6,6 +6,8 @@ beside the pictures there are errors.  Of each clip the stretch is taken whose j
 The paper knows less than we give ourselves: proportions of the human body, no hinges, and before a still camera the
 root's image at one depth.  Errors in its conditions are measured on the same images, beside those in ours.
 
+Whole skeletons are also refined with the mirrors of doubtful limbs tried, from the same choices.
+
 Signs are the first that the search finds unless `sweep.exact` says otherwise; the certificate of each limb is then
 made beside, under a limit if there is any, and says how much better any signs could be.
 """
@@ -157,6 +159,15 @@ class Motions:
     components: np.ndarray
 
 
+@dataclass(frozen=True)
+class MotionsOfBoth:
+    """The same clips with the mirror of each limb as the limb alone chooses it, and tried in the whole skeleton."""
+
+    as_chosen: Motions
+    mirrors_tried: Motions | None
+    """None if they were not tried; nothing in the paper's conditions, and no certificates beside."""
+
+
 @dataclass(kw_only=True)
 class MotionsSweep(CameraSweep):
     """Whole skeletons of varied motion, from a still, a moving and a shaky camera."""
@@ -168,7 +179,7 @@ class MotionsSweep(CameraSweep):
     lengths: Lengths = Lengths.true
     root: Root = Root.true
     use_hinges: bool = True
-    try_mirrors: bool = False  # of limbs in doubt, where all limbs refined together then fit better
+    try_mirrors: bool = True  # beside: of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first
     time_limit_s: float = 0.2  # nominal, of each certificate
     papers_too: bool = True  # measure errors in the paper's conditions as well, which are:
@@ -182,12 +193,12 @@ class MotionsSweep(CameraSweep):
         for name in ("clips", "noise_px", "time_limit_s"):
             require_range(f"sweep.{name}", getattr(self, name), at_least=0)
 
-    def measure(self, inputs: LimbInputs) -> Motions:
+    def measure(self, inputs: LimbInputs) -> MotionsOfBoth:
         """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
 
-        def one(item: tuple[int, Camera]) -> dict[str, Any]:
+        def one(item: tuple[int, Camera]) -> list[dict[str, Any]]:
             number, kind = item
             truth, place = stretches.positions[number], stretches.place(number)
             side = derive_generator(inputs.seed, f"sweep:motions:camera:{place}")
@@ -201,16 +212,21 @@ class MotionsSweep(CameraSweep):
                 for options in (self, self.as_in_the_paper())
             )
             beside = papers.in_papers_conditions() if self.papers_too else dict.fromkeys(PAPERS, np.nan)
-            return {**ours.found(), **beside}
+            as_chosen, *tried = ours.found()
+            return [{**as_chosen, **beside}, *({**one, **dict.fromkeys(PAPERS, np.nan)} for one in tried)]
+
+        def motions(found: list[dict[str, Any]]) -> Motions:
+            return Motions(
+                cameras=np.array(self.cameras),
+                stretch=chosen,
+                truth=stretches.positions[chosen],
+                **stacked(found, (len(chosen), len(self.cameras))),
+            )
 
         items = [(int(number), kind) for number in chosen for kind in self.cameras]
         found = map_processes(one, items, inputs.workers)
-        return Motions(
-            cameras=np.array(self.cameras),
-            stretch=chosen,
-            truth=stretches.positions[chosen],
-            **stacked(found, (len(chosen), len(self.cameras))),
-        )
+        as_chosen, *tried = (motions(list(way)) for way in zip(*found, strict=True))
+        return MotionsOfBoth(as_chosen, tried[0] if tried else None)
 
     def as_in_the_paper(self) -> MotionsSweep:
         """Return these options with no more known than in the paper [park2011 section 5.2]."""
@@ -219,7 +235,6 @@ class MotionsSweep(CameraSweep):
             lengths=self.papers_lengths,
             root=self.papers_root,
             use_hinges=self.papers_hinges,
-            try_mirrors=False,
         )
 
 
@@ -268,7 +283,6 @@ class _Reconstruction:
             self.basis,
             noise_px=self.options.noise_px,
             use_hinges=self.options.use_hinges,
-            try_mirrors=self.options.try_mirrors,
             time_limit_s=self.options.time_limit_s if self.options.exact else 0.0,
         )
         given = self.root if root is None else root
@@ -309,41 +323,53 @@ class _Reconstruction:
         """Return the mean distance of all joints but the root from the truth, both relative to it."""
         return float(error_about_root(positions, self.truth)[:, CHILDREN].mean())
 
-    def found(self) -> dict[str, Any]:
-        """Return what `Motions` holds of it."""
+    def found(self) -> list[dict[str, Any]]:
+        """Return what `Motions` holds of it: with the mirrors as each limb chooses them, and tried if that is asked.
+
+        Both start from the same choices and the same refinement, which are made once.
+        """
         skeleton = self.prepared()
-        made = skeleton.whole()
-        self.lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
-        true = relative_trajectories(WALKER14, self.truth)
-        estimated = relative_trajectories(WALKER14, made.positions)
-        away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
-        first_signs = skeleton.under(replace(skeleton.options, time_limit_s=0.0)).with_lengths(self.lengths)
-        better = better_of_mirrors(self.truth, first_signs)
         eta = self.reconstructibilities()
         middle = self.camera.at(len(self.truth) // 2).centre - self.truth[:, ROOT].mean(axis=0)
-        return {
-            "positions": made.positions,
+        of_both = {
             "images": self.images,
             "camera_matrix": np.broadcast_to(self.camera.matrix, (len(self.truth), 3, 4)),
-            "imputed": made.imputed,
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
-            "error_mm": error_about_root(made.positions, self.truth),
-            "error_up_to_mirror_mm": self.error_mm(better),
-            "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
             "reconstructibility": [limb.ratio for limb in eta],
             "reconstructibility_of_clip": of_clip(eta).ratio,
-            "limb_error": away / self.true_lengths,
-            "length_change": length_changes(made.positions),
             "camera_outside_basis": self.camera_outside_basis(),
             "hanging_error_mm": self.error_mm(nulls.hanging(self.root, self.true_lengths)),
             "mean_pose_error_mm": self.error_mm(nulls.mean_pose(self.root, self.truth)),
-            "length_ratio": self.lengths / self.true_lengths,
+        }
+        ways = [skeleton]
+        if self.options.try_mirrors:
+            ways.append(skeleton.under(replace(skeleton.options, try_mirrors=True)))
+        return [{**of_both, **self.reconstructed(way, certified=way is skeleton)} for way in ways]
+
+    def reconstructed(self, skeleton: Reconstruction, certified: bool) -> dict[str, Any]:
+        """Return what one way of reconstructing it gives; with certificates made beside, or with those it has."""
+        made = skeleton.whole()
+        lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
+        true = relative_trajectories(WALKER14, self.truth)
+        estimated = relative_trajectories(WALKER14, made.positions)
+        away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
+        first_signs = skeleton.under(replace(skeleton.options, time_limit_s=0.0)).with_lengths(lengths)
+        better = better_of_mirrors(self.truth, first_signs)
+        return {
+            "positions": made.positions,
+            "imputed": made.imputed,
+            "error_mm": error_about_root(made.positions, self.truth),
+            "error_up_to_mirror_mm": self.error_mm(better),
+            "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
+            "limb_error": away / self.true_lengths,
+            "length_change": length_changes(made.positions),
+            "length_ratio": lengths / self.true_lengths,
             "components": [made.limbs[limb].basis.components for limb in WALKER14.limbs],
-            **self.certificates(made),
+            **self.certificates(made, lengths, certified),
         }
 
-    def certificates(self, made: Articulated) -> dict[str, np.ndarray]:
-        """Return the mirror margins, objectives and bounds of all limbs, (14,) each."""
+    def certificates(self, made: Articulated, lengths: np.ndarray, beside: bool) -> dict[str, np.ndarray]:
+        """Return the mirror margins, objectives and bounds of all limbs (14,) of lengths (14,), mm."""
         options = self.options
         anchored = np.empty_like(self.truth)
         anchored[:, ROOT] = self.root
@@ -351,12 +377,13 @@ class _Reconstruction:
         for limb, (name, (parent, child)) in enumerate(zip(WALKER14.limbs, WALKER14.ends, strict=True)):
             choice = made.limbs[name]
             solution = certificate = choice.solution
-            if not options.exact and options.time_limit_s > 0.0:  # or it would be the same again
+            # Where the signs are those of the certificate, it would be the same again.
+            if beside and not options.exact and options.time_limit_s > 0.0:
                 certificate = choose_limb(
                     self.camera.matrix,
                     self.images[:, child],
                     anchored[:, parent],
-                    float(self.lengths[limb]),
+                    float(lengths[limb]),
                     basis=self.basis,
                     noise_px=options.noise_px,
                     time_limit_s=options.time_limit_s,

@@ -95,13 +95,13 @@ def test_bounds_are_below_what_was_taken_and_confidence_follows_margins(folder: 
 
 
 def test_neither_workers_nor_certificates_change_a_reconstruction(stretches: LimbStretches) -> None:
-    options = MotionsSweep(cameras=[Camera.moving], clips=2, time_limit_s=0.0)
-    one = measure(options, stretches, COARSE)
-    two = measure(replace(options, time_limit_s=0.03), stretches, COARSE, workers=2)
+    options = MotionsSweep(cameras=[Camera.moving], clips=2, time_limit_s=0.0, try_mirrors=False)
+    one = measure(options, stretches, COARSE).as_chosen
+    two = measure(replace(options, time_limit_s=0.03), stretches, COARSE, workers=2).as_chosen
     np.testing.assert_array_equal(one.positions, two.positions)
     np.testing.assert_array_equal(one.error_up_to_mirror_mm, two.error_up_to_mirror_mm)
     assert two.proved.sum() > one.proved.sum()
-    other = measure(options, stretches, COARSE, seed=8)
+    other = measure(options, stretches, COARSE, seed=8).as_chosen
     assert not np.array_equal(one.images, other.images)
 
 
@@ -113,8 +113,9 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> No
         root=Root.unit_depth,
         lengths=Lengths.anthropometric,
         time_limit_s=0.0,
+        try_mirrors=False,
     )
-    found = measure(options, stretches, COARSE)
+    found = measure(options, stretches, COARSE).as_chosen
     apart = found.positions[0, 0, :, ROOT] - found.truth[0, :, ROOT]
     middle = len(apart) // 2
     assert np.abs(apart[middle]).max() < 1e-6, "at the depth of the middle frame it is true there"
@@ -125,27 +126,33 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> No
 
 
 def test_mirrors_are_tried_if_asked(stretches: LimbStretches) -> None:
-    options = MotionsSweep(cameras=[Camera.still], clips=2, time_limit_s=0.0)
-    plain = measure(options, stretches, BASIS)
-    tried = measure(replace(options, try_mirrors=True), stretches, BASIS)
+    options = MotionsSweep(cameras=[Camera.still], clips=2, time_limit_s=0.0, papers_too=False)
+    both = measure(options, stretches, BASIS)
+    plain, tried = both.as_chosen, both.mirrors_tried
+    assert tried is not None
     np.testing.assert_array_equal(tried.images, plain.images)
     assert (tried.mirrored != plain.mirrored).any()
     assert (tried.reprojection_error_px <= plain.reprojection_error_px + 0.05).all()
     assert tried.error_mm.mean() < 0.8 * plain.error_mm.mean()
     assert (tried.objective >= tried.lower_bound - 1e-6).all()
+    alone = measure(replace(options, try_mirrors=False), stretches, BASIS)
+    assert alone.mirrors_tried is None
+    np.testing.assert_array_equal(alone.as_chosen.positions, plain.positions)
 
 
 def test_lengths_may_come_from_the_rays_and_components_from_the_rule(stretches: LimbStretches) -> None:
     """Nothing of the person is then known but the root: ratios say how wrong the lengths are, and K how fine."""
-    options = MotionsSweep(cameras=[Camera.shaky], clips=1, lengths=Lengths.estimated, time_limit_s=0.0)
-    found = measure(options, stretches, TrajectoryBasisModel(components=0))
+    options = MotionsSweep(
+        cameras=[Camera.shaky], clips=1, lengths=Lengths.estimated, time_limit_s=0.0, try_mirrors=False
+    )
+    found = measure(options, stretches, TrajectoryBasisModel(components=0)).as_chosen
     ratio, components = found.length_ratio[0, 0], found.components[0, 0]
     assert 0.0 < np.abs(ratio - 1.0).mean() < 0.15
     assert ((components >= 1) & (components <= 50)).all()
     assert np.ptp(components) > 0
     sizes = np.linalg.norm(np.diff(found.positions[0, 0][:, [9, 10]], axis=1)[:, 0], axis=-1)
     assert np.ptp(sizes) < 1e-6, "an estimated length is kept as any other"
-    given = measure(replace(options, lengths=Lengths.true), stretches, BASIS)
+    given = measure(replace(options, lengths=Lengths.true), stretches, BASIS).as_chosen
     np.testing.assert_allclose(given.length_ratio, 1.0)
     assert (given.components == 20).all()
 

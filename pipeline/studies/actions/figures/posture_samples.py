@@ -150,6 +150,7 @@ class PostureSamples(Figure):
                         contents=(f"world/frame_{frame}",),
                         eye_mm=(reach * ahead[0], reach * ahead[1], 1100.0),
                         target_mm=(0.0, 0.0, 850.0),
+                        aspect=2.5,
                     )
                 )
             mean = recordings.Space3D(name="mean performance", contents=("world/mean_performance",))

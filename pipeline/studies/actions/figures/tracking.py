@@ -162,10 +162,10 @@ class TrackingError(Figure):
                 for method in ("prior", "no_prior_own_step", "mean_best_phase")
             ]
             below = recordings.Columns(
-                recordings.Image2D(name="observed joints"),
+                recordings.Image2D(name="observed joints", beside=spaces[0]),
                 recordings.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
                 recordings.Notes(),
                 shares=(1, 2, 1),
             )
-            layout = recordings.Rows(recordings.Columns(*spaces), below, shares=(3, 2))
+            layout = recordings.Rows(recordings.Columns(*spaces), below)
             rec.blueprint(layout, playing=True)

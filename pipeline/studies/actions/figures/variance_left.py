@@ -38,6 +38,9 @@ SHORT_NAMES = {
 COMPARED = ("linear", "synchronized")
 """Shown as skeletons beside each other."""
 
+_MOST_BODIES = 40
+"""Performances shown as skeletons: more do not widen the bundle, but make a file that is too large to send."""
+
 
 @dataclass(kw_only=True)
 class VarianceLeft(Figure):
@@ -99,22 +102,26 @@ class VarianceLeft(Figure):
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Log the variance left over samples, and all performances at the sample at the cursor, before and after."""
+        """Log the variance left over samples, and performances at the sample at the cursor, before and after."""
         from pipeline import recordings
 
-        action = inputs.model
+        action, count = inputs.model, len(inputs.samples)
+        shown = np.unique(np.linspace(0, count - 1, min(count, _MOST_BODIES)).round().astype(int))
         with inputs.recording(
             folder,
-            "\nSamples are frames for performances that are not synchronized. Drag the cursor: all performances at "
-            "that sample, on the spot, linearly synchronized on the left and automatically on the right; the wider the "
-            "bundle, the larger the variance.\n",
+            f"\nDrawn are {len(shown)} of {count} performances; the curves are of all. Samples are frames for "
+            "performances that are not synchronized. Drag the cursor: the performances at that sample, on the spot, "
+            "linearly synchronized on the left and automatically on the right; the wider the bundle, the larger the "
+            "variance.\n",
             timeline="sample",
         ) as rec:
             rec.curves(tables["table"], x="sample", y="variance_left", by="stage", styles=STYLES)
             for alignment in COMPARED:
-                for name, x in zip(inputs.samples, action.sequences(alignment), strict=True):
+                sequences = action.sequences(alignment)
+                for m in shown:
+                    x = sequences[m]
                     rec.skeleton(
-                        f"world/{alignment}/{entity_name(name)}",
+                        f"world/{alignment}/{entity_name(inputs.samples[m])}",
                         # With the limbs of one person, so that what differs is posture.
                         skeleton(inputs, x, action.median),
                         WALKER15.bones,

@@ -170,6 +170,7 @@ class Warp(Figure):
                     contents=(f"world/{alignment}",),
                     eye_mm=(2500.0, 0.0, 1100.0),
                     target_mm=(0.0, 0.0, 800.0),
+                    aspect=1.7,
                 )
                 for alignment, words in COMPARED.items()
             ]

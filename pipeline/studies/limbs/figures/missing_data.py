@@ -237,11 +237,12 @@ class MissingDataFigure(Figure):
                 recordings.Bars(name=f"relative error (%), {PATTERN_NAMES[p]}", origin=f"bars/{p}")
                 for p in patterns
             ]
+            space = recordings.Space3D(name="recorded and reconstructed")
             rec.blueprint(
                 recordings.Rows(
                     recordings.Columns(
-                        recordings.Space3D(name="recorded and reconstructed"),
-                        recordings.Image2D(name="observed"),
+                        space,
+                        recordings.Image2D(name="observed", beside=space),
                         shares=(3, 2),
                     ),
                     recordings.Columns(

@@ -18,12 +18,12 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
-from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsSweep
+from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsOfBoth, MotionsSweep
 from pipeline.studies.limbs.scores import acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
-from pipeline.validation import require_range
+from pipeline.validation import InvalidInput, require_range
 
 LIMBS = WALKER14.limbs
 
@@ -39,7 +39,8 @@ LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 MOST = 1e6
 """Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
 
-Inputs = FigureInputs[LimbStretches, BasisFit, Motions]
+Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
+Shown = FigureInputs[LimbStretches, BasisFit, Motions]
 
 
 @dataclass(kw_only=True)
@@ -49,6 +50,7 @@ class MotionsFigure(Figure):
     model = TrajectoryBasisModel
     sweep = MotionsSweep
 
+    mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
     instants: int = 4
     shown: list[str] = field(  # the first clip whose action says so is drawn
         default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
@@ -57,13 +59,28 @@ class MotionsFigure(Figure):
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
         require_range("figure.instants", self.instants, at_least=1)
+        if self.mirrors and not cast(MotionsSweep, experiment.sweep).try_mirrors:
+            raise InvalidInput(
+                "no mirrors are tried",
+                where="figure.mirrors",
+                expected="sweep.try_mirrors=true",
+                received="false",
+            )
+
+    def _of(self, inputs: Inputs) -> Shown:
+        """Return the inputs with the reconstructions that the figure shows."""
+        both = inputs.sweep
+        shown = both.mirrors_tried if self.mirrors else both.as_chosen
+        assert shown is not None, "validated"
+        return FigureInputs(inputs.experiment, inputs.clips, inputs.dataset, inputs.model, shown)
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
         ``table_papers``: of clips in the paper's conditions, if they were measured.
         """
-        sweep = inputs.sweep
+        shown = self._of(inputs)
+        sweep = shown.sweep
         grid = sweep.error_mm.shape[:2]
         of_limbs = (*grid, len(LIMBS))
         error = sweep.error_mm[..., CHILDREN]
@@ -84,12 +101,12 @@ class MotionsFigure(Figure):
             "mean_pose_error_mm": sweep.mean_pose_error_mm,
         }
         papers = {name: values.ravel() for name, values in of_paper.items()}
-        beside = {"table_papers": tidy({**_keys(inputs, grid), **papers}, by=order)}
+        beside = {"table_papers": tidy({**_keys(shown, grid), **papers}, by=order)}
         return {
-            **(beside if _options(inputs).papers_too else {}),
+            **(beside if _options(shown).papers_too and not self.mirrors else {}),
             "table": tidy(
                 {
-                    **_keys(inputs, of_limbs),
+                    **_keys(shown, of_limbs),
                     "joint": limbs,
                     "error_mm": error.mean(axis=2).ravel(),
                     "error_sd_mm": error.std(axis=2, ddof=1).ravel(),
@@ -99,8 +116,8 @@ class MotionsFigure(Figure):
             ),
             "table_clips": tidy(
                 {
-                    **_keys(inputs, grid),
-                    "lengths": np.full(np.prod(grid), str(_options(inputs).lengths)),
+                    **_keys(shown, grid),
+                    "lengths": np.full(np.prod(grid), str(_options(shown).lengths)),
                     "error_mm": mean.mean(axis=-1).ravel(),
                     "error_sd_mm": mean.std(axis=-1, ddof=1).ravel(),
                     "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm.ravel(),
@@ -118,7 +135,7 @@ class MotionsFigure(Figure):
             ),
             "table_limbs": tidy(
                 {
-                    **_keys(inputs, of_limbs),
+                    **_keys(shown, of_limbs),
                     "limb": limbs,
                     "reconstructibility": np.minimum(sweep.reconstructibility, MOST).ravel(),
                     "mirror_margin": margin.ravel(),
@@ -136,7 +153,7 @@ class MotionsFigure(Figure):
             ),
         }
 
-    def chosen(self, inputs: Inputs) -> list[int]:
+    def chosen(self, inputs: Shown) -> list[int]:
         """Return which clips are drawn: of each word the first whose action says so; if none does, the first."""
         actions = [str(action).lower() for action in inputs.dataset.action[inputs.sweep.stretch]]
         found = [
@@ -147,7 +164,8 @@ class MotionsFigure(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw a row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
-        options, sweep = _options(inputs), inputs.sweep
+        shown = self._of(inputs)
+        options, sweep = _options(shown), shown.sweep
         of_clips = tables["table_clips"].set_index(["clip", "camera"])
         clips = inputs.dataset.clip[sweep.stretch]
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
@@ -156,7 +174,7 @@ class MotionsFigure(Figure):
         traced = [WALKER15.index(joint) for joint in TRACED]
         drawn = [LIMBS.index(WALKER15.joints[child]) for _, child in WALKER15.bones]
         rows = []
-        for n in self.chosen(inputs):
+        for n in self.chosen(shown):
             row = []
             for c, camera in enumerate(map(str, sweep.cameras)):
                 truth, positions = sweep.truth[n], sweep.positions[n, c]
@@ -186,7 +204,7 @@ class MotionsFigure(Figure):
             caption=f"{inputs.caption} Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
             f"the image {options.noise_px:g} px"
             + ("; knees and elbows flex one way" if options.use_hinges else "")
-            + ("; mirrors of limbs in doubt tried" if options.try_mirrors else "")
+            + ("; mirrors of limbs in doubt tried" if self.mirrors else "")
             + ". Each title gives the mean error of the joints relative to the pelvis, beside that of a skeleton that "
             "hangs straight down; over all "
             f"{len(sweep.stretch)} clips it is "
@@ -198,8 +216,9 @@ class MotionsFigure(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
-        sweep, options = inputs.sweep, _options(inputs)
-        numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
+        shown = self._of(inputs)
+        sweep, options = shown.sweep, _options(shown)
+        numbers, cameras = self.chosen(shown), [str(camera) for camera in sweep.cameras]
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
@@ -210,7 +229,7 @@ class MotionsFigure(Figure):
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
             "| clip | action | from | camera | error | confidence |\n|---|---|---|---|---|---|\n"
-            + _lines(inputs, tables["table_clips"], words),
+            + _lines(shown, tables["table_clips"], words),
         ) as rec:
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
@@ -241,8 +260,9 @@ class MotionsFigure(Figure):
                     name=f"image of the {camera} camera",
                     contents=(f"image/{camera}",),
                     shown=(f"image/{camera}/{first}",),
+                    beside=space,
                 )
-                columns.append(recordings.Rows(space, image_view, shares=(3, 2)))
+                columns.append(recordings.Rows(space, image_view))
             layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)
 
@@ -253,11 +273,11 @@ def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
     return np.stack([right, positions[..., 2]], axis=-1)
 
 
-def _options(inputs: Inputs) -> MotionsSweep:
+def _options(inputs: Shown) -> MotionsSweep:
     return cast(MotionsSweep, inputs.experiment.sweep)
 
 
-def _keys(inputs: Inputs, shape: Sequence[int]) -> dict[str, np.ndarray]:
+def _keys(inputs: Shown, shape: Sequence[int]) -> dict[str, np.ndarray]:
     """Columns that say which clip and camera a row of (N, C, …) is of."""
     further = [1] * (len(shape) - 2)
     stretch = inputs.sweep.stretch
@@ -287,7 +307,7 @@ def _without_help(tables: dict[str, pd.DataFrame]) -> str:
     )
 
 
-def _lines(inputs: Inputs, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
+def _lines(inputs: Shown, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
     """Rows of the description: what each clip shown is, and how far it is off."""
     lines = []
     for n, name in words.items():

@@ -143,7 +143,14 @@ class Postures(Figure):
                     )
                     across = camera.missing_dimension(space, np.radians(view))
                     seen.append(np.stack([across, space[..., 2]], axis=-1))
-                rows.append(pictures.PostureRow(label=f"{view:g}°", original=seen[0], reconstructed=seen[1]))
+                rows.append(
+                    pictures.PostureRow(
+                        label=f"{view:g}°",
+                        original=seen[0],
+                        reconstructed=seen[1],
+                        estimated=inputs.dataset.unmeasured[self.walker],
+                    )
+                )
             title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
             groups.append((title, rows))
         pictures.draw_postures(
@@ -170,7 +177,7 @@ class Postures(Figure):
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
             " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
-            "Grey: original; spheres of wire: joints that no marker gave. "
+            "Grey: original; spheres of wire, and rings in the image: joints that no marker gave. "
             + ", ".join(f"{colour_name(TRIED[m].colour)}: {TRIED[m].label}" for m in methods)
             + ".\n",
         ) as rec:
@@ -192,6 +199,7 @@ class Postures(Figure):
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
                         WALKER15.bones,
                         index=index,
+                        estimated=estimated,
                     )
                     for m, method in enumerate(methods):
                         rec.skeleton(
@@ -219,15 +227,14 @@ class Postures(Figure):
             rec.blueprint(
                 recordings.Columns(
                     recordings.Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
-                    recordings.Rows(
-                        recordings.Image2D(
-                            name=f"observed at {views[middle]:g}°",
-                            contents=(f"image/observed/view_{views[middle]:.0f}",),
-                            shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
-                        ),
-                        recordings.Notes(),
+                    recordings.Image2D(
+                        name=f"observed at {views[middle]:g}°",
+                        contents=(f"image/observed/view_{views[middle]:.0f}",),
+                        shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
+                        beside=spaces[middle],
                     ),
-                    shares=(3, 2),
+                    recordings.Notes(),
+                    shares=(4, 3, 2),
                 ),
                 playing=True,
             )

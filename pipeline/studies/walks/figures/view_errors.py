@@ -201,6 +201,7 @@ class ViewErrors(Figure):
             )
             seen = np.stack([camera.project(posture, a) for a in angles])
             rec.image_points("image/observed", seen, WALKER15.bones, index=index)
+            space = recordings.Space3D(name="original and reconstructed")
             rec.blueprint(
                 recordings.Columns(
                     recordings.Rows(
@@ -212,9 +213,13 @@ class ViewErrors(Figure):
                         ),
                     ),
                     recordings.Rows(
-                        recordings.Space3D(name="original and reconstructed"),
-                        recordings.Columns(recordings.Image2D(name="observed"), recordings.Notes()),
-                        shares=(3, 2),
+                        recordings.Columns(
+                            space,
+                            recordings.Image2D(name="observed", beside=space),
+                            shares=(3, 2),
+                        ),
+                        recordings.Notes(),
+                        shares=(3, 1),
                     ),
                     shares=(1, 1),
                 )
