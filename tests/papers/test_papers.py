@@ -893,7 +893,7 @@ WORKED = {
     "keypoints_degraded_below_average_walker": 37.5,
     "keypoints_one_stride": 25.0,
     "keypoints_focal_length_told_wrong": 50.0,
-    "keypoints_bias_told": 94.5,
+    "keypoints_bias_told": 13.5,
     "keypoints_giving_the_bias_back": 10.0,
     "keypoints_four_harmonics": 20.0,
     "keypoints_legs_only": 4.5,
