@@ -228,7 +228,12 @@ def _after_refusal(reason: str, path: Path) -> str:
     """What to do about a recording that is no walk."""
     if "unit of length" in reason:
         unit = next((short for name, short in _UNITS.items() if name in reason), "m (or cm, in …)")
-        return f"python -m pipeline inspect {shlex.quote(str(path))} units={unit}   (data.units= in runs)"
+        again = f"python -m pipeline inspect {shlex.quote(str(path))} units={unit}   (data.units= in runs)"
+        if path.suffix.lower() in (".csv", ".trc") and unit not in _UNITS.values():
+            again += (
+                f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
+            )
+        return again
     if "(data.steady." in reason:
         return "if it is a walk all the same, a run takes it with another bound; the option is named above"
     return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"

@@ -103,5 +103,13 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     for joint in ("left_ankle", "right_knee", "left_hip", "right_shoulder", "left_elbow", "right_wrist"):
         j = WALKER15.index(joint)
         np.testing.assert_allclose(positions[0, j], [SIDE[j], 0, HEIGHT[j]])
+    # Angles that a model wrote among the points, far below the floor, are no points of the body.
+    outputs = dataclasses.replace(
+        motion,
+        names=(*motion.names, "LAnkleAngles", "RAnkleAngles"),
+        positions_mm=np.concatenate([motion.positions_mm, np.full((5, 2, 3), -9000.0)], axis=1),
+        valid=np.ones((5, len(motion.names) + 2), dtype=bool),
+    )
+    assert mappings.propose(outputs, "my_lab").joints == mapping.joints
     with pytest.raises(InvalidInput, match="too few points"):
         mappings.propose(body({"head": "Head"}), "x")

@@ -151,11 +151,7 @@ def test_results_without_walkers_say_so(tmp_path: Path) -> None:
 
 def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: Path) -> None:
     page, _ = write_page(folder, [*FIGURES, "park2011_fig4"])
-    command = [
-        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}", "--dump-dom",
-        "--virtual-time-budget=120000", f"{page.as_uri()}#check",
-    ]  # fmt: skip
-    dom = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+    dom = shown(browser, f"{page.as_uri()}#check", tmp_path)
     facts = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r'<output id="agreement"[^>]*>', dom)[0]))
     assert facts["methods"].split() == ["anatomical", "null", "least_squares", "map"]
     assert float(facts["worst"]) < 1e-4  # three digits and one more
@@ -169,6 +165,37 @@ def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: P
     assert float(facts["covered"]) == pytest.approx(covered, abs=0.01)
     assert dom.count("<option") > 12  # the players are filled
     assert "3.00 times as much" in dom
+
+
+def shown(browser: str, address: str, profile: Path) -> str:
+    """The page as text after two minutes of the browser's own time."""
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--dump-dom",
+        "--virtual-time-budget=120000", address,
+    ]  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+
+
+def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path: Path) -> None:
+    page, _ = write_page(folder, FIGURES, to=tmp_path)
+    script = """<script>addEventListener("load", () => {
+      const chosen = () => document.querySelector("#numbers .chosen th").textContent;
+      const bars = () => document.getElementById("bars").textContent;
+      const once = (name, then) => {
+        const timer = setInterval(() => { if (chosen().startsWith(name)) { clearInterval(timer); then(); } }, 20);
+      };
+      document.querySelector("input[value=anatomical]").click();
+      once("anatomical", () => {
+        document.body.dataset.ours = bars();
+        document.querySelector("#player [type=reset]").click();
+        once("MAP", () => { document.body.dataset.papers = bars(); });
+      });
+    });</script></body>"""
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", script), encoding="utf-8")
+    dom = shown(browser, page.as_uri(), tmp_path)
+    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert said["ours"].startswith("Its own 95 % bars reach ±")
+    assert said["papers"] == ""  # absent if the player did not come back
 
 
 def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
