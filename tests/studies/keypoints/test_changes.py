@@ -13,7 +13,7 @@ from pipeline.core.keypoint_walk.training import BLOCKS
 from pipeline.studies.keypoints.changes import KeypointChanges
 from pipeline.studies.keypoints.conditions import CONDITIONS, USUAL, Changes, Condition
 from pipeline.studies.keypoints.model import with_harmonics
-from tests.core.keypoint_walk.walkers import learnt
+from tests.core.keypoint_walk.walkers import prior
 from tests.studies.keypoints.test_headings import walkers
 
 
@@ -38,7 +38,9 @@ def test_every_condition_has_the_same_clips(sources: int) -> None:
     sweep = KeypointChanges(changes=Changes.ablation, takes=16, levels=0)
     cases = sweep.cases(data)
     filmed = {
-        number: [(c.take, c.person, c.walk, c.heading_deg, c.overground) for c in cases if c.condition == number]
+        number: [
+            (c.take, c.person, c.walk, c.heading_deg, c.overground) for c in cases if c.condition == number
+        ]
         for number in {case.condition for case in cases}
     }
     assert len({tuple(clips) for clips in filmed.values()}) == 1
@@ -69,11 +71,13 @@ def test_a_walk_goes_on_where_its_recording_ends() -> None:
     np.testing.assert_allclose(again[:150], motion, atol=1e-6)
     later = fourier.synthesise(series, frequency, np.arange(len(again)) / rate)
     assert np.abs(again - later).max() < 12.0
-    np.testing.assert_allclose(lasting(motion, rate, 1.0), motion[: round(rate / found.frequency_hz) + 1], atol=1e-6)
+    np.testing.assert_allclose(
+        lasting(motion, rate, 1.0), motion[: round(rate / found.frequency_hz) + 1], atol=1e-6
+    )
 
 
 def test_harmonics_that_are_taken_away_are_none() -> None:
-    model = learnt()
+    model = prior().model
     two = with_harmonics(model, 2)
     assert not two.mean[:, :, 5:].any()
     np.testing.assert_array_equal(two.mean[:, :, :5], model.mean[:, :, :5])

@@ -46,7 +46,6 @@ def measured(seed: int, sd: float) -> ClipErrors:
         view_error_deg=1.0, cadence_error_percent=0.1, distance_mm=np.ones(3), angle_deg=np.ones((3, 4)),
         joints=sd * generator.normal(size=(60, 15, 3)), angles=generator.normal(size=(60, 8)), residual_percent=1.0,
         verdict="walk", labels_right=True, labels_unsure=False,
-        verdict="walk", labels_right=True, labels_unsure=False,
     )  # fmt: skip
 
 
