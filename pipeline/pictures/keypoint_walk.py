@@ -76,6 +76,7 @@ def draw_keypoint_walk(path: Path, drawn: WalkPicture) -> None:
     )
     view.axvline(drawn.heading_deg, color=seen, linewidth=0.8, linestyle=":")
     view.set_yscale("symlog", linthresh=10.0)
+    view.set_ylim(bottom=0.0)
     side.set_title("from above (x right, y away) and from the walker's place, mm", fontsize=8)
     for number, posture in enumerate(drawn.positions_mm):
         shift = 900.0 * number

@@ -12,11 +12,21 @@ import numpy as np
 import pytest
 
 import pipeline
+from pipeline.core.keypoint_walk.objective import TURN
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.people import choose, find_tracks
-from pipeline.reconstruct.summary import FOCAL_UNSURE, heading_words, off_middle_rad, summarise, view_sd_rad
+from pipeline.reconstruct.summary import (
+    FOCAL_UNSURE,
+    TURNED_DEG,
+    advice,
+    heading_words,
+    off_middle_rad,
+    summarise,
+    turned_deg,
+    view_sd_rad,
+)
 from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
@@ -215,6 +225,23 @@ def test_a_model_that_changed_is_refused(model: Path, tmp_path: Path) -> None:
         model_file.load(tmp_path)
     with pytest.raises(InvalidInput, match="no model of walkers"):
         model_file.load(tmp_path / "nowhere")
+
+
+def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
+    found = walk.best.found
+    assert found is not None
+    assert abs(turned_deg(found)) < TURNED_DEG
+    assert not any("bends" in sentence for sentence in advice(walk, walk.best))
+    x = found.fit.x.copy()
+    x[TURN] = np.radians(30.0)
+    bent = replace(walk.best, found=replace(found, fit=replace(found.fit, x=x)))
+    times = found.fit.objective.setting.times
+    assert bent.found is not None
+    assert turned_deg(bent.found) == pytest.approx(30.0 * (times[-1] - times[0]))
+    assert any("bends" in sentence for sentence in advice(walk, bent))
 
 
 def test_words_for_every_heading() -> None:

@@ -16,6 +16,7 @@ from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from tests.core.keypoint_walk.walkers import clip, walks
+from tests.processes import python
 from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
 
 
@@ -104,3 +105,11 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     _, seen = recordings.read_column(file, "image/keypoints", "Points2D:positions", "time")
     _, made = recordings.read_column(file, "image/reprojection", "Points2D:positions", "time")
     assert np.nanmedian(np.abs(seen - made)) * 1e3 < 15.0
+
+
+def test_the_command_loads_no_more_than_it_needs() -> None:
+    """Loading tables, compiled loops, pictures and recordings would take longer than most reconstructions."""
+    heavy = "pandas", "numba", "matplotlib", "rerun", "jinja2"
+    script = f"import sys, pipeline.cli.main, pipeline.cli.reconstruct; print([m for m in {heavy} if m in sys.modules])"
+    said = python("-c", script)
+    assert said.stdout.strip() == "[]", said.stdout + said.stderr
