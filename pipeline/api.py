@@ -25,7 +25,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     return formats.read(path, frame_rate_hz=frame_rate_hz, units=units)
 
 
-def joints(motion: MotionCapture, skeleton: str = mappings.AUTO) -> tuple[np.ndarray, np.ndarray]:
+def joints(
+    motion: MotionCapture, skeleton: str = mappings.AUTO, subject: str = ""
+) -> tuple[np.ndarray, np.ndarray]:
     """Return joint positions (T, 15, 3), mm, z up, and where they are valid (T, 15).
 
     Parameters
@@ -33,12 +35,14 @@ def joints(motion: MotionCapture, skeleton: str = mappings.AUTO) -> tuple[np.nda
     motion : MotionCapture
     skeleton : str
         A mapping that ships, ``auto``, or a YAML file.
+    subject : str
+        Who, in a file of several people.
     """
-    _, positions, valid = joints_of(motion, mappings.chosen(skeleton))
+    _, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     return positions, valid
 
 
-def represent(path: str | Path, skeleton: str = mappings.AUTO) -> FourierRepresentation:
+def represent(path: str | Path, skeleton: str = mappings.AUTO, subject: str = "") -> FourierRepresentation:
     """Return the Fourier representation of the steady walk in a recording, about its mean pelvis.
 
     Joints above the legs that the markers do not give are estimated.
@@ -47,6 +51,8 @@ def represent(path: str | Path, skeleton: str = mappings.AUTO) -> FourierReprese
     ----------
     path : str or Path
     skeleton : str
+    subject : str
+        Who, in a file of several people.
 
     Raises
     ------
@@ -54,7 +60,7 @@ def represent(path: str | Path, skeleton: str = mappings.AUTO) -> FourierReprese
         If the recording cannot be read or holds no steady walk.
     """
     motion = read(path)
-    positions, valid = joints(motion, skeleton)
+    positions, valid = joints(motion, skeleton, subject)
     raw = RawClip(report_row(REPORT_COLUMNS, clip=Path(path).name), positions, motion.frame_rate_hz, valid)
     walk = steady_walk(raw, Steady())
     if walk.positions is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -276,19 +276,45 @@ def _latest_run(scratch: Path) -> Path:
 
 
 def look(arguments: Sequence[str]) -> int:
-    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [write=my_lab.yaml]."""
+    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [OPTION=VALUE ...].
+
+    PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
+
+    write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
+    skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
+    units=m               of a file that does not state its unit: mm, cm, m, in, ft
+    frame_rate_hz=100     of a file that does not state its rate
+    subject=…             who, in a file of several people
+    """
     out = open_console()
-    usable = 0
-    for found in inspect.inspect(arguments):
-        out.print(Text(found.name, style="bold"), soft_wrap=True)
-        for line in found.lines:
+
+    def show(title: str, lines: Iterable[str]) -> None:
+        out.print(Text(title, style="bold"), soft_wrap=True)
+        for line in lines:
             out.print(Text(f"  {line}"), soft_wrap=True)
-        usable += bool(found.mapping)
-    return 0 if usable or any(item.startswith("write=") for item in arguments) else 1
+
+    seen = []
+    for found in inspect.inspect(arguments):
+        show(found.name, found.lines)
+        seen.append(found)
+    folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
+    if folder is not None:
+        show("in all", inspect.summary(folder, seen))
+    return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1
 
 
 def export_motion(arguments: Sequence[str]) -> int:
-    """Write a walker of a figure or a recording: export SOURCE [walker= view_angle_deg= method= motion=] to=FILE."""
+    """Write a walker of a figure or a recording: export SOURCE [OPTION=VALUE ...] to=FILE.
+
+    SOURCE is the folder of a figure (zhang2007_fig5, …) or of `reconstruct`, or a file that can be read.
+    to=FILE.c3d, .trc (OpenSim: y up, x forward), .bvh (y up, z forward), .csv, .npz; layout=wide of a CSV.
+
+    walker=… view_angle_deg=30 method=map   of a figure: who, reconstructed from which view, and how
+    motion=both|original|reconstructed      of a figure; joints of a reconstruction end in its method: left_knee_map
+    cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
+    skeleton=auto                           of a recording: the joints in place of the points
+    units=m subject=…                       of a recording that does not state its unit; that has several people
+    """
     open_console().print(f"written: {export.export(arguments)}", soft_wrap=True)
     return 0
 
@@ -308,7 +334,7 @@ def point_lights(arguments: Sequence[str]) -> int:
     translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man
-    skeleton=… units=m                  of a recording
+    skeleton=… units=m subject=…        of a recording; subject= of one with several people
     """
     target, words = pointlight.make(arguments)
     open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)

@@ -27,7 +27,7 @@ from pipeline.validation import require_choice, require_range
 
 OPTIONS = {
     "to": "", "walker": "", "view_angle_deg": "", "method": "map", "motion": "both", "cycles": "",
-    "frame_rate_hz": "", "skeleton": "", "units": "", "layout": "long",
+    "frame_rate_hz": "", "skeleton": "", "units": "", "subject": "", "layout": "long",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
@@ -55,7 +55,8 @@ def export(arguments: Sequence[str]) -> Path:
     elif source.is_dir():
         motion = reconstruction(source, options)
     elif options["cycles"]:
-        walk = recorded_walk(source, skeleton=options["skeleton"], units=options["units"])
+        skeleton, units, subject = (options[name] for name in ("skeleton", "units", "subject"))
+        walk = recorded_walk(source, skeleton=skeleton, units=units, subject=subject)
         motion = synthesised([("", walk)], options)
     else:
         motion = recording(source, options)
@@ -66,6 +67,8 @@ def export(arguments: Sequence[str]) -> Path:
 def recording(source: Path, options: dict[str, str]) -> Motion:
     """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked."""
     read = formats.read(source, units=options["units"] or None)
+    if options["subject"] and not options["skeleton"]:
+        read = mappings.of_one_person(read, mappings.shipped().values(), options["subject"])
     rate = read.frame_rate_hz
     wanted = number("frame_rate_hz", options["frame_rate_hz"] or repr(rate), above=0, at_most=rate)
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
@@ -74,7 +77,7 @@ def recording(source: Path, options: dict[str, str]) -> Motion:
     if not options["skeleton"]:
         points = resampling.interpolate(read.positions_mm, at) if fewer else read.positions_mm
         return Motion(read.names, points, rate, None, own_axes=True)
-    _, positions, valid = joints_of(read, mappings.chosen(options["skeleton"]))
+    _, positions, valid = joints_of(read, mappings.chosen(options["skeleton"]), options["subject"])
     there = np.flatnonzero(valid.any(axis=0))
     place = {int(joint): k for k, joint in enumerate(there)}
     parents = tuple(place.get(WALKER15.parents[joint], -1) for joint in there)

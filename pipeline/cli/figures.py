@@ -17,7 +17,7 @@ from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome, summarise
 from pipeline.clips.kinds import Clips
-from pipeline.papers import OVERRIDDEN, Verdict
+from pipeline.papers import Verdict
 from pipeline.processes import core_lent
 from pipeline.stages import dataset, figure, ingest, model, sweep
 from pipeline.storage.sealed_folders import require_replaceable
@@ -160,6 +160,6 @@ def _ledger(outcomes: Sequence[Outcome], experiments: dict[str, Experiment]) -> 
     figures = [outcome.figure for outcome in outcomes]
     one = experiments[figures[0]]
     as_preset = parent == Path(one.results) / one.data.name / one.scale.name
-    verdicts = judge_folder(parent, one.data.name if as_preset else OVERRIDDEN, figures)
+    verdicts = judge_folder(parent, one.data.name, figures, overridden=not as_preset)
     write_claims(parent / "claims.csv", verdicts, judged=figures)
     return verdicts

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import shlex
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,12 +13,12 @@ from pipeline import formats, mappings
 from pipeline.cli.walkers import number
 from pipeline.clips.corpus import joints_of
 from pipeline.clips.kinds import RawClip, report_row
-from pipeline.clips.options import Steady
+from pipeline.clips.options import FolderData, Steady
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
 from pipeline.validation import InvalidInput, require_choice
 
-OPTIONS = ("write", "skeleton", "units", "frame_rate_hz")
+OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject")
 
 
 @dataclass
@@ -30,12 +33,15 @@ class Findings:
         Mapping that fits; empty if none does.
     strides : float
         Strides of steady walking; 0 if it holds none.
+    people : tuple of str
+        Who is in it, if there are several.
     """
 
     name: str
     lines: list[str] = field(default_factory=list)
     mapping: str = ""
     strides: float = 0.0
+    people: tuple[str, ...] = ()
 
 
 def recordings(source: Path) -> list[Path]:
@@ -78,27 +84,28 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     frame_rate_hz = number("frame_rate_hz", rate, above=0, at_most=1e5) if rate else None
     files = recordings(Path(sources[0]))
     chosen = mappings.chosen(options.get("skeleton") or mappings.AUTO)
+    known = [chosen] if chosen else list(mappings.shipped().values())
     for path in files:
         found = Findings(path.name)
         try:
-            motion = formats.read(
-                path,
-                units=options.get("units") or None,
-                frame_rate_hz=frame_rate_hz,
-            )
+            motion = formats.read(path, units=options.get("units") or None, frame_rate_hz=frame_rate_hz)
         except InvalidInput as refusal:
             found.lines.append(f"cannot be read: {refusal}")
             yield found
             continue
         found.lines += _of_file(motion, path.suffix)
         try:
-            fit = mappings.suggest(motion, [chosen] if chosen else mappings.shipped())
+            motion = _one_person(motion, known, options.get("subject", ""), found)
+            fit = mappings.suggest(motion, known)
         except InvalidInput as refusal:
             found.lines.append(f"cannot be used: {refusal}")
+            if found.people:
+                file, first = shlex.quote(str(path)), shlex.quote(found.people[0])
+                found.lines.append(f"next: python -m pipeline inspect {file} subject={first}")
             yield found
             continue
         if fit.usable:
-            _of_walk(motion, fit, path, found)
+            _of_walk(motion, fit, path, options, found)
         else:
             lacking = ", ".join(fit.lacking[:6]) or "points of legs and pelvis"
             found.lines.append(
@@ -107,8 +114,62 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         if target := options.get("write"):
             _write(motion, Path(target), found)
         elif not fit.usable:
-            found.lines.append(f"next: python -m pipeline inspect '{path}' write=my_lab.yaml")
+            found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
         yield found
+
+
+def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
+    """Return what the recordings of a folder hold together, in lines to be printed."""
+    walks = [one for one in found if one.strides]
+    person = re.compile(FolderData(name="folder").person)
+    who = sorted({match[1] if (match := person.search(Path(one.name).stem)) else one.name for one in walks})
+    lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {', '.join(who[:12])}"]
+    if len(who) > 12:
+        lines[0] += ", …"
+    if len(who) < len(walks) or len(who) < 3:
+        lines.append(f"(a person is what data.person='{person.pattern}' finds in the name of a file)")
+    if len(who) >= 3:
+        lines.append(
+            "next: python -m pipeline experiment=zhang2007_fig5 data=folder"
+            f" data.path={shlex.quote(str(folder))} skeleton=auto"
+        )
+    if others := _other_files(folder):
+        lines.append(f"not read: {others}")
+    return lines
+
+
+def _other_files(folder: Path) -> str:
+    """How many files of each suffix that no reader has lie below a folder; empty if there are none."""
+    counts = Counter(
+        p.suffix.lower() or "no suffix"
+        for p in folder.rglob("*")
+        if p.is_file() and not p.name.startswith(".") and p.suffix.lower() not in (*formats.READERS, ".asf")
+    )
+    return ", ".join(
+        f"{count} of {suffix}" + (f" ({formats.ADVICE[suffix]})" if suffix in formats.ADVICE else "")
+        for suffix, count in sorted(counts.items())
+    )
+
+
+def _one_person(
+    motion: MotionCapture, known: Sequence[SourceMapping], subject: str, found: Findings
+) -> MotionCapture:
+    """The points of the person that is chosen, of a file of several, who are listed.
+
+    Raises
+    ------
+    InvalidInput
+        If nothing was measured, or nobody is chosen.
+    """
+    if not motion.valid.any():
+        raise InvalidInput("no sample of any point was measured")
+    found.people = tuple(mappings.people(motion, known))
+    if found.people:
+        found.lines.append(f"people: {', '.join(found.people)}")
+    noted = len(motion.notes)
+    motion = mappings.of_one_person(motion, known, subject)
+    found.lines += motion.notes[noted:]
+    return motion
 
 
 def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
@@ -123,7 +184,9 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
     return [line, f"points: {names}", *motion.notes]
 
 
-def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, found: Findings) -> None:
+def _of_walk(
+    motion: MotionCapture, fit: mappings.Fit, path: Path, options: dict[str, str], found: Findings
+) -> None:
     """What the mapping gives, and whether somebody walks steadily."""
     found.mapping = fit.mapping.name
     given = f"mapping: {fit.mapping.name}, {15 - len(fit.missing)} of 15 joints"
@@ -133,31 +196,50 @@ def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, found: Findin
     try:
         read, positions, valid = joints_of(motion, fit.mapping)
         found.lines += read.notes[len(motion.notes) :]
+        up = up_axis(motion, fit.mapping)
     except InvalidInput as refusal:
         found.lines.append(str(refusal))
         return
+    found.lines.append(f"axis up: {up}")
     walk = steady_walk(
         RawClip(report_row(REPORT_COLUMNS, clip=path.name), positions, read.frame_rate_hz, valid), Steady()
     )
     if walk.positions is None:
         found.lines.append(f"not usable as a walk: {walk.row['reason']}")
-        if "unit of length" in walk.row["reason"]:
-            found.lines.append(
-                f"next: python -m pipeline inspect '{path}' units=m (or cm, in …; data.units=m in runs)"
-            )
-            return
-        found.lines.append(
-            "next: for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
-        )
+        found.lines.append(f"next: {_after_refusal(str(walk.row['reason']), path)}")
         return
     found.strides = float(walk.row["strides"])
     found.lines.append(
         f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
     )
+    stated = "".join(
+        f" data.{name}={shlex.quote(options[name])}"
+        for name in ("units", "frame_rate_hz", "subject")
+        if options.get(name)
+    )
+    skeleton = shlex.quote(options.get("skeleton") or found.mapping)
     found.lines.append(
         f"next (with recordings of three people or more in the folder): python -m pipeline experiment=zhang2007_fig5"
-        f" data=folder data.path='{path.parent}' skeleton={found.mapping}"
+        f" data=folder data.path={shlex.quote(str(path.parent))}{stated} skeleton={skeleton}"
     )
+
+
+def _after_refusal(reason: str, path: Path) -> str:
+    """What to do about a recording that is no walk."""
+    if "unit of length" in reason:
+        unit = next((short for name, short in _UNITS.items() if name in reason), "m (or cm, in …)")
+        again = f"python -m pipeline inspect {shlex.quote(str(path))} units={unit}   (data.units= in runs)"
+        if path.suffix.lower() in (".csv", ".trc") and unit not in _UNITS.values():
+            again += (
+                f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
+            )
+        return again
+    if "(data.steady." in reason:
+        return "if it is a walk all the same, a run takes it with another bound; the option is named above"
+    return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
+
+
+_UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
 
 
 def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
@@ -173,4 +255,4 @@ def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
     found.lines.append(
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and heights"
     )
-    found.lines.append(f"next: check it, then skeleton={target}")
+    found.lines.append(f"next: check it, then skeleton={shlex.quote(str(target))}")

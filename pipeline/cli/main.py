@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 IDENTITY = {"experiment", "data", "scale", "workers", "results", "data.mirror", "data.raw"}
 """Overrides with which a preset is still published in its own folder."""
 OWN_FILES = {"skeleton", "skeleton.mapping", "skeleton.missing"} | {
-    f"data.{x}" for x in ("path", "pattern", "person", "units", "frame_rate_hz", "name")
+    f"data.{x}" for x in ("path", "pattern", "person", "subject", "units", "frame_rate_hz", "name")
 }
 """Further ones with data=folder: they define the data set."""
 
@@ -268,7 +268,11 @@ def _run(arguments: Sequence[str]) -> int:
     if arguments[0] in _OF_MAIN and {"--help", "-h"} & set(arguments[1:]):
         print(inspect.cleandoc(_OF_MAIN[arguments[0]]))
         return 0
-    # Imported here, so that help is printed at once.
+    # Imported here, so that help is printed at once, and without what the other commands need.
+    if arguments[0] == "reconstruct" and not {"--help", "-h"} & set(arguments[1:]):
+        from pipeline.cli.reconstruct import reconstruct
+
+        return reconstruct(arguments[1:])
     from pipeline.cli.commands import COMMANDS
     from pipeline.validation import InvalidInput
 

@@ -28,7 +28,8 @@ OPTIONS = {
     "inverted": "false", "mirrored": "false", "scrambled": "false", "phase_scrambled": "false",
     "translating": "false", "speed_mm_s": "", "joints": "all", "lifetime_frames": "0", "shown": "8",
     "noise_dots": "0", "noise": "scrambled_walker", "field": "1.5", "gender": "", "mood": "",
-    "walker": "", "method": "", "from_view_deg": "", "skeleton": "", "units": "", "height_px": "400", "dot_px": "4",
+    "walker": "", "method": "", "from_view_deg": "", "skeleton": "", "units": "", "subject": "",
+    "height_px": "400", "dot_px": "4",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
@@ -149,7 +150,8 @@ def _walk(source: str, options: dict[str, str]) -> Walk:
     if (path / "joints.csv").is_file():
         return keypoint_walk(path, harmonics=harmonics)
     if not path.is_dir():
-        return recorded_walk(path, skeleton=options["skeleton"], units=options["units"], harmonics=harmonics)
+        skeleton, units, subject = (options[name] for name in ("skeleton", "units", "subject"))
+        return recorded_walk(path, skeleton=skeleton, units=units, subject=subject, harmonics=harmonics)
     figure = FigureWalkers(path)
     if not options["method"] and not options["from_view_deg"]:
         return figure.original(options["walker"])

@@ -12,12 +12,9 @@ from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 from rich.text import Text
 
-from pipeline.cli.compose import compose
 from pipeline.cli.presets import CONF
 from pipeline.cli.summary import open_console
-from pipeline.clips.walks import WALKS, Walks
 from pipeline.reconstruct import model_file
-from pipeline.reconstruct.training import Training, train
 from pipeline.reconstruct.writing import Reconstruct, run
 from pipeline.validation import InvalidInput
 
@@ -67,6 +64,11 @@ def reconstruct(arguments: Sequence[str]) -> int:
 
 def train_model(arguments: Sequence[str]) -> int:
     """Train the model of walkers from a data set and write it with its manifest."""
+    # Imported here: a reconstruction takes less time than these to load.
+    from pipeline.cli.compose import compose
+    from pipeline.clips.walks import WALKS, Walks
+    from pipeline.reconstruct.training import Training, train
+
     own = [item for item in arguments if item.startswith(("training.", "output="))]
     rest = [item for item in arguments if item not in own]
     output = next((item[7:] for item in own if item.startswith("output=")), "")

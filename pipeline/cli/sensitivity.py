@@ -17,19 +17,22 @@ from pipeline.cli.figures import make_figure
 from pipeline.cli.presets import CONF
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import open_console
-from pipeline.papers import OVERRIDDEN, Kind, Verdict
+from pipeline.papers import Kind, Verdict
 from pipeline.storage import tables
 from pipeline.storage.provenance import PROJECT
+from pipeline.storage.sealed_folders import read_manifest
 from pipeline.storage.store import Store
 from pipeline.studies import interventions
+from pipeline.studies.experiment import Experiment
 from pipeline.studies.ledger import SMOKE, judge, numbers_of, read_folder
 from pipeline.validation import InvalidInput, require_choice
 
 PLAIN = "as it is"
 """Name of the figures without a switch."""
 
-KEEP, QUOTED = "keep", "quoted"
-"""Arguments: keep the results in the repository; make the switches alone that explanations quote."""
+KEEP, QUOTED, MADE = "keep", "quoted", "made"
+"""Arguments: keep the results in the repository; make the switches alone that explanations quote; make nothing, and
+tabulate the switches whose figures are all there."""
 
 QUIET = ("figure.picture=false", "figure.recording=false")
 
@@ -96,19 +99,28 @@ def sensitivity(arguments: Sequence[str]) -> int:
     """Tabulate claim × switch → value and verdict, in ``results/sensitivity/<data>/<group>/table.csv``.
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
-    ``quoted`` makes alone what explanations quote.  ``keep`` also writes what the repository
-    holds: ``results/sensitivity.csv`` and the numbers of explanations.  A figure that is current is not made again: an
-    interrupted run goes on where it ended.
+    ``quoted`` makes alone what explanations quote; ``made`` makes nothing, and tabulates the switches whose figures
+    are all current, after a run that was stopped.  ``keep`` also writes what the repository
+    holds: the numbers of explanations and, of whole groups, what switches move, ``results/sensitivity.csv``, and what
+    was run, ``results/sensitivity_runs.csv``.  A figure that is current is not made again: an interrupted run goes on
+    where it ended.
     """
     known = groups()
     options = [item for item in arguments if "=" in item]
-    chosen = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED)] or list(known)
+    chosen = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED, MADE)] or list(
+        known
+    )
     out = open_console()
     for name in chosen:
         group = known[require_choice("the group of switches", name, known)]
         first = compose([f"experiment={group['figures'][0]}", *options])
         folder = Path(first.results) / "sensitivity" / first.data.name / name
-        rows, numbers = _measured(group, name, options, folder, only_quoted=QUOTED in arguments)
+        every = list(switches(group, first.data.name))
+        if QUOTED in arguments:
+            every = list(_quoted(every, first.data.name, name))
+        if MADE in arguments:
+            every = [switch for switch in every if not list(_lacking(switch, options, folder))]
+        rows, numbers = _measured(every, name, options, folder)
         columns = {column: np.array([row[column] for row in rows]) for column in rows[0]}
         tables.write(folder / "table.csv", columns, sort_by=["claim", "switch"])
         out.print(moved_table(rows))
@@ -117,13 +129,15 @@ def sensitivity(arguments: Sequence[str]) -> int:
             interventions.require_clean(folder)
             quoted = CONF / "paper" / papers.INTERVENTIONS
             interventions.keep_numbers(quoted, numbers, first.data.name, name)
-            kept = PROJECT / "results" / "sensitivity.csv"
-            interventions.keep_table(kept, rows, numbers, first.data.name, name)
+            if QUOTED not in arguments:
+                kept, runs = (PROJECT / "results" / f"sensitivity{end}.csv" for end in ("", "_runs"))
+                interventions.keep_table(kept, rows, numbers, first.data.name, name)
+                interventions.keep_runs(runs, rows, numbers, first.data.name, name)
     return 0
 
 
 def _measured(
-    group: Mapping[str, Any], name: str, options: Sequence[str], below: Path, *, only_quoted: bool
+    every: Sequence[Switch], name: str, options: Sequence[str], below: Path
 ) -> tuple[list[dict[str, Any]], list[interventions.Numbers]]:
     """Make the figures of a group with each switch; return the rows of its table and the numbers for explanations."""
     rows: list[dict[str, Any]] = []
@@ -131,13 +145,12 @@ def _measured(
     plain_tables: dict[str, Any] = {}
     plain: list[Verdict] = []
     data_name = below.parent.name
-    chosen = list(switches(group, data_name))
-    if only_quoted:
-        chosen = list(_quoted(chosen, data_name, name))
-    for switch in chosen:
+    for switch in every:
         names = interventions.names_quoted(data_name, name, switch.name)
-        folder = below / switch.name.replace(" ", "_")
-        smoke = _made(switch, options, folder)
+        folder = _folder(below, switch)
+        for experiment, figure in _lacking(switch, options, below):
+            make_figure(experiment, figure, store=Store(Path(experiment.results)))
+        smoke = any(read_manifest(folder / figure)["scale"] == SMOKE for figure in switch.figures)
         made = {**plain_tables, **read_folder(folder, switch.figures)}
         claims = [
             claim
@@ -146,13 +159,17 @@ def _measured(
             if claim.kind is not Kind.CONDITION
             and {t.split("/")[0] for t in claim.tables} & set(switch.figures)
         ]
-        verdicts = judge(claims, made, OVERRIDDEN, smoke=smoke)
+        verdicts = judge(claims, made, data_name, smoke=smoke, overridden=True)
         if switch.name == PLAIN:
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)
         scale, commit, _ = interventions.made_by(folder)
         of_names = (numbers_of(names, plain_tables), numbers_of(names, made))
-        numbers.append(interventions.Numbers(switch.name, switch.overrides, scale, commit, *of_names))
+        numbers.append(
+            interventions.Numbers(
+                switch.name, switch.overrides, scale, commit, *of_names, switch.common, switch.figures
+            )
+        )
     if not rows:
         raise InvalidInput("no claim rests on the figures of this group", where=name)
     return rows, numbers
@@ -170,15 +187,17 @@ def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Swi
             yield replace(switch, figures=kept)
 
 
-def _made(switch: Switch, options: Sequence[str], folder: Path) -> bool:
-    """Make the figures of a switch that are not current; return whether the run is a small one."""
-    smoke = False
+def _folder(below: Path, switch: Switch) -> Path:
+    return below / switch.name.replace(" ", "_")
+
+
+def _lacking(switch: Switch, options: Sequence[str], below: Path) -> Iterator[tuple[Experiment, Path]]:
+    """Yield the experiments of a switch whose figures are not current, each with its folder."""
     for figure in switch.figures:
         experiment = compose([f"experiment={figure}", *options, *switch.common, *switch.overrides, *QUIET])
-        smoke |= experiment.scale.name == SMOKE
-        if status(experiment, folder / figure).state != CURRENT:
-            make_figure(experiment, folder / figure, store=Store(Path(experiment.results)))
-    return smoke
+        folder = _folder(below, switch) / figure
+        if status(experiment, folder).state != CURRENT:
+            yield experiment, folder
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:

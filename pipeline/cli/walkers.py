@@ -206,7 +206,7 @@ class FigureWalkers:
         return np.where(measured, views.missing[0], camera.missing_dimension(of_model, angle[0]))
 
 
-def recorded_walk(path: Path, *, skeleton: str, units: str, harmonics: int = 2) -> Walk:
+def recorded_walk(path: Path, *, skeleton: str, units: str, subject: str = "", harmonics: int = 2) -> Walk:
     """Return the steady walk of a recording.
 
     Parameters
@@ -214,6 +214,8 @@ def recorded_walk(path: Path, *, skeleton: str, units: str, harmonics: int = 2) 
     path : Path
     skeleton, units : str
         As ``skeleton=`` and ``data.units=``; empty: recognised, and the file's own.
+    subject : str
+        Who, in a file of several people.
     harmonics : int
 
     Raises
@@ -222,7 +224,7 @@ def recorded_walk(path: Path, *, skeleton: str, units: str, harmonics: int = 2) 
         If the file cannot be read or nobody walks steadily in it.
     """
     read = formats.read(path, units=units or None)
-    read, positions, valid = joints_of(read, mappings.chosen(skeleton or mappings.AUTO))
+    read, positions, valid = joints_of(read, mappings.chosen(skeleton or mappings.AUTO), subject)
     return steady(path.name, positions, read.frame_rate_hz, valid, harmonics=harmonics)
 
 

@@ -38,6 +38,8 @@ class Clip:
         0: the file's own.
     units : str
         Empty: the file's own.
+    subject : str
+        Who, in a file of several people.
     mismatch : str
         Why the file is not the recording that the table lists; empty if it is.
     """
@@ -52,6 +54,7 @@ class Clip:
     frame_rate_hz: float
     units: str
     mismatch: str = ""
+    subject: str = ""
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -77,11 +80,11 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     if _digest(clip.path) != clip.sha256:
         raise InvalidInput("the file changed during this run", where=clip.name)
     motion = formats.read(clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None)
-    return joints_of(motion, clip.mapping)
+    return joints_of(motion, clip.mapping, clip.subject)
 
 
 def joints_of(
-    motion: MotionCapture, mapping: SourceMapping | None
+    motion: MotionCapture, mapping: SourceMapping | None, subject: str = ""
 ) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
     """Return a recording with notes on what was decided, its joints (T, 15, 3), mm, and where they are valid.
 
@@ -90,12 +93,20 @@ def joints_of(
     motion : MotionCapture
     mapping : SourceMapping or None
         None: the one that ships and fits best.
+    subject : str
+        Who, in a file of several people.
 
     Raises
     ------
     InvalidInput
-        If none fits, or the mapping does not give legs and pelvis.
+        If nothing was measured, none fits, the mapping does not give legs and pelvis, or nobody of several people is
+        chosen.
     """
+    if not motion.valid.any():
+        raise InvalidInput("no sample of any point was measured")
+    motion = mappings.of_one_person(
+        motion, mappings.shipped().values() if mapping is None else [mapping], subject
+    )
     notes = list(motion.notes)
     if mapping is None:
         fit = mappings.suggest(motion, mappings.shipped())
@@ -223,7 +234,14 @@ def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
 
 
 def folder_clips(
-    path: str, pattern: str, person: str, *, skeleton: SourceMapping | None, frame_rate_hz: float, units: str
+    path: str,
+    pattern: str,
+    person: str,
+    *,
+    skeleton: SourceMapping | None,
+    frame_rate_hz: float,
+    units: str,
+    subject: str = "",
 ) -> list[Clip]:
     """Return the readable files below the user's folder.
 
@@ -239,6 +257,8 @@ def folder_clips(
         For files that do not say; 0: the file's own.
     units : str
         For files that do not say.
+    subject : str
+        Who, in files of several people.
 
     Raises
     ------
@@ -287,6 +307,7 @@ def folder_clips(
                 mapping=skeleton,
                 frame_rate_hz=frame_rate_hz,
                 units=units,
+                subject=subject,
                 mismatch="" if plain == name else "the file's name holds what is no text: rename it",
             )
         )

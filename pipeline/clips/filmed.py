@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.clips.walks import Walks
-from pipeline.core import walking
+from pipeline.core import fourier, walking
 from pipeline.core.anatomical import stance_rows
-from pipeline.core.keypoint_walk import HEIGHT_MM, TrainingWalk, training_walk
+from pipeline.core.keypoint_walk import HARMONICS, HEIGHT_MM, TrainingWalk, training_walk
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints, simulate_keypoints
 
 
@@ -31,6 +31,23 @@ def belt_speed_mm_s(walk: TrainingWalk) -> float:
     return float(2 * np.pi * walk.frequency_hz * (belt @ walk.walker.ravel()) * walk.height_mm / HEIGHT_MM)
 
 
+def lasting(positions: np.ndarray, frame_rate_hz: float, strides: float) -> np.ndarray:
+    """The first so many strides (T, J, 3) of a walk, continued where it was recorded for fewer.
+
+    Its Fourier series goes on; what the series leaves is played back and forth.
+    """
+    series = fourier.represent(positions, frame_rate_hz, harmonics=HARMONICS)
+    start = series.phase_rad / (2.0 * np.pi * series.frequency_hz)
+    frames = np.arange(round(strides / series.frequency_hz * frame_rate_hz) + 1)
+
+    def periodic(frame: np.ndarray) -> np.ndarray:
+        return fourier.synthesise(series.coefficients, series.frequency_hz, start + frame / frame_rate_hz)
+
+    rest = positions - periodic(np.arange(len(positions)))
+    last = len(positions) - 1
+    return np.asarray(periodic(frames) + rest[last - np.abs(last - frames % (2 * last))])
+
+
 def film(
     generator: np.random.Generator,
     walks: Walks,
@@ -38,8 +55,9 @@ def film(
     error: DetectorError,
     filming: Filming,
     longest_s: float = np.inf,
+    strides: float = 0.0,
 ) -> SimulatedKeypoints:
-    """Film one walk of a corpus, at most the middle `longest_s` seconds of it.
+    """Film one walk of a corpus: at most the middle `longest_s` seconds of it, or so many strides.
 
     Parameters
     ----------
@@ -50,8 +68,12 @@ def film(
     error : DetectorError
     filming : Filming
     longest_s : float
+    strides : float
+        0: as many as were recorded.
     """
     positions, rate = about_pelvis(walks, number), float(walks.frame_rate_hz[number])
+    if strides:
+        return simulate_keypoints(generator, lasting(positions, rate, strides), rate, filming, error)
     spare = len(positions) - (round(longest_s * rate) + 1 if np.isfinite(longest_s) else len(positions))
     if spare > 0:
         positions = positions[spare // 2 : len(positions) - (spare - spare // 2)]

@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.clips import one_person
 from pipeline.clips.corpus import Clip, read_clip
 from pipeline.core import walking
+from pipeline.core.likeness import Likeness, likeness
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -224,22 +226,44 @@ def read_and_prepare(
     """Read recordings and prepare each; one that cannot be read becomes a refused row of the report.
 
     Recordings of the same points under different people's names are refused, each naming the other: whoever it was,
-    it was not two people.
+    it was not two people.  A recording that may be another's for other reasons bears a remark, see `one_person`.
     """
 
-    def one(clip: Clip) -> tuple[PreparedClip, str]:
+    def one(clip: Clip) -> _Read:
         row = report_row(columns, clip=clip.name, person=clip.person, source=clip.source, action=clip.action)
         try:
             motion, positions, valid = read_clip(clip)
             prepared = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
             reason = prepared.row["reason"] or "; ".join(motion.notes)
-            return replace(prepared, row=prepared.row | {"reason": reason}), _digest_of_points(positions)
+            return _Read(
+                replace(prepared, row=prepared.row | {"reason": reason}),
+                _digest_of_points(positions),
+                None if prepared.positions is None else likeness(positions, valid, motion.frame_rate_hz),
+            )
         except InvalidInput as refusal:
             # Readers name the file by its path, which must not get into a published report.
             reason = str(refusal).replace(str(clip.path), clip.name)
-            return PreparedClip(row | {"verdict": "refused", "reason": reason}), ""
+            return _Read(PreparedClip(row | {"verdict": "refused", "reason": reason}))
 
-    return _without_copies(map_processes(one, clips, workers))
+    return _with_remarks(_without_copies(map_processes(one, clips, workers)))
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A recording that was read.
+
+    Attributes
+    ----------
+    prepared : PreparedClip
+    digest : str
+        Of its points; empty if it could not be read.
+    shown : Likeness or None
+        What it shows of the person; None if it is refused.
+    """
+
+    prepared: PreparedClip
+    digest: str = ""
+    shown: Likeness | None = None
 
 
 def _digest_of_points(positions: np.ndarray) -> str:
@@ -247,25 +271,42 @@ def _digest_of_points(positions: np.ndarray) -> str:
     return hashlib.sha256((np.round(positions, 3) + 0.0).tobytes()).hexdigest()
 
 
-def _without_copies(read: Sequence[tuple[PreparedClip, str]]) -> list[PreparedClip]:
+def _without_copies(read: Sequence[_Read]) -> list[_Read]:
     """Refuse recordings that are equal to one of another person."""
-    alike: dict[str, list[PreparedClip]] = {}
-    for clip, digest in read:
-        if digest:
-            alike.setdefault(digest, []).append(clip)
+    alike: dict[str, list[dict[str, Any]]] = {}
+    for one in read:
+        if one.digest:
+            alike.setdefault(one.digest, []).append(one.prepared.row)
 
-    def judged(clip: PreparedClip, digest: str) -> PreparedClip:
-        others = [o.row for o in alike.get(digest, []) if o.row["person"] != clip.row["person"]]
+    def judged(one: _Read) -> _Read:
+        row = one.prepared.row
+        others = [other for other in alike.get(one.digest, []) if other["person"] != row["person"]]
         if not others:
-            return clip
+            return one
         reason = InvalidInput(
             f"the same points as {others[0]['clip']}, which bears the name of {others[0]['person']}",
-            where=f"{clip.row['clip']} of {clip.row['person']}",
+            where=f"{row['clip']} of {row['person']}",
             expected="a recording of one person under one name",
         )
-        return PreparedClip(clip.row | {"verdict": "refused", "reason": str(reason)})
+        return _Read(PreparedClip(row | {"verdict": "refused", "reason": str(reason)}))
 
-    return [judged(clip, digest) for clip, digest in read]
+    return [judged(one) for one in read]
+
+
+def _with_remarks(read: Sequence[_Read]) -> list[PreparedClip]:
+    """Remark on usable recordings that may show a person of another name."""
+    shown = [(n, one.shown) for n, one in enumerate(read) if one.shown is not None]
+    rows = [read[n].prepared.row for n, _ in shown]
+    made = one_person.remarks(
+        [row["person"] for row in rows], [row["clip"] for row in rows], [one for _, one in shown]
+    )
+    remark = {n: text for (n, _), text in zip(shown, made, strict=True) if text}
+
+    def remarked(n: int, clip: PreparedClip) -> PreparedClip:
+        reasons = "; ".join(filter(None, [clip.row["reason"], remark.get(n)]))
+        return replace(clip, row=clip.row | {"reason": reasons})
+
+    return [remarked(n, one.prepared) for n, one in enumerate(read)]
 
 
 def collect(

@@ -277,6 +277,9 @@ class FolderData(Recordings):
     person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
     frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
     units: str = ""  # for files that do not say: mm, cm, m, in
+    subject: str = (
+        ""  # who, in files of several people: the beginning of the points' names, or a number from 1
+    )
 
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the files below the folder."""
@@ -287,5 +290,6 @@ class FolderData(Recordings):
             skeleton=mappings.chosen(skeleton.mapping),
             frame_rate_hz=self.frame_rate_hz,
             units=self.units,
+            subject=self.subject,
         )
         return corpus.recorded(self, self.named(corpus).choose(clips), workers, skeleton.missing.value)

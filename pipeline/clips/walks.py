@@ -168,13 +168,13 @@ def _steady_part(
     if row["fundamental_share"] < steady.fundamental_share:
         raise InvalidInput(
             "the fundamental frequency looks wrong: it holds too little of the variance",
-            expected=f"{steady.fundamental_share:g} or more",
+            expected=f"{steady.fundamental_share:g} or more (data.steady.fundamental_share)",
             received=f"{row['fundamental_share']:.2f} at {series.frequency_hz:.2f} Hz",
         )
     if series.residual_fraction > steady.residual_share:
         raise InvalidInput(
             "not periodic: two harmonics leave too much of the variance",
-            expected=f"{steady.residual_share:g} or less",
+            expected=f"{steady.residual_share:g} or less (data.steady.residual_share)",
             received=f"{series.residual_fraction:.2f}",
         )
     return level

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.formats import acclaim, bvh, c3d, mvnx
+from pipeline.formats import acclaim, arrays, bvh, c3d, mvnx
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import MotionCapture
@@ -25,8 +25,45 @@ READERS: dict[str, Reader] = {
     ".csv": csv.read,
     ".tsv": csv.read,
     ".mvnx": mvnx.read,
+    ".npz": arrays.read,
 }
 """Reader of each suffix, lower case."""
+
+ADVICE = {
+    ".asf": "a skeleton without motion: name the .amc that belongs to it",
+    ".fbx": "export it as BVH, in Blender for instance",
+    ".glb": "export it as BVH, in Blender for instance",
+    ".gltf": "export it as BVH, in Blender for instance",
+    ".usd": "export it as BVH, in Blender for instance",
+    ".mot": "joint angles without positions: take the TRC from which they were computed",
+    ".sto": "results of OpenSim: take the TRC from which they were computed",
+    ".osim": "a model without motion: take the TRC of a trial",
+    ".qtm": "export it from QTM as C3D or TSV",
+    ".tak": "export it from Motive as C3D or CSV",
+    ".mvn": "export it from MVN as MVNX, C3D or BVH",
+    ".x1d": "export the trial from Nexus as C3D",
+    ".x2d": "export the trial from Nexus as C3D",
+    ".trb": "export the trial from Cortex as TRC or C3D",
+    ".tdf": "export the trial from BTS as C3D",
+    ".mdx": "export the trial from BTS as C3D",
+    ".mat": "save the points as C3D, TRC or a CSV of joint, frame, x, y, z",
+    ".xlsx": "save the sheet as CSV",
+    ".xls": "save the sheet as CSV",
+    ".ods": "save the sheet as CSV",
+    ".txt": "if it is a table of points, name it .csv or .tsv",
+    ".json": "keypoints of a video go to `reconstruct`",
+    ".mp4": "a video goes through a detector of keypoints first, then to `reconstruct`",
+    ".avi": "a video goes through a detector of keypoints first, then to `reconstruct`",
+    ".mov": "a video goes through a detector of keypoints first, then to `reconstruct`",
+    ".pkl": "pickles can run anything and are not opened: save the points as CSV",
+    ".npy": "an array without names: save it as NPZ with names, positions_mm, frame_rate_hz",
+    ".gz": "unpack it",
+    ".zip": "unpack it",
+    ".7z": "unpack it",
+    ".bz2": "unpack it",
+    ".xz": "unpack it",
+}
+"""What to do about files of other kinds, by suffix."""
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -50,7 +87,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         raise damaged("there is no such file", str(path))
     suffix = path.suffix.lower()
     if suffix not in READERS:
-        raise damaged(
-            "the format is unknown", path.name, "one of " + " ".join(READERS), suffix or "no suffix"
-        )
+        advice = f": {ADVICE[suffix]}" if suffix in ADVICE else ""
+        expected = "one of " + " ".join(READERS)
+        raise damaged(f"the format is unknown{advice}", path.name, expected, suffix or "no suffix")
     return READERS[suffix](path, frame_rate_hz=frame_rate_hz, units=units)

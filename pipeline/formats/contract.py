@@ -53,7 +53,20 @@ def read_bytes(path: Path) -> bytes:
         raise damaged("the file cannot be read", str(path), received=error.strerror or "") from None
     if not data or data.isspace():
         raise damaged("the file is empty", path.name)
+    for beginning, what in _OTHER_CONTENT.items():
+        if data[:64].lstrip().lower().startswith(beginning) and path.suffix.lower() != ".npz":
+            raise damaged(what, path.name)
     return data
+
+
+_OTHER_CONTENT = {
+    b"\x1f\x8b": "the file is compressed (gzip): unpack it first",
+    b"pk\x03\x04": "the file is a zip archive or a spreadsheet: unpack it, or save it in the format of its name",
+    b"version https://git-lfs": "this is a placeholder of git LFS, without the content: fetch it by `git lfs pull`",
+    b"<!doctype html": "this is a web page, not the file: download it again",
+    b"<html": "this is a web page, not the file: download it again",
+}
+"""What files hold, by how they begin, that are not what their names say."""
 
 
 def require_joints(count: int, where: str) -> None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
+
+import numpy as np
 
 from pipeline.formats.contract import damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in, number, read_numbers
@@ -38,9 +41,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         raise damaged("this is not an MVNX file", where, "XML without a document type")
     unit = units or "m"
     millimetres = millimetres_in(unit, where)
-    names: list[str] = []
-    rows: list[list[str]] = []
-    rate, depth = 0.0, 0
+    people: list[_Subject] = []
+    depth = 0
     kept: list[ElementTree.Element] = []
     try:
         for event, element in ElementTree.iterparse(io.BytesIO(data), events=("start", "end")):
@@ -51,15 +53,19 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
                 depth += 1
                 kept.append(element)
                 if tag == "subject":
-                    rate = number(element.get("frameRate", ""))
+                    label = element.get("label") or str(len(people) + 1)
+                    people.append(_Subject(label, number(element.get("frameRate", ""))))
                 continue
             depth -= 1
             kept.pop()
+            if tag in ("segment", "frame") and not people:
+                raise damaged("a segment or frame belongs to no subject", where, "<subject> around it")
             if tag == "segment":
+                names = people[-1].names
                 names.append(element.get("label") or f"segment_{len(names) + 1}")
             if tag == "frame":
                 if element.get("type", "normal") == "normal":
-                    rows.append((element.findtext("{*}position") or "").split())
+                    people[-1].rows.append((element.findtext("{*}position") or "").split())
                 element.clear()
                 kept[-1].remove(element)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
@@ -67,22 +73,46 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
             raise
         line = getattr(error, "position", (0, 0))[0]
         raise damaged("the file is damaged or cut short", f"{where}, line {line}", "whole XML") from None
-    wrong = next((k for k, words in enumerate(rows) if len(words) != 3 * len(names)), None)
-    if not rows or not names or wrong is not None:
-        k = wrong or 0
-        received = f"{len(rows[k])}" if rows else "no frame"
-        raise damaged(
-            "the positions do not fit the segments", f"{where}, frame {k + 1}", 3 * len(names), received
-        )
+    if not people:
+        raise damaged("the file holds no subject", where)
+    rates = {person.rate for person in people}
+    rate = people[0].rate
+    if len(rates) > 1:
+        raise damaged("the subjects have different frame rates", where, "one", f"{sorted(rates)[:4]}")
     if not 0 < rate < 1e6:
         if frame_rate_hz is None:
             raise damaged("the frame rate is unknown", where, "frameRate, or the option frame_rate_hz")
         rate = frame_rate_hz
-    width = 3 * len(names)
+    several = len(people) > 1
+    names = [f"{one.label}:{name}" if several else name for one in people for name in one.names]
+    notes = [f"The file holds {len(people)} subjects."] if several else []
+    shortest = min(len(one.rows) for one in people)
+    if shortest < max(len(one.rows) for one in people):
+        notes.append(f"The subjects have different numbers of frames; the first {shortest} of each are read.")
+    positions = np.concatenate([one.positions(where)[:shortest] for one in people], axis=1) * millimetres
+    return motion_capture(names, positions, rate, unit, notes)
 
-    def place(n: int) -> str:
-        return f"{where}, frame {n // width + 1}, segment {names[n % width // 3]}"
 
-    values = read_numbers([word for words in rows for word in words], place)
-    positions = values.reshape(len(rows), len(names), 3) * millimetres
-    return motion_capture(names, positions, rate, unit, [])
+@dataclass
+class _Subject:
+    """One person: the segments, and the words of the positions of each frame."""
+
+    label: str
+    rate: float
+    names: list[str] = field(default_factory=list)
+    rows: list[list[str]] = field(default_factory=list)
+
+    def positions(self, where: str) -> np.ndarray:
+        """Positions (T, S, 3) in the file's unit."""
+        width = 3 * len(self.names)
+        wrong = next((k for k, words in enumerate(self.rows) if len(words) != width), None)
+        if not self.rows or not self.names or wrong is not None:
+            k = wrong or 0
+            received = f"{len(self.rows[k])}" if self.rows else "no frame"
+            raise damaged("the positions do not fit the segments", f"{where}, frame {k + 1}", width, received)
+
+        def place(n: int) -> str:
+            return f"{where}, frame {n // width + 1}, segment {self.names[n % width // 3]}"
+
+        values = read_numbers([word for words in self.rows for word in words], place)
+        return values.reshape(len(self.rows), len(self.names), 3)

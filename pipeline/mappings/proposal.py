@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, UpAxis, plain_name
@@ -25,6 +27,9 @@ _WORDS = {
     "ankle": ("ank", "mal", "tal", "foot", "cheville", "heel", "calc"),
 }
 """Parts of names by which points of a joint are known."""
+
+_NO_PLACE = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
+"""Names of results of a model that stand among the points of a C3D file and are no points."""
 
 _FAR = 0.12
 """A point so far above or below a joint's height, relative to the body, is not taken for it."""
@@ -50,7 +55,11 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     Of the points or pairs whose name holds a word of the joint, the nearest to its height is taken; without such a
     name, the nearest of all pairs that are left.
     """
-    seen = [k for k in range(len(motion.names)) if motion.valid[:, k].any()]
+    seen = [
+        k
+        for k in range(len(motion.names))
+        if motion.valid[:, k].any() and not _NO_PLACE.search(motion.names[k])
+    ]
     if len(seen) < 7:
         received = f"{len(seen)} points"
         raise InvalidInput(

@@ -20,6 +20,9 @@ FOLDER = CONF / "skeleton"
 LARGEST_FILE = 1_000_000
 """Bytes of a mapping; larger files are not mappings."""
 
+_DEEPEST = 10
+"""Levels of a mapping; what is nested deeper is none, and takes a time that grows with the square of the depth."""
+
 _KEYS = ("name", "up", "units", "recognised_by", "points", "joints", "otherwise", "lowered", "guessed")
 
 
@@ -90,8 +93,12 @@ def _composed(text: str, where: str) -> yaml.Node:
         raise InvalidInput(
             "a mapping is data and goes into no package of options", where=f"{where}, line {line}"
         )
+    depth = 0
     try:
         for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:
+                raise _wrong("this is no mapping: it is nested too deeply", where, event)
             if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
                 raise _wrong("anchors and aliases are not used in mappings", where, event)
         node = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -103,8 +110,6 @@ def _composed(text: str, where: str) -> yaml.Node:
             problem = "a tab where blanks must be"
         what = f"this is not YAML: {' '.join(str(problem).split())[:120]}"
         raise InvalidInput(what, where=f"{where}{at}") from None
-    except RecursionError:
-        raise InvalidInput("this is no mapping: it is nested too deeply", where=where) from None
     if node is None:
         raise InvalidInput("the mapping is empty", where=where)
     return node

@@ -4,7 +4,6 @@ from pipeline.papers.claims import LEAST_PEOPLE, Claim, Kind, Measure, Outcome, 
 from pipeline.papers.entries import read_mapping
 from pipeline.papers.explanations import (
     ANY_DATA,
-    OVERRIDDEN,
     Explanation,
     Run,
     Support,
@@ -29,7 +28,6 @@ __all__ = [
     "ANY_DATA",
     "INTERVENTIONS",
     "LEAST_PEOPLE",
-    "OVERRIDDEN",
     "PAPERS",
     "Claim",
     "Equation",

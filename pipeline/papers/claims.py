@@ -160,6 +160,8 @@ class Claim:
         Why no method that does nothing has a value here; empty if there is a null, or it is not stated.
     assumed : mapping of str to str
         Data sets of which the statement is an assumption, each with what is assumed: they cannot test it.
+    only : tuple of str
+        Data sets that the claim is about; empty if it is about all.
     least_people : int
         Fewer people cannot decide the claim.
     reproduced : Interval or None
@@ -189,6 +191,7 @@ class Claim:
     null: Measure | float | None = None
     no_null: str = ""
     assumed: Mapping[str, str] = field(default_factory=dict)
+    only: tuple[str, ...] = ()
     least_people: int = LEAST_PEOPLE
     reproduced: Interval | None = None
     direction: Interval | None = None

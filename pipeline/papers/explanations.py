@@ -17,9 +17,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
-OVERRIDDEN = "overridden"
-"""Data set of results with changed options, for which no explanation of a difference is given."""
-
 ANY_DATA = "any"
 """Key of the explanation for data sets that have none of their own."""
 

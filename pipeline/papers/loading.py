@@ -231,6 +231,7 @@ def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str, people
         null=criteria.null(null, figure, f"{entry.where}, null"),
         no_null=no_null,
         assumed={data_name: str(text) for data_name, text in entry.mapping("assumed").items()},
+        only=entry.names("only", needed=False),
         least_people=entry.take("people", int, people, needed=False),
         reproduced=criteria.interval(reproduced, published, bounds.where) if reproduced else None,
         direction=criteria.interval(direction, published, bounds.where) if direction else None,

@@ -7,10 +7,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from pipeline.papers.claims import Claim, Kind, Outcome
-from pipeline.papers.explanations import OVERRIDDEN
 from pipeline.papers.intervals import Estimate, Interval
 
-_UNEXPLAINED = {OVERRIDDEN: "not explained: the options differ from the preset's"}
+_OVERRIDDEN = "not explained: the options differ from the preset's"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,12 +26,15 @@ class Evidence:
         Value less null, their replicates paired; None if there is no null.
     people : int or None
         How many people the tables rest on; None if it is not known.
+    doubt : str
+        Why it is not known how many people they are; empty if it is.
     """
 
     value: Estimate
     null: Estimate | None = None
     gap: Estimate | None = None
     people: int | None = None
+    doubt: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,7 @@ def judge(
     number: Callable[[str], float] | None = None,
     *,
     smoke: bool = False,
+    overridden: bool = False,
 ) -> Verdict:
     """Return the verdict on a claim.
 
@@ -75,11 +78,14 @@ def judge(
     claim : Claim
     found : Evidence
     data_name : str
-        Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
+        Option of the data group, ``"synthetic"``, ``"optical"``…: what is assumed of it, whether the claim is about
+        it, the explanation of a difference.
     number : callable, optional
         Our value of another claim or quantity, by name, for explanations that quote it.
     smoke : bool
         Whether the tables are of a small run, which decides nothing but conditions.
+    overridden : bool
+        Whether options differ from the preset's: no explanation of a difference is given.
     """
     if claim.untestable or claim.reproduced is None:
         return Verdict(claim, Outcome.UNTESTED, claim.untestable)
@@ -89,6 +95,8 @@ def judge(
     if claim.kind is not Kind.CONDITION and data_name in claim.assumed and not smoke:
         why = f"{found.value} {claim.unit}".rstrip() + f": assumed of this data: {claim.assumed[data_name]}"
         return Verdict(claim, Outcome.UNTESTED, why, found)
+    if claim.only and data_name not in claim.only:
+        return Verdict(claim, Outcome.UNTESTED, f"about {' and '.join(claim.only)} alone", found)
     outcome, because = _decide(claim, claim.reproduced, found, smoke)
     if claim.kind is Kind.CONDITION:
         told = f"{found.value.value:.4g} {claim.unit}".rstrip()
@@ -99,8 +107,10 @@ def judge(
     if outcome in (Outcome.REPRODUCED, Outcome.MET, Outcome.UNTESTED, Outcome.NOT_JUDGED):
         return Verdict(claim, outcome, f"{told}: {because or claim.reason}", found)
     explanation = claim.explanation(data_name)
-    if explanation is None:
-        text = _UNEXPLAINED.get(data_name, "" if because else "not explained yet")
+    if overridden:
+        text = _OVERRIDDEN
+    elif explanation is None:
+        text = "" if because else "not explained yet"
     else:
         text = explanation.told(claim.name, found.value.value, number)
     # What the interval or the null decides needs no explanation of ours; one may follow.
@@ -117,6 +127,8 @@ def _decide(claim: Claim, bounds: Interval, found: Evidence, smoke: bool) -> tup
         return Outcome.NOT_JUDGED, "a small run decides nothing"
     if found.people is not None and found.people < claim.least_people:
         return Outcome.UNTESTED, f"{found.people} people, and fewer than {claim.least_people} decide nothing"
+    if found.doubt:
+        return Outcome.UNTESTED, f"who is who is not known: {found.doubt}"
     if null is None and not claim.no_null:
         return Outcome.UNDECIDED, "no null is stated"
     if not value.known:

@@ -14,7 +14,7 @@ from pipeline.core.keypoint_walk.calibration import (
     angle_half_widths,
     joint_half_widths,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, TURN
 from pipeline.core.keypoint_walk.training import SIZE
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.skeleton import WALKER15
@@ -26,6 +26,8 @@ RIVAL_COST = 60.0
 LEVEL_95 = 2
 FOCAL_UNSURE = 0.35
 """Relative standard deviation of a focal length that is assumed."""
+TURNED_DEG = 20.0
+"""Turn of the heading over a stretch beyond which the path is said to bend."""
 OFF_MIDDLE_DEG = 12.0
 """Distance of the walker from the middle of the image beyond which an assumed focal length is remarked on."""
 
@@ -147,6 +149,7 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
             "interval_95": _interval(view_angle_deg(heading), half),
             "convention": "of the papers: 0 is seen from behind, +90 from the walker's right",
             "heading_deg": _round(np.degrees(heading), 1),
+            "turned_deg": _round(turned_deg(found), 1),
             "words": heading_words(heading),
             "alternatives": [
                 {
@@ -229,6 +232,12 @@ def _angles(found: Reconstruction, walk: Walk) -> dict[str, Any]:
     }
 
 
+def turned_deg(found: Reconstruction) -> float:
+    """Heading at the end of a stretch less that at its beginning; the heading that is told is that of the middle."""
+    times = found.fit.objective.setting.times
+    return float(np.degrees(found.fit.x[TURN]) * (times[-1] - times[0]))
+
+
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
     """What to film better next time."""
     found = stretch.found
@@ -242,6 +251,11 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         said.append(f"Only {found.strides:.1f} strides: three or more halve the error of the cadence.")
     if found.height_px < 250.0:
         said.append(f"The walker is only {found.height_px:.0f} px high: film nearer or with a longer lens.")
+    if abs(turned := turned_deg(found)) > TURNED_DEG:
+        said.append(
+            f"The path bends: the heading turned by {turned:+.0f}° on the way, and the view is that of the middle."
+            " Film a straight path, or give fewer frames."
+        )
     if found.labels_unsure:
         said.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."

@@ -12,7 +12,6 @@ from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
 from pipeline.reconstruct.summary import summarise, table_rows
-from pipeline.storage import tables
 from pipeline.validation import InvalidInput, require_name
 
 PAGE = "walk.html"
@@ -74,6 +73,9 @@ def _default_folder(path: str) -> Path:
 
 def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path) -> None:
     """Write the files of a walk; only files of these names are ever replaced."""
+    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
+    from pipeline.storage import tables
+
     if folder.exists() and not folder.is_dir():
         raise InvalidInput("must be a folder", where="output.path", received=str(folder))
     folder.mkdir(parents=True, exist_ok=True)
@@ -87,7 +89,6 @@ def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Pat
     motion.write_motion(walk, options.input, options.output.formats, folder)
     if walk.best.found is None or summary["verdict"] == "not_a_walk":
         return
-    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
     if options.output.picture:
         from pipeline.pictures.keypoint_walk import draw_keypoint_walk
         from pipeline.reconstruct.picture import picture_of

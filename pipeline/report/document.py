@@ -30,7 +30,7 @@ TUTORIAL = "tutorial"
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
 
-_SCRIPTS = ("walker.js", "charts.js", "players.js", "theme.js", "page.js")
+_SCRIPTS = ("walker.js", "anatomy.js", "charts.js", "players.js", "agreement.js", "theme.js", "page.js")
 
 
 def write_page(

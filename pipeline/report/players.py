@@ -1,9 +1,10 @@
 """What the players of the page compute from: walkers, and clips with their cameras, in few bytes.
 
 `walkers` are the Fourier representations of all walkers in single precision, a tenth of the bytes of all folds.  The
-browser learns each fold from them, as `core.linear_model` does, and reconstructs as `core.reconstruction`: nothing that
-it shows was computed beforehand.  `clips` are clips of park2011's figure 4 in 16 bits: images, cameras and what was
-reconstructed from them, of which the browser intersects rays and spheres.
+browser learns each fold from them, as `core.linear_model` and `core.anatomical` do, and reconstructs as
+`core.reconstruction` and `core.anatomical`: nothing that it shows was computed beforehand.  `clips` are clips of
+park2011's figure 4 in 16 bits: images, cameras and what was reconstructed from them, of which the browser intersects
+rays and spheres.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
             *(f"reconstructed_{axis}_mm" for axis in "xyz"),
         )
     },
+    "zhang2007_joint_angles": {"table.csv": ("method", "angle", "view_angle_deg", "rmse_deg")},
 }
 """Columns of tables that the browser compares its own numbers with, by figure."""
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.skeleton.joints import WALKER15, Skeleton
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
+from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput, require_choice
 
@@ -50,6 +50,29 @@ def map_joints(
         If a joint that may not be missing has no rule or its rules name points that the file lacks, weights do
         not sum to one, or a point stands twice in the file (two people).
     """
+    points, found, positions = _in_own_axes(motion, mapping, skeleton, missing=missing)
+    positions = positions @ _TO_Z_UP[_up_of(positions, mapping, skeleton)].T
+    for j, joint in enumerate(skeleton.joints):
+        if (rule := found[joint]) is not None and rule[1] is not None:
+            positions[:, j, 2] -= rule[1].by * points.distance(joint, rule[1], mapping)
+    return positions, np.all(np.isfinite(positions), axis=-1)
+
+
+def up_axis(motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15) -> UpAxis:
+    """Return the axis of a file that points up: as its mapping says, or along which the hips are above the ankles.
+
+    Raises
+    ------
+    InvalidInput
+        As `map_joints`.
+    """
+    return _up_of(_in_own_axes(motion, mapping, skeleton, missing=True)[2], mapping, skeleton)
+
+
+def _in_own_axes(
+    motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton, *, missing: bool
+) -> tuple[SourcePoints, dict[str, tuple[Rule, Lowering | None] | None], np.ndarray]:
+    """The points by name, the rule of each joint, and joints (T, J, 3), mm, in the file's axes, none lowered."""
     require_choice(f"{mapping.name}.up", mapping.up, UpAxis)
     for joint in (*mapping.joints, *mapping.otherwise, *mapping.lowered):
         require_choice(f"{mapping.name}.joints", joint, skeleton.joints)
@@ -67,12 +90,11 @@ def map_joints(
                 raise InvalidInput(what, where=mapping.name, received=received)
             source = motion.positions_mm[:, [points.index(point) for point in rule[0]]]
             positions[:, j] = np.einsum("tpk,p->tk", source, weights)
-    up = _up_axis(positions, skeleton) if mapping.up == UpAxis.auto else UpAxis(mapping.up)
-    positions = positions @ _TO_Z_UP[up].T
-    for j, joint in enumerate(skeleton.joints):
-        if (rule := found[joint]) is not None and rule[1] is not None:
-            positions[:, j, 2] -= rule[1].by * points.distance(joint, rule[1], mapping)
-    return positions, np.all(np.isfinite(positions), axis=-1)
+    return points, found, positions
+
+
+def _up_of(positions: np.ndarray, mapping: SourceMapping, skeleton: Skeleton) -> UpAxis:
+    return _up_axis(positions, skeleton) if mapping.up == UpAxis.auto else UpAxis(mapping.up)
 
 
 def _up_axis(positions: np.ndarray, skeleton: Skeleton) -> UpAxis:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from pipeline.papers import OVERRIDDEN, Verdict
+from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
@@ -52,8 +52,9 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         verdicts = judge_figure(
             experiment.name,
             {**made, INGEST: report},
-            experiment.data.name if as_preset else OVERRIDDEN,
+            experiment.data.name,
             smoke=experiment.scale.name == SMOKE,
+            overridden=not as_preset,
         )
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))

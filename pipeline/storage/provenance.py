@@ -58,7 +58,12 @@ def provenance() -> dict[str, Any]:
     ours = top is not None and Path(top).resolve() == PROJECT
     commit = _git("rev-parse", "--verify", "HEAD") if ours else None
     # Results do not depend on what is kept of them: the archive, numbers that texts quote.
-    kept = ("results/archive", "results/sensitivity.csv", "conf/paper/interventions.csv")
+    kept = (
+        "results/archive",
+        "results/sensitivity.csv",
+        "results/sensitivity_runs.csv",
+        "conf/paper/interventions.csv",
+    )
     aside = ("--", ".", *(f":(exclude){path}" for path in kept))
     changes = _git("status", "--porcelain", *aside) if ours else None
     return {

@@ -28,6 +28,8 @@ class Scale:
     populations: int  # further synthetic populations for intervals; 0: none
     trials: int  # trials for every value of a sweep over limbs
     filmed: int  # simulated clips of keypoints
+    takes: int  # the same, under every condition
+    levels: int  # of each kind of change of these clips, the last so many; 0: all
 
 
 @dataclass(kw_only=True)

@@ -32,6 +32,9 @@ class Numbers:
         Of the figures made with it.
     without, with_it : dict of str to float
         By the name of the claim or quantity.
+    common : tuple of str
+        Overrides of the figures with the switch and without: a smaller grid, fewer trials.
+    figures : tuple of str
     """
 
     switch: str
@@ -40,6 +43,8 @@ class Numbers:
     commit: str
     without: Mapping[str, float]
     with_it: Mapping[str, float]
+    common: tuple[str, ...] = ()
+    figures: tuple[str, ...] = ()
 
 
 def names_quoted(data_name: str, group: str, switch: str) -> list[str]:
@@ -94,7 +99,8 @@ def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: 
         for run in numbers
         for name, value in run.without.items()
     ]
-    _replace(path, pd.DataFrame(rows, columns=columns), ["data", "group", "switch"], sort_by=["name"])
+    made = {(data_name, group, run.switch) for run in numbers}
+    _replace(path, pd.DataFrame(rows, columns=columns), made, sort_by=["name"])
 
 
 def keep_table(
@@ -109,18 +115,54 @@ def keep_table(
             "scale": made[row["switch"]].scale,
             "commit": made[row["switch"]].commit,
             **row,
+            "common": " ".join(made[row["switch"]].common),
         }
         for row in rows
         if row["verdict_moves"] or row["outside_the_interval"]
     ]
-    _replace(path, pd.DataFrame(moved), ["data", "group", "switch"], sort_by=["claim"])
+    switches = {(data_name, group, run.switch) for run in numbers}
+    _replace(path, pd.DataFrame(moved), switches, sort_by=["claim"])
 
 
-def _replace(path: Path, rows: pd.DataFrame, by: list[str], *, sort_by: list[str]) -> None:
-    """Replace the rows of a table that share these entries with new ones."""
-    if rows.empty:
-        return
-    new = set(rows[by].itertuples(index=False, name=None))
-    old = pd.DataFrame(dict(tables.read(path))) if path.is_file() else rows[:0]
-    kept = old[[entries not in new for entries in old[by].itertuples(index=False, name=None)]]
-    tables.write(path, pd.concat([kept, rows]) if len(kept) else rows, sort_by=[*by, *sort_by])
+def keep_runs(
+    path: Path, rows: Sequence[Mapping[str, Any]], numbers: Sequence[Numbers], data_name: str, group: str
+) -> None:
+    """Replace these switches in the table of what was run: options, figures, how many claims were judged and moved."""
+    of_switch = {run.switch: [row for row in rows if row["switch"] == run.switch] for run in numbers}
+    runs = [
+        {
+            "data": data_name,
+            "group": group,
+            "switch": run.switch,
+            "overrides": " ".join(run.overrides),
+            "common": " ".join(run.common),
+            "figures": " ".join(run.figures),
+            "scale": run.scale,
+            "commit": run.commit,
+            "claims": len(of_switch[run.switch]),
+            "outside_the_interval": sum(row["outside_the_interval"] for row in of_switch[run.switch]),
+            "verdicts_moved": sum(row["verdict_moves"] for row in of_switch[run.switch]),
+        }
+        for run in numbers
+    ]
+    switches = {(data_name, group, run.switch) for run in numbers}
+    _replace(path, pd.DataFrame(runs), switches, sort_by=[])
+
+
+def _replace(
+    path: Path, rows: pd.DataFrame, switches: set[tuple[str, str, str]], *, sort_by: list[str]
+) -> None:
+    """Replace the rows of switches, each with its data set and group, in a table."""
+    by = ["data", "group", "switch"]
+    parts = [rows] if len(rows) else []
+    if path.is_file():
+        old = pd.DataFrame(dict(tables.read(path)))
+        kept = old[[entries not in switches for entries in old[by].itertuples(index=False, name=None)]]
+        # A column of texts that are all empty is read as numbers that are missing.
+        texts = [name for name in rows.columns if len(rows) and not pd.api.types.is_numeric_dtype(rows[name])]
+        kept = kept.reindex(columns=rows.columns) if len(rows) else kept
+        parts = [kept.assign(**{name: kept[name].astype(object).fillna("") for name in texts}), *parts]
+    if parts := [part for part in parts if len(part)]:
+        tables.write(path, pd.concat(parts), sort_by=[*by, *sort_by])
+    else:
+        path.unlink(missing_ok=True)

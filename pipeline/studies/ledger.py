@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline import papers
+from pipeline.clips import one_person
 from pipeline.core import bootstrap
 from pipeline.storage import tables
 from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
@@ -34,7 +36,12 @@ INGEST = "table_ingest"
 
 
 def judge(
-    claims: Iterable[papers.Claim], made: Tables, data_name: str, *, smoke: bool = False
+    claims: Iterable[papers.Claim],
+    made: Tables,
+    data_name: str,
+    *,
+    smoke: bool = False,
+    overridden: bool = False,
 ) -> list[papers.Verdict]:
     """Return one verdict per claim, in the order of the claims.
 
@@ -44,9 +51,11 @@ def judge(
     made : Tables
         Tables of the figures that are made.
     data_name : str
-        Option of the data group, ``"synthetic"``, ``"optical"``…: selects the explanation of a difference.
+        Option of the data group, ``"synthetic"``, ``"optical"``…
     smoke : bool
         Whether the figures are made at small scale, which decides nothing.
+    overridden : bool
+        Whether options differ from the presets'.
 
     Raises
     ------
@@ -68,6 +77,7 @@ def judge(
                     data_name,
                     lambda name: _number(papers.quantity(name), frames),
                     smoke=smoke,
+                    overridden=overridden,
                 )
             )
     return verdicts
@@ -76,7 +86,8 @@ def judge(
 def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
     """Return the value and the null of a claim, with their intervals and that of the difference of the two."""
     value = _number(claim, frames)
-    found = papers.Evidence(value=papers.Estimate(value), people=_people(claim, frames))
+    people, doubt = _people(claim, frames)
+    found = papers.Evidence(value=papers.Estimate(value), people=people, doubt=doubt)
     if not np.isfinite(value) or claim.measure is None or claim.kind is papers.Kind.CONDITION:
         return found
     drawn = replicate(claim.tables, frames) if interval else None
@@ -93,7 +104,7 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
             nothing = nulls = claim.null
         null = _estimate(nothing, nulls)
         gap = _estimate(value - nothing, np.asarray(values) - np.asarray(nulls))
-    return papers.Evidence(value=_estimate(value, values), null=null, gap=gap, people=found.people)
+    return replace(found, value=_estimate(value, values), null=null, gap=gap)
 
 
 def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Number:
@@ -118,14 +129,26 @@ def _estimate(value: float, replicates: Number) -> papers.Estimate:
     return papers.Estimate(float(value), float(np.minimum(low, value)), float(np.maximum(high, value)))
 
 
-def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> int | None:
-    """Return how many people the figures of a claim rest on, the fewest; None if no table says it."""
+def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
+    """Return how many people the figures of a claim rest on, the fewest, and a recording that may be another's.
+
+    None if no table says how many; nothing if every recording differs from those of other people.
+    """
     counts: list[int] = []
-    for figure in {name.split("/")[0] for name in claim.tables}:
+    doubts: list[str] = []
+    for figure in sorted({name.split("/")[0] for name in claim.tables}):
         clips = frames.get(f"{figure}/{INGEST}")
         if clips is not None and {"person", "verdict"} <= set(clips.columns):
-            counts.append(len(set(clips["person"][clips["verdict"] == "kept"].astype(str))))
-    return int(np.min(counts)) if counts else None
+            kept = clips[clips["verdict"] == "kept"]
+            counts.append(len(set(kept["person"].astype(str))))
+            if "reason" in clips.columns:
+                doubts += [
+                    f"{clip} {remark}"
+                    for clip, reason in zip(kept["clip"], kept["reason"], strict=True)
+                    for remark in str(reason).split("; ")  # NaN where no recording has one
+                    if remark.startswith(one_person.REMARK)
+                ]
+    return (int(np.min(counts)) if counts else None), next(iter(doubts), "")
 
 
 def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
@@ -139,15 +162,22 @@ def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFr
 
 
 def judge_figure(
-    figure: str, made: Mapping[str, Any], data_name: str, *, smoke: bool = False
+    figure: str,
+    made: Mapping[str, Any],
+    data_name: str,
+    *,
+    smoke: bool = False,
+    overridden: bool = False,
 ) -> list[papers.Verdict]:
     """Return the verdicts on the claims that use one figure alone, from its tables by file name without suffix."""
     by_name = {_name(figure, name): table for name, table in made.items()}
     alone = [c for c in _claims([figure]) if all(name.split("/")[0] == figure for name in c.tables)]
-    return judge(alone, by_name, data_name, smoke=smoke)
+    return judge(alone, by_name, data_name, smoke=smoke, overridden=overridden)
 
 
-def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[papers.Verdict]:
+def judge_folder(
+    folder: Path, data_name: str, figures: Sequence[str], *, overridden: bool = False
+) -> list[papers.Verdict]:
     """Return the verdicts on all claims of these figures, from the tables below ``results/<data>/<scale>``.
 
     Raises
@@ -156,7 +186,8 @@ def judge_folder(folder: Path, data_name: str, figures: Sequence[str]) -> list[p
         If a table differs from what was published.
     """
     scales = {read_manifest(folder / f).get("scale") for f in figures if (folder / f).is_dir()}
-    return judge(_claims(figures), read_folder(folder, figures), data_name, smoke=SMOKE in scales)
+    made = read_folder(folder, figures)
+    return judge(_claims(figures), made, data_name, smoke=SMOKE in scales, overridden=overridden)
 
 
 def read_folder(folder: Path, figures: Sequence[str]) -> dict[str, pd.DataFrame]:

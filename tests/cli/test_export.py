@@ -9,7 +9,7 @@ import pytest
 
 from pipeline import formats
 from pipeline.cli.export import export
-from pipeline.cli.inspect import inspect
+from pipeline.cli.inspect import inspect, summary
 from pipeline.core import fourier
 from pipeline.formats import bvh, c3d
 from pipeline.formats.points import trc
@@ -60,6 +60,7 @@ def figure(walk: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("a.bvh", TO_BVH, 1e-9),
         ("a.csv", np.eye(3), 0.0),
         ("a.csv layout=wide", np.eye(3), 0.0),
+        ("a.npz", np.eye(3), 0.0),
     ],
 )
 def test_a_reconstruction_is_read_back(
@@ -138,7 +139,17 @@ def test_more_frames_than_a_counter_of_16_bits_holds(tmp_path: Path) -> None:
     assert len(formats.read(tmp_path / "a.c3d").positions_mm) == 70_000
 
 
-@pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "wide.csv"])
+@pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "b.npz"])
+def test_a_reconstruction_alone_is_a_walk_again(figure: Path, tmp_path: Path, name: str) -> None:
+    """Its joints bear the name of the method; the one that was estimated does not count as measured."""
+    export([str(figure), f"to={tmp_path / name}", "motion=reconstructed", "cycles=4"])
+    (found,) = inspect([str(tmp_path / name)])
+    assert found.mapping == "walker15"
+    assert found.strides == pytest.approx(4, abs=0.1)
+    assert any("14 of 15 joints; estimated in walks: head" in line for line in found.lines)
+
+
+@pytest.mark.parametrize("name", ["b.c3d", "b.trc", "b.bvh", "b.csv", "wide.csv", "b.npz"])
 def test_what_is_exported_is_a_walk_again(walk: np.ndarray, tmp_path: Path, name: str) -> None:
     """With ``skeleton=auto``, whichever axis the format has up."""
     trc.write(tmp_path / "a.trc", WALKER15.joints, walk, HZ)
@@ -183,11 +194,22 @@ def test_inspect_goes_on_after_a_file_of_two_people(walk: np.ndarray, tmp_path: 
     trc.write(tmp_path / "b.trc", WALKER15.joints, walk, HZ)
     c3d.write(tmp_path / "c.c3d", WALKER15.joints, walk / 1000, HZ)
     both, one, metres = inspect([str(tmp_path)])
-    assert "one person to a file" in both.lines[-1]
+    assert both.people == ("anna", "ben")
+    assert "choose one by subject=" in both.lines[-2]
+    assert both.lines[-1].endswith("subject=anna")
+    assert one.people == ()
     assert one.strides > 2
     assert "units=m" in metres.lines[-1]
     (metres,) = inspect([str(tmp_path / "c.c3d"), "units=m"])
     assert metres.strides > 2
+    (tmp_path / "take.fbx").touch()
+    told = summary(tmp_path, [both, one, metres])
+    assert told[0] == "2 of 3 files hold walks, of 2 people: b, c"
+    assert "data.person=" in told[1]
+    assert told[2] == "not read: 1 of .fbx (export it as BVH, in Blender for instance)"
+    (ben,) = inspect([str(tmp_path / "a.c3d"), "subject=ben"])
+    assert ben.strides > 2
+    assert "data.subject=ben" in ben.lines[-1]
 
 
 def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path: Path) -> None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import functools
+import shutil
+from pathlib import Path
 
 import pytest
 
 from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import CONF
-from pipeline.cli.sensitivity import PLAIN, compare, moved_table, switches
+from pipeline.cli.sensitivity import PLAIN, compare, moved_table, sensitivity, switches
 from pipeline.papers import Estimate, Evidence, Outcome, Verdict
+from pipeline.storage import tables
+from pipeline.validation import InvalidInput
 
 GROUPS = papers.read_mapping(CONF / "sensitivity.yaml")
 
@@ -54,3 +58,24 @@ def test_a_switch_is_compared_with_the_figures_as_they_are() -> None:
     assert not share["outside_the_interval"]
     assert not share["verdict_moves"]
     assert moved_table([gain, share]).row_count == 1
+
+
+def test_a_run_that_was_stopped_is_tabulated_without_what_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = {"figures": ["zhang2007_fig2"], "common": ["data.walkers=4"]}
+    few["switches"] = {
+        "short": {"overrides": ["data.duration_s=3"]},
+        "level": {"overrides": ["data.offsets=0"]},
+    }
+    monkeypatch.setattr("pipeline.cli.sensitivity.groups", lambda: {"few": few})
+    options = ["data=synthetic", "scale=smoke", f"results={tmp_path}", "workers=1", "few"]
+    with pytest.raises(InvalidInput, match="no claim rests on the figures"):
+        sensitivity([*options, "made"])
+    assert sensitivity(options) == 0
+    folder = tmp_path / "sensitivity" / "synthetic" / "few"
+    assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "short", "level"}
+    shutil.rmtree(folder / "short")
+    assert sensitivity([*options, "made"]) == 0
+    assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "level"}
+    assert not (folder / "short").exists()

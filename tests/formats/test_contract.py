@@ -76,9 +76,7 @@ def test_an_unknown_suffix_is_refused(tmp_path: Path) -> None:
         with pytest.raises(InvalidInput, match=f"{name}: there is no such file"):
             formats.read(tmp_path / name)
         (tmp_path / name).write_bytes(b"")
-        with pytest.raises(
-            InvalidInput, match=rf"{name}: the format is unknown .*\.trc.*received {received}"
-        ):
+        with pytest.raises(InvalidInput, match=rf"{name}: the format is unknown.*\.trc.*received {received}"):
             formats.read(tmp_path / name)
 
 
@@ -90,3 +88,28 @@ def test_an_unknown_unit_is_refused_where_the_file_states_none(path: Path, units
         return
     with pytest.raises(InvalidInput, match="unit of length is unknown"):
         formats.read(path, units=units)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"\x1f\x8b\x08\x00abc", "compressed .*unpack it first"),
+        (b"PK\x03\x04abc", "a zip archive or a spreadsheet"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
+        (b"\n<!DOCTYPE HTML>\n<title>Not found</title>", "a web page, not the file"),
+    ],
+)
+@pytest.mark.parametrize("suffix", sorted(set(formats.READERS) - {".npz", ".amc"}))
+def test_what_a_file_holds_instead_is_said(suffix: str, content: bytes, words: str, tmp_path: Path) -> None:
+    (tmp_path / f"a{suffix}").write_bytes(content)
+    with pytest.raises(InvalidInput, match=words):
+        formats.read(tmp_path / f"a{suffix}")
+
+
+@pytest.mark.parametrize("suffix", formats.ADVICE)
+def test_advice_on_files_of_other_kinds(suffix: str, tmp_path: Path) -> None:
+    assert suffix not in formats.READERS
+    (tmp_path / f"a{suffix}").write_bytes(b"abc")
+    with pytest.raises(InvalidInput) as refused:
+        formats.read(tmp_path / f"a{suffix}")
+    assert formats.ADVICE[suffix] in str(refused.value)

@@ -33,9 +33,18 @@ def named(pattern: str, words: dict[str, str]) -> MotionCapture:
     return body(sided | {"head": "Head", "sternum": "Neck", "pelvis": "Hips"})
 
 
+def behind(beginning: str, motion: MotionCapture) -> MotionCapture:
+    """The same points, all of whose names begin alike."""
+    return dataclasses.replace(motion, names=tuple(beginning + name for name in motion.names))
+
+
 PARTS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 UNITY = dict(zip(PARTS, ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand"), strict=True))
 HUMANIK = dict(zip(PARTS, ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"), strict=True))
+BIPED = dict(zip(PARTS, ("Thigh", "Calf", "Foot", "UpperArm", "Forearm", "Hand"), strict=True))
+UNREAL = dict(zip(PARTS, ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"), strict=True))
+RIGIFY = dict(zip(PARTS, ("thigh", "shin", "foot", "upper_arm", "forearm", "hand"), strict=True))
+POSER = dict(zip(PARTS, ("Thigh", "Shin", "Foot", "Shldr", "ForeArm", "Hand"), strict=True))
 PLAIN = {part: part.capitalize() for part in PARTS}
 ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicond", "styloid"), strict=True))
 
@@ -46,6 +55,10 @@ ANATOMY = dict(zip(PARTS, ("troch", "condylus", "malleolus", "acromion", "epicon
         (named("{word}_{S}", UNITY), "bandai_namco"),
         (named("{side}{word}", HUMANIK), "mixamo"),
         (named("mixamorig:{side}{word}", HUMANIK), "mixamo"),
+        (behind("Bip01 ", named("{S} {word}", BIPED)), "bones"),
+        (named("{word}_{S}", UNREAL), "bones"),
+        (named("{word}.{S}", RIGIFY), "bones"),
+        (named("{S}{word}", POSER), "bones"),
         (named("{S}{word}", PLAIN), "named_joints"),
         (named("subject:{S}.{word}", PLAIN), "named_joints"),
         (body({joint: joint for joint in WALKER15.joints}), "walker15"),
@@ -90,5 +103,13 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     for joint in ("left_ankle", "right_knee", "left_hip", "right_shoulder", "left_elbow", "right_wrist"):
         j = WALKER15.index(joint)
         np.testing.assert_allclose(positions[0, j], [SIDE[j], 0, HEIGHT[j]])
+    # Angles that a model wrote among the points, far below the floor, are no points of the body.
+    outputs = dataclasses.replace(
+        motion,
+        names=(*motion.names, "LAnkleAngles", "RAnkleAngles"),
+        positions_mm=np.concatenate([motion.positions_mm, np.full((5, 2, 3), -9000.0)], axis=1),
+        valid=np.ones((5, len(motion.names) + 2), dtype=bool),
+    )
+    assert mappings.propose(outputs, "my_lab").joints == mapping.joints
     with pytest.raises(InvalidInput, match="too few points"):
         mappings.propose(body({"head": "Head"}), "x")

@@ -61,7 +61,7 @@ def test_a_mapping_of_ones_own(tmp_path: Path) -> None:
         (GOOD.replace("up: y", "up: !!python/object/apply:os.system [x]"), "line 2: up must be a word"),
         (GOOD.replace("up: y", "up: &a y"), "line 2: anchors and aliases"),
         ("a: &a [1]\nb: *a\n", "line 1: anchors and aliases"),
-        ("[" * 1000, "nested too deeply|this is not YAML"),
+        ("[" * 5000, "line 1: this is no mapping: it is nested too deeply"),
         ("", "the mapping is empty"),
         ("- a\n", "line 1: a mapping must be keys with values"),
         ("up: z\n", "line 1: the mapping gives no joint"),

@@ -10,30 +10,31 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.core import errors, linear_model
+from pipeline.core import anatomical, errors, linear_model
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.camera_paths import around
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstruction import from_known_views
 from pipeline.report import players, read_published, write_page
 from pipeline.storage.store import Store
+from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES
 from tests.report.planted import plant
 
-FIGURES = ["zhang2007_fig4", "zhang2007_fig5"]
+FIGURES = ["zhang2007_fig4", "zhang2007_fig5", "zhang2007_joint_angles"]
+ALL_METHODS = "sweep.methods=[least_squares,map,anatomical]"
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Figures 4 and 5 of zhang2007 at smoke scale, and two clips that park2011 could have."""
+    """Figures 4, 5 and joint angles of zhang2007 at smoke scale, by every method, and two clips for park2011."""
     results = tmp_path_factory.mktemp("results")
     place = results / "synthetic" / "smoke"
     store = Store(results)
     for name in FIGURES:
         experiment = compose(
-            [f"experiment={name}", "scale=smoke", f"results={results}", "figure.recording=false"]
+            [f"experiment={name}", "scale=smoke", f"results={results}", "figure.recording=false", ALL_METHODS]
         )
         make_figure(experiment, place / name, store=store)
     plant(place / "park2011_fig4", arrays=clips())
@@ -149,23 +150,76 @@ def test_results_without_walkers_say_so(tmp_path: Path) -> None:
 
 
 def test_the_browser_computes_the_tables(folder: Path, browser: str, tmp_path: Path) -> None:
-    page, _ = write_page(folder, [name for paper in papers.PAPERS.values() for name in paper.figures])
-    command = [
-        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}", "--dump-dom",
-        "--virtual-time-budget=120000", f"{page.as_uri()}#check",
-    ]  # fmt: skip
-    dom = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+    page, _ = write_page(folder, [*FIGURES, "park2011_fig4"])
+    dom = shown(browser, f"{page.as_uri()}#check", tmp_path)
     facts = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r'<output id="agreement"[^>]*>', dom)[0]))
+    assert facts["methods"].split() == ["anatomical", "null", "least_squares", "map"]
     assert float(facts["worst"]) < 1e-4  # three digits and one more
-    assert int(facts["compared"]) == 2 * 13 * 3
+    assert int(facts["compared"]) == 4 * 13 * 3
+    assert float(facts["angles"]) < 1e-4
+    assert int(facts["angled"]) == 4 * 4 * 3
     assert float(facts["postures"]) < 0.05  # mm
-    assert int(facts["coordinates"]) == 2 * 3 * 5 * 15 * 3
+    assert int(facts["coordinates"]) == 3 * 3 * 5 * 15 * 3
+    half, covered = bars_of_the_middle_walker(folder)
+    assert float(facts["half"]) == pytest.approx(half, rel=1e-4)
+    assert float(facts["covered"]) == pytest.approx(covered, abs=0.01)
     assert dom.count("<option") > 12  # the players are filled
     assert "3.00 times as much" in dom
 
 
+def shown(browser: str, address: str, profile: Path) -> str:
+    """The page as text after two minutes of the browser's own time."""
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={profile}", "--dump-dom",
+        "--virtual-time-budget=120000", address,
+    ]  # fmt: skip
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+
+
+def test_back_to_the_paper_from_our_method(folder: Path, browser: str, tmp_path: Path) -> None:
+    page, _ = write_page(folder, FIGURES, to=tmp_path)
+    script = """<script>addEventListener("load", () => {
+      const chosen = () => document.querySelector("#numbers .chosen th").textContent;
+      const bars = () => document.getElementById("bars").textContent;
+      const once = (name, then) => {
+        const timer = setInterval(() => { if (chosen().startsWith(name)) { clearInterval(timer); then(); } }, 20);
+      };
+      document.querySelector("input[value=anatomical]").click();
+      once("anatomical", () => {
+        document.body.dataset.ours = bars();
+        document.querySelector("#player [type=reset]").click();
+        once("MAP", () => { document.body.dataset.papers = bars(); });
+      });
+    });</script></body>"""
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", script), encoding="utf-8")
+    dom = shown(browser, page.as_uri(), tmp_path)
+    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert said["ours"].startswith("Its own 95 % bars reach ±")
+    assert said["papers"] == ""  # absent if the player did not come back
+
+
+def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
+    """Mean half width of the anatomical method's 95 % bars from 30 degrees, mm, and the share that they cover."""
+    figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]
+    walkers = figure.arrays["samples"].reshape(-1, 5, 15, 3)
+    middle = len(walkers) // 2
+    kept = figure.arrays["person"] != figure.arrays["person"][middle]
+    weights = anatomical.person_weights(figure.arrays["person"][kept])
+    prior = anatomical.fit(walkers[kept], weights, anatomical.Shrinkage())
+    view = np.radians([30.0])
+    given = anatomical.condition(anatomical.turned(prior, view), noise=anatomical.Noise())
+    axes = anatomical.image_axes(view)
+    whole = np.einsum("aij,kjb->akib", axes, anatomical.by_joint(walkers[middle])).reshape(1, 1, -1)
+    found = anatomical.fit_lengths(
+        given, whole[..., ~given.unknown], anatomical.tolerances(prior), with_covariance=True
+    )
+    half = NORMAL_95 * anatomical.deviation_at_instants(found.covariance[0, 0], 5, PHASES)
+    off = (whole[..., given.unknown] - found.unknown)[0, 0].reshape(15, 5)
+    return float(half.mean()), float((np.abs(anatomical.at_instants(off, PHASES)) <= half).mean())
+
+
 def test_the_options_of_the_paper_come_back_after_others(folder: Path, browser: str, tmp_path: Path) -> None:
-    page, _ = write_page(folder, [name for paper in papers.PAPERS.values() for name in paper.figures])
+    page, _ = write_page(folder, FIGURES)
     play = """<script>
     addEventListener("error", event => { document.body.dataset.error = event.message; });
     setTimeout(() => {

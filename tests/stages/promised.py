@@ -147,6 +147,10 @@ PROMISED |= {
         "table_walkers_views": ["person", "walker", "method", "bars", "view_angle_deg", "covered_percent"],
     },
     "zhang2007_occlusion": {
+        "table_axes": [
+            "hidden", "method", "bars", "axis", "covered_percent", "covered_percent_low", "covered_percent_high",
+            "half_width_mm",
+        ],
         "table_bars": [
             "hidden", "method", "bars", "covered_percent", "covered_percent_low", "covered_percent_high",
             "half_width_mm",
@@ -223,13 +227,27 @@ PROMISED |= {
         ],
     },
 }  # fmt: skip
+CHANGED = ["condition", "change", "level"]
+JUDGED = [
+    *(f"{verdict}_percent" for verdict in ("walk", "doubtful", "not_a_walk")),
+    *(f"labels_{found}_percent" for found in ("right", "unsure", "wrong_unsaid")),
+]
+PROMISED |= {
+    figure: {
+        "table_views": [*CHANGED, *PROMISED["keypoints_headings"]["table_views"][1:], *JUDGED],
+        "table_clips": [*PROMISED["keypoints_headings"]["table_clips"], *CHANGED, *JUDGED],
+        "table_people": ["person", *CHANGED, *PROMISED["keypoints_headings"]["table_people"][2:]],
+    }
+    for figure in ("keypoints_degradations", "keypoints_ablation")
+}
 ENTITIES |= {
-    "keypoints_headings": {
+    figure: {
         "image/keypoints", "image/reprojection",
         *(f"world/{body}" for body in ("truth", "keypoint_walk", "average_walker")),
         *(f"curves/error_mm/{method}" for method in ("keypoint_walk", "average_walker")),
         *(f"curves/half_width_95_mm/{axis}" for axis in ("right", "down", "away")),
-    },
+    }
+    for figure in ("keypoints_headings", "keypoints_degradations", "keypoints_ablation")
 }  # fmt: skip
 
 # --- mozerov2006 --------------------------------------------------------------------------------------------

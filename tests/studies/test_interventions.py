@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,8 @@ def test_numbers_of_a_switch_replace_its_old_ones_and_no_others(tmp_path: Path) 
     interventions.keep_numbers(path, [numbers("few", 2.0), numbers("many", 3.0)], "synthetic", "walks")
     interventions.keep_numbers(path, [numbers("few", 4.0, "b" * 12)], "synthetic", "walks")
     interventions.keep_numbers(path, [numbers("few", 5.0)], "optical", "walks")
+    unquoted = Numbers("unquoted", (), "full", "c" * 12, {}, {})
+    interventions.keep_numbers(path, [unquoted], "optical", "walks")
     runs = papers.read_runs(path)
     found = {key: (run.with_it["x"], run.without["x"], run.commit) for key, run in runs.items()}
     assert found == {
@@ -44,6 +47,25 @@ def test_what_no_switch_moves_is_left_out_of_the_table(tmp_path: Path) -> None:
     kept = tables.read(tmp_path / "kept.csv")
     assert kept["claim"].tolist() == ["d", "e"]
     assert kept["commit"].tolist() == ["a" * 12] * 2
+    interventions.keep_table(tmp_path / "kept.csv", [row], [numbers("few", 2.0)], "synthetic", "walks")
+    assert not (tmp_path / "kept.csv").exists(), "what moved once moves no more"
+    many = {**row, "claim": "f", "switch": "many", "verdict_moves": True}
+    interventions.keep_table(tmp_path / "kept.csv", [many], [numbers("many", 2.0)], "synthetic", "walks")
+    interventions.keep_table(tmp_path / "kept.csv", [row], [numbers("few", 2.0)], "synthetic", "walks")
+    assert tables.read(tmp_path / "kept.csv")["claim"].tolist() == ["f"]
+
+
+def test_what_was_run_is_kept_with_its_options_also_if_nothing_moves(tmp_path: Path) -> None:
+    row = {"claim": "c", "switch": "few", "value": 1.0, "outside_the_interval": True, "verdict_moves": False}
+    interventions.keep_runs(tmp_path / "runs.csv", [], [numbers("none", 2.0)], "synthetic", "walks")
+    run = dataclasses.replace(numbers("few", 2.0), common=("scale.trials=40",), figures=("a", "b"))
+    runs = [run, numbers("many", 3.0)]
+    interventions.keep_runs(tmp_path / "runs.csv", [row, {**row, "claim": "d"}], runs, "synthetic", "walks")
+    few, many, none = tables.read_rows(tmp_path / "runs.csv")
+    assert (none["switch"], none["common"], none["claims"]) == ("none", "", "0")
+    assert (few["switch"], few["overrides"], few["common"]) == ("few", "data.walkers=3", "scale.trials=40")
+    assert (few["figures"], few["claims"], few["outside_the_interval"]) == ("a b", "2", "2")
+    assert (many["switch"], many["claims"], many["verdicts_moved"]) == ("many", "0", "0")
 
 
 @pytest.mark.parametrize("dirty", [False, True])

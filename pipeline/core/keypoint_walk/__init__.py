@@ -15,6 +15,7 @@ from pipeline.core.keypoint_walk.reconstruction import (
     reconstruct_followed,
 )
 from pipeline.core.keypoint_walk.training import (
+    HARMONICS,
     HEIGHT_MM,
     CompactMoments,
     Moments,
@@ -31,6 +32,7 @@ from pipeline.core.keypoint_walk.view import view_angle_deg
 
 __all__ = [
     "ANGLES",
+    "HARMONICS",
     "HEIGHT_MM",
     "Candidate",
     "CompactMoments",

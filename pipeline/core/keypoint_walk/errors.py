@@ -10,6 +10,7 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
 _PELVIS = WALKER15.index("pelvis")
+_HIPS = [WALKER15.index("left_hip"), WALKER15.index("right_hip")]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != _PELVIS]
 """Joints that can err: the pelvis is the origin."""
 _DOWN = np.array([0.0, 1.0, 0.0])
@@ -54,19 +55,23 @@ def average_walker_mm(found: Reconstruction) -> np.ndarray:
 def image_kept_mm(found: Reconstruction) -> np.ndarray:
     """The image as it is, with the average walker's depth (T, 15, 3); where a keypoint is missing, the average walker.
 
+    The origin is the pelvis, or the middle of the hips if the pelvis is never seen.
+
     Raises
     ------
     InvalidInput
-        If the pelvis is never seen.
+        If the hips are never seen, either.
     """
     kept = average_walker_mm(found)
     a, b = found.starts.path.distance
     metric = found.keypoints.pixels * (a + b * found.fit.objective.setting.times)[:, None, None]
     seen = found.keypoints.weights > 0
-    frames = np.flatnonzero(seen[:, _PELVIS])
+    middle = [_PELVIS] if seen[:, _PELVIS].any() else _HIPS
+    frames = np.flatnonzero(seen[:, middle].all(axis=1))
     if not len(frames):
         raise InvalidInput("the pelvis is never seen")
+    origin = metric[:, middle].mean(axis=1)
     every = np.arange(len(metric))
-    pelvis = np.stack([np.interp(every, frames, metric[frames, _PELVIS, axis]) for axis in (0, 1)], axis=-1)
+    pelvis = np.stack([np.interp(every, frames, origin[frames, axis]) for axis in (0, 1)], axis=-1)
     kept[..., :2] = np.where(seen[..., None], metric - pelvis[:, None], kept[..., :2])
     return kept

@@ -78,12 +78,15 @@ class Setting:
     overground : bool
     cosines : int
         Cosines of time in each coordinate of the path: for a camera that follows, or a path that is not straight.
+    nu : float
+        Degrees of freedom of Student's t, which the residuals have; infinitely many are a normal distribution.
     """
 
     times: np.ndarray
     focal_px: float
     overground: bool
     cosines: int = 0
+    nu: float = NU
 
 
 @dataclass(frozen=True)
@@ -115,9 +118,9 @@ class Quadratic:
     matrix: np.ndarray
 
 
-def point_costs(residual: np.ndarray, sigma_px: float) -> np.ndarray:
+def point_costs(residual: np.ndarray, sigma_px: float, nu: float = NU) -> np.ndarray:
     """Student's t of residuals (…, 2): twice a negative logarithm of a probability, (…)."""
-    return (NU + 2.0) * np.log1p((residual**2).sum(axis=-1) / (NU * sigma_px**2))
+    return (nu + 2.0) * np.log1p((residual**2).sum(axis=-1) / (nu * sigma_px**2))
 
 
 def wander_basis(times: np.ndarray, cosines: int) -> np.ndarray:
@@ -242,7 +245,7 @@ class Objective:
 
     def cost(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> float:
         """Return J."""
-        costs = point_costs(self.residual(x, keypoints), noise.sigma_px) * keypoints.weights
+        costs = point_costs(self.residual(x, keypoints), noise.sigma_px, self.setting.nu) * keypoints.weights
         return float(costs.sum()) / noise.kappa + self.prior_cost(x)
 
     def quadratic(self, x: np.ndarray, keypoints: Keypoints, noise: Noise) -> Quadratic:
@@ -271,7 +274,7 @@ class Objective:
     ) -> float:
         """Add the data's terms in place; return their cost."""
         walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS)
-        t, focal = self.setting.times, self.setting.focal_px
+        t, focal, nu = self.setting.times, self.setting.focal_px, self.setting.nu
         T = len(t)
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         psi = omega * t + x[PHASE]
@@ -289,8 +292,8 @@ class Objective:
         residual = image - np.moveaxis(keypoints.pixels, 0, -1)  # (15, 2, T)
         weights = keypoints.weights.T
         r2 = (residual**2).sum(axis=1) / noise.sigma_px**2
-        cost = (NU + 2.0) / noise.kappa * float((weights * np.log1p(r2 / NU)).sum())
-        w = np.sqrt(weights * (NU + 2.0) / (NU + r2) / noise.kappa) / noise.sigma_px
+        cost = (nu + 2.0) / noise.kappa * float((weights * np.log1p(r2 / nu)).sum())
+        w = np.sqrt(weights * (nu + 2.0) / (nu + r2) / noise.kappa) / noise.sigma_px
 
         # Of the image with respect to camera axes, weighted: f / Z (e_x - u/f e_z), and so for y.
         scale = w * focal / depth

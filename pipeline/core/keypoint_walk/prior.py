@@ -21,6 +21,8 @@ from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.validation import require_range, require_shape
 
 STANCE_WEIGHT = 0.3
+BONE_FACTOR = 2.0
+"""On the learnt tolerances of lengths."""
 HEADINGS = 72
 GRID_BLOCKS = 5
 """Coefficients of two harmonics, which the grid looks at."""
@@ -112,7 +114,7 @@ class Prior:
     grid: Grid
 
 
-def prepare(model: WalkerModel, detector: Detector, *, bone_factor: float = 2.0) -> Prior:
+def prepare(model: WalkerModel, detector: Detector, *, bone_factor: float = BONE_FACTOR) -> Prior:
     """Prepare the prior of one detector.
 
     Parameters

@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk.exchanged import exchange, exchange_all
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, Keypoints, Noise, Setting
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Noise, Setting
 from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK
 from pipeline.core.keypoint_walk.posterior import Posterior, posterior
 from pipeline.core.keypoint_walk.prior import Prior
@@ -131,6 +131,7 @@ def reconstruct(
     relabel: bool = True,
     most_starts: int = 4,
     cosines: int = 0,
+    nu: float = NU,
 ) -> Reconstruction:
     """Reconstruct a straight walk.
 
@@ -151,6 +152,8 @@ def reconstruct(
     most_starts : int
     cosines : int
         Of a path that wanders, or of a camera that follows; 0 for a still camera and a nearly straight path.
+    nu : float
+        Degrees of freedom of the residuals' Student's t.
 
     Raises
     ------
@@ -177,7 +180,7 @@ def reconstruct(
         starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
         if overground is not None:
             starts = replace(starts, overground=overground)
-        setting = Setting(times, focal_px, starts.overground, cosines)
+        setting = Setting(times, focal_px, starts.overground, cosines, nu)
         trunk = [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(
             range(JOINTS)
         )

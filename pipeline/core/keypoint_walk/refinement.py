@@ -168,7 +168,7 @@ def refine(
         noise = estimate_noise(residual, used.weights)
         if relabel and step in RELABEL_STEPS:
             costs = [
-                point_costs(objective.residual(x, points), noise.sigma_px) * points.weights
+                point_costs(objective.residual(x, points), noise.sigma_px, setting.nu) * points.weights
                 for points in (keypoints, swapped)
             ]
             exchanged = find_exchanged(costs[0], costs[1])

@@ -15,7 +15,7 @@ from pipeline.core.keypoint_walk.reconstruction import Reconstruction
 MOST_RESIDUAL = 1.65
 """Largest residual of a walk, per cent of the height; 1 % of walks are above."""
 DOUBTFUL_RESIDUAL = 1.3
-MOST_DISTANCE = 2.3
+MOST_DISTANCE = 2.6
 """Largest mean squared distance, per number, of a walk's image from the population's."""
 DOUBTFUL_DISTANCE = 1.7
 LEAST_MOTION = 0.5

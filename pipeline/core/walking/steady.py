@@ -30,6 +30,9 @@ _RIGHT = [WALKER15.index(f"right_{joint}") for joint in ("hip", "knee", "ankle")
 STANDING_MM = 60.0
 """Root mean square of the fore-aft distance of the ankles, below which nobody is walking."""
 
+SLOWEST_HZ = 4.0 * SEARCH_HZ[1]
+"""Frames per second below which two harmonics of the quickest stride are not sampled."""
+
 SHORT_STRIDES = 2.0
 """Strides of a clip below which its path cannot be told from the walk without regressing both together."""
 
@@ -135,6 +138,12 @@ def steady_stretch(
         With the reason why the clip has no such stretch, or if the kind of locomotion is unknown.
     """
     require_choice("locomotion", locomotion, ("auto", "overground", "treadmill"))
+    if frame_rate_hz < SLOWEST_HZ:
+        raise InvalidInput(
+            "the frame rate is too low to see strides (is it the time of a frame?)",
+            expected=f"{SLOWEST_HZ:g} Hz or more",
+            received=f"{frame_rate_hz:g} Hz",
+        )
     first, last = _longest_run(whole)
     frames = last - first
     if frames < max(frame_rate_hz * cycles / SEARCH_HZ[1], 5):

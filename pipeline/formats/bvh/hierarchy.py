@@ -105,7 +105,7 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
         If the hierarchy has no end, its braces do not match, or a line cannot be read.
     """
     joints: list[Joint] = []
-    names: set[str] = set()
+    names: set[str] = set()  # of one root: people in one file may have the same
     open_joints: list[int] = []
     awaits_brace = False
     started = False
@@ -131,8 +131,11 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                 if open_joints:
                     lost = joints[open_joints[-1]]
                     raise damaged(f"the brace of {lost.name!r} (line {lost.line}) is not closed", place, "}")
+                _name_apart(joints)
                 return joints, number - 1
             elif key in ("ROOT", "JOINT", "END"):
+                if key == "ROOT" and not open_joints:
+                    names = set()
                 joint = _new_joint(joints, open_joints, names, key, " ".join(words), place, number)
                 open_joints.append(len(joints))
                 joints.append(joint)
@@ -144,6 +147,16 @@ def read_hierarchy(lines: list[str], where: str) -> tuple[list[Joint], int]:
                 expected = "ROOT, JOINT, End Site, OFFSET, CHANNELS, a brace or MOTION"
                 raise damaged("a line of the hierarchy cannot be read", place, expected, f"{part!r:.40}")
     raise damaged("the file is cut short: no MOTION", where)
+
+
+def _name_apart(joints: list[Joint]) -> None:
+    """Put the number of its root and a colon before each name, where several roots have joints of one name."""
+    if len({joint.name for joint in joints}) == len(joints):
+        return
+    root = 0
+    for joint in joints:
+        root += joint.parent < 0
+        joint.name = f"{root}:{joint.name}"
 
 
 def _new_joint(

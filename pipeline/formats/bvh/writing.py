@@ -1,4 +1,8 @@
-"""Writing BVH files: every joint with channels of position, so that no position is lost to rotations."""
+"""Writing BVH files: limbs turn as they are seen to, and channels of position at every joint keep each position exact.
+
+Programs that take rotations alone show limbs of constant, mean length; those that read the channels of position too,
+as the readers of this package do, get back what was written.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,11 @@ def write(
     frame_rate_hz: float,
     parents: Sequence[int] | None = None,
 ) -> None:
-    """Write positions as BVH in centimetres; each joint's channels are its position relative to its parent.
+    """Write positions as BVH in centimetres, with position and rotation (Z, X, Y) of each joint relative to its parent.
+
+    A joint with one child turns by the least turn that brings the child to where it is; one with several by the
+    rotation that fits them best; one without any as its parent does.  At rest limbs have their mean direction and
+    length.
 
     Parameters
     ----------
@@ -46,16 +54,21 @@ def write(
         raise damaged(what, where, received=f"{names[point]} missing in frame {frame}")
     above = [-1] * len(names) if parents is None else list(parents)
     children = {p: [k for k, parent in enumerate(above) if parent == p] for p in range(-1, len(names))}
+    vectors = np.stack(
+        [positions[:, k] - (positions[:, p] if p >= 0 else 0.0) for k, p in enumerate(above)], axis=1
+    )
+    offsets = _at_rest(vectors)
+    turns = _turns(vectors, offsets, above, children)
     lines, order = ["HIERARCHY"], []
 
     def joint(k: int, depth: int) -> None:
         order.append(k)
         blank = "\t" * depth
-        offset = positions[:, k].mean(axis=0) - (positions[:, above[k]].mean(axis=0) if above[k] >= 0 else 0)
+        channels = "Xposition Yposition Zposition Zrotation Xrotation Yrotation"
         lines.append(f"{blank}{'ROOT' if above[k] < 0 else 'JOINT'} {names[k]}")
         lines.append(blank + "{")
-        lines.append(f"{blank}\tOFFSET " + " ".join(f"{value:.6f}" for value in offset))
-        lines.append(f"{blank}\tCHANNELS 3 Xposition Yposition Zposition")
+        lines.append(f"{blank}\tOFFSET " + " ".join(f"{value:.6f}" for value in offsets[k]))
+        lines.append(f"{blank}\tCHANNELS 6 {channels}")
         for child in children[k]:
             joint(child, depth + 1)
         if not children[k]:
@@ -65,8 +78,74 @@ def write(
     for root in children[-1]:
         joint(root, 0)
     lines += ["MOTION", f"Frames: {len(positions)}", f"Frame Time: {1.0 / frame_rate_hz!r}"]
-    relative = np.stack(
-        [positions[:, k] - (positions[:, above[k]] if above[k] >= 0 else 0.0) for k in order], axis=1
-    )
-    lines += [" ".join(map(repr, row)) for row in relative.reshape(len(positions), -1).tolist()]
+    columns = []
+    for k in order:
+        of_parent = turns[above[k]] if above[k] >= 0 else np.broadcast_to(np.eye(3), turns[k].shape)
+        columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
+        columns.append(_angles_deg(np.swapaxes(of_parent, 1, 2) @ turns[k]))
+    lines += [" ".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def _at_rest(vectors: np.ndarray) -> np.ndarray:
+    """Offsets (P, 3) of the mean direction and the mean length of each vector (T, P, 3)."""
+    mean, length = vectors.mean(axis=0), np.linalg.norm(vectors, axis=-1).mean(axis=0)
+    size = np.linalg.norm(mean, axis=-1)
+    known = size > 1e-6 * length
+    scaled: np.ndarray = np.where(known, length / np.where(known, size, 1.0), 0.0)[:, None] * mean
+    return scaled
+
+
+def _turns(
+    vectors: np.ndarray, offsets: np.ndarray, above: Sequence[int], children: dict[int, list[int]]
+) -> np.ndarray:
+    """Rotations (P, T, 3, 3) of all joints in the frame of the file, each from the offsets of its children."""
+    turns = np.tile(np.eye(3), (len(above), len(vectors), 1, 1))
+    waiting = list(children[-1])
+    while waiting:
+        k = waiting.pop()
+        if above[k] >= 0:
+            turns[k] = turns[above[k]]
+        if len(children[k]) == 1:
+            (child,) = children[k]
+            turns[k] = _least_turn(turns[k] @ offsets[child], vectors[:, child]) @ turns[k]
+        elif children[k]:
+            # The rotation of least squares [Kabsch 1976], of directions, so that long limbs do not outweigh short ones.
+            seen, rest = (_directions(v) for v in (vectors[:, children[k]], offsets[children[k]]))
+            left, _, right = np.linalg.svd(np.einsum("tci,cj->tij", seen, rest))
+            left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
+            turns[k] = left @ right
+        waiting += children[k]
+    return turns
+
+
+def _directions(vectors: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+
+
+def _least_turn(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """The rotations (T, 3, 3) by the smallest angle from one direction (T, 3) to the other; none where one is zero."""
+    a, b = _directions(before), _directions(after)
+    axis, cosine = np.cross(a, b), np.einsum("ti,ti->t", a, b)
+    cross = np.zeros((len(a), 3, 3))
+    cross[:, [2, 0, 1], [1, 2, 0]] = axis
+    cross[:, [1, 2, 0], [2, 0, 1]] = -axis
+    turnable = (
+        (cosine > -1 + 1e-9) & a.any(axis=1) & b.any(axis=1)
+    )  # opposite directions have no smallest turn
+    share = np.where(turnable, 1.0 / np.where(turnable, 1.0 + cosine, 1.0), 0.0)
+    turn: np.ndarray = np.eye(3) + turnable[:, None, None] * cross + share[:, None, None] * (cross @ cross)
+    return turn
+
+
+def _angles_deg(turns: np.ndarray) -> np.ndarray:
+    """Angles (T, 3) about z, x, y, degrees and without jumps, whose product Rz Rx Ry the rotations (T, 3, 3) are."""
+    sine, cosine = turns[:, 2, 1], np.hypot(turns[:, 0, 1], turns[:, 1, 1])
+    straight = cosine > 1e-9  # else z and y turn about one axis, and y is zero
+    about_z = np.where(
+        straight, np.arctan2(-turns[:, 0, 1], turns[:, 1, 1]), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
+    )
+    about_y = np.where(straight, np.arctan2(-turns[:, 2, 0], turns[:, 2, 2]), 0.0)
+    angles = np.stack([about_z, np.arctan2(sine, cosine), about_y], axis=1)
+    return np.degrees(np.unwrap(angles, axis=0))

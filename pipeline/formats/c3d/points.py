@@ -29,7 +29,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Not used: the file states it.
+        Used if the file states 0 and has no analog samples, whose rate would tell it.
     units : str, optional
         Unit of length to use in place of POINT:UNITS; a contradiction is noted.
 
@@ -52,7 +52,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     scale = _scale(header, parameters, where)
     layout = find_layout(header, parameters, 4 if scale < 0 else 2, len(data), where, notes)
     unit, millimetres = _unit(parameters, where, units, notes)
-    rate = _rate(header, parameters, where, notes)
+    rate = _rate(header, parameters, where, notes, frame_rate_hz)
     names = _labels(parameters, layout.points, notes)
     if header.first > 1:
         notes.append(f"The first frame is number {header.first} of its trial.")
@@ -90,7 +90,11 @@ def _segments(
     """The origins of segments, of a file that has those in place of points."""
     found = segment_origins(data, header, parameters, where)
     if found is None:
-        raise damaged("the file declares no points and no segments", where)
+        what = "the file declares no points and no segments"
+        channels = int((parameters.numbers("ANALOG:USED") or [0])[0]) or header.analog
+        if channels:
+            what = "the file holds analog channels alone, no points: export the trial with its trajectories"
+        raise damaged(what, where, received=f"{channels} channels" if channels else "")
     names, origins, rate = found
     unit, millimetres = _unit(parameters, where, units, notes)
     notes.append("The file has no points; these are the origins of its segments (ROTATION).")
@@ -111,13 +115,26 @@ def _scale(header: Header, parameters: Parameters, where: str) -> float:
     return scale
 
 
-def _rate(header: Header, parameters: Parameters, where: str, notes: list[str]) -> float:
-    """Frames per second: POINT:RATE, which the header must not contradict by more than 1 %."""
+def _rate(header: Header, parameters: Parameters, where: str, notes: list[str], given: float | None) -> float:
+    """Frames per second: POINT:RATE, which the header must not contradict by more than 1 %.
+
+    Where both are 0, that of the analog samples over their number in a frame, else the one that is given.
+    """
     declared = [*parameters.numbers("POINT:RATE")[:1], header.rate]
     usable = [rate for rate in declared if math.isfinite(rate) and 1e-3 < rate < 1e6]
+    analog = (parameters.numbers("ANALOG:RATE") or [0.0])[0] / max(header.analog_per_channel, 1)
+    if not usable and not any(declared) and header.analog and 1e-3 < analog < 1e6:
+        notes.append(f"The rate of the points is 0; {analog:g} Hz follow from that of the analog samples.")
+        return analog
+    if not usable and given:
+        notes.append(f"The rate of the points is unusable; {given:g} Hz was asked for and is used.")
+        return given
     if not usable or (len(usable) == 2 and not math.isclose(*usable, rel_tol=0.01)):
         place, received = f"{where}, POINT:RATE and byte 20", " and ".join(f"{rate:g}" for rate in declared)
-        raise damaged("the frame rate is unusable", place, "twice the same positive number of Hz", received)
+        expected = "twice the same positive number of Hz" + (
+            "" if usable else ", or the option frame_rate_hz"
+        )
+        raise damaged("the frame rate is unusable", place, expected, received)
     if len(usable) < len(declared) or usable[0] != usable[-1]:
         notes.append(f"POINT:RATE and the header disagree on the frame rate; {usable[0]:g} Hz is used.")
     return usable[0]

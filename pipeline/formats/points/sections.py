@@ -45,7 +45,7 @@ def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> Moti
     lines = [line.strip(' ,;\t"') for line in head.split("\n")]
     if head.startswith("NO_OF_FRAMES") or any(line.startswith("MARKER_NAMES") for line in lines):
         return _qualisys(_Lines(path.name, text, "\t", notes), frame_rate_hz, units)
-    if any(line in ("Trajectories", "Devices", "Model Outputs", "Joints", "Segments") for line in lines[:1]):
+    if lines[0].lower() in ("trajectories", "devices", "model outputs", "joints", "segments"):
         separator = max(",;\t", key=head.count)
         return _nexus(_Lines(path.name, text, separator, notes), units)
     return None
@@ -109,8 +109,8 @@ def _by_counter(
 
 
 def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
-    """Vicon Nexus: the section Trajectories holds rate, names, titles, units and numbers, each in a line."""
-    starts = [k for k, row in enumerate(lines.cells) if row and row[0] == "Trajectories"]
+    """Vicon Nexus: the section Trajectories holds rate, names, titles, units if any, and numbers, each in a line."""
+    starts = [k for k, row in enumerate(lines.cells) if row and row[0].lower() == "trajectories"]
     if not starts or starts[0] + 5 > len(lines.cells):
         found = ", ".join(row[0] for row in lines.cells if len([c for c in row if c]) == 1)[:60]
         raise damaged("there are no trajectories", lines.where, "a section Trajectories", found)
@@ -121,6 +121,8 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
             "the frame rate is unusable", lines.place(begin + 1), "hertz", str(lines.cells[begin + 1])[:40]
         )
     heading, titles, unit_row = (lines.cells[begin + k] for k in (2, 3, 4))
+    has_units = not np.isfinite(number((unit_row or [""])[0] or "x"))  # older exports have no line of units
+    unit_row = unit_row if has_units else []
     columns = [k for k, title in enumerate(titles) if title.upper() in ("X", "Y", "Z")]
     named = [(k, name) for k, name in enumerate(heading) if name]
     if not named or len(columns) != 3 * len(named) or [k for k, _ in named] != columns[::3]:
@@ -129,7 +131,7 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     stated = {unit_row[k].lower() for k in columns if k < len(unit_row)} - {""}
     unit = stated.pop() if len(stated) == 1 else units or "mm"
     millimetres = millimetres_in(unit, lines.place(begin + 4))
-    numbers, first = lines.numbers(begin + 5, [0, *columns], lambda row: not any(row))
+    numbers, first = lines.numbers(begin + 4 + has_units, [0, *columns], lambda row: not any(row))
     positions = numbers[:, 1:].reshape(len(numbers), -1, 3) * millimetres
     positions = _by_counter(numbers[:, 0], positions, rate, lines, first)
     return motion_capture([name for _, name in named], positions, rate, unit, lines.notes)

@@ -84,5 +84,6 @@
   for (const button of document.querySelectorAll("button.copy")) button.addEventListener("click", async () => {
     try { await navigator.clipboard.writeText(button.dataset.text); button.textContent = "copied"; } catch { button.textContent = "select and copy"; }
   });
-  Players.start(curves);
+  const played = Players.start(curves);
+  if (played) Agreement.start(played, curves);
 })();

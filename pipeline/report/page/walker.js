@@ -172,7 +172,7 @@ const Gait = (() => {
         h[0][k] += ex * d[i]; h[1][k] += ex * d[i + 1] + ey * d[i]; h[2][k] += ey * d[i + 1]; h[3][k] += ez * d[i + 2];
       }
       if (p.folds.size > 12) p.folds.delete(p.folds.keys().next().value);
-      p.folds.set(r, { ...model, d, h, walker: w });
+      p.folds.set(r, { ...model, d, h, walker: w, people: p, r });
     }
     return p.folds.get(r);
   }
@@ -231,7 +231,7 @@ const Gait = (() => {
     return z.map((v, i) => v * scale[i]);
   }
 
-  // Ways of estimating the coefficients; another one is another entry.
+  // Ways of reconstructing: coefficients of the eigenwalkers, or the missing dimension itself (as in anatomy.js).
   const METHODS = {
     map: { label: "MAP (with the prior)", role: "map", prior: true, estimate: coefficients },
     least_squares: { label: "least squares", role: "least_squares", prior: false,
@@ -241,15 +241,18 @@ const Gait = (() => {
 
   // True less reconstructed missing dimension, 5 x 15, and the reconstructed one.
   function reconstruct(f, method, n, angle, sigma2) {
-    const k = METHODS[method].estimate(f, n, angle, sigma2), c = Math.cos(angle), s = Math.sin(angle);
-    const missing = new Float64Array(POINTS), delta = new Float64Array(POINTS);
+    const how = METHODS[method], c = Math.cos(angle), s = Math.sin(angle);
+    const missing = how.missing ? how.missing(f, angle) : ofEigenwalkers(f, how.estimate(f, n, angle, sigma2), angle);
+    return { missing, delta: missing.map((found, i) => -s * f.walker[3 * i] + c * f.walker[3 * i + 1] - found) };
+  }
+  function ofEigenwalkers(f, k, angle) {
+    const c = Math.cos(angle), s = Math.sin(angle), missing = new Float64Array(POINTS);
     for (let i = 0; i < POINTS; i++) {
       let found = -s * f.mean[3 * i] + c * f.mean[3 * i + 1];
       for (let q = 0; q < k.length; q++) found += k[q] * (-s * f.E[q * SIZE + 3 * i] + c * f.E[q * SIZE + 3 * i + 1]);
       missing[i] = found;
-      delta[i] = -s * f.walker[3 * i] + c * f.walker[3 * i + 1] - found;
     }
-    return { missing, delta, k };
+    return missing;
   }
 
   function along(covariance, r, j, angle) {

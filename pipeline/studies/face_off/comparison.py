@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.clips.walks import Walks
+from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.resampling import interpolate
 from pipeline.processes import map_processes
@@ -25,6 +26,7 @@ from pipeline.studies.actions.tracking_conditions import tracked
 from pipeline.studies.face_off.methods import (
     PELVIS,
     SeenWalk,
+    by_anatomy,
     by_articulation,
     by_eigenwalkers,
     by_image_and_average,
@@ -32,6 +34,7 @@ from pipeline.studies.face_off.methods import (
 )
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.study import SweepInputs, scaled
+from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.validation import InvalidInput, require_increasing, require_range
@@ -44,7 +47,7 @@ ARTICULATED = {
 }
 """Whether hinges are used, and mirrors tried."""
 
-KEEP_THE_IMAGE = (*EIGENWALKERS, "image_and_average")
+KEEP_THE_IMAGE = (*EIGENWALKERS, "anatomical", "image_and_average")
 """For a still camera alone."""
 
 METHODS = (*KEEP_THE_IMAGE, "mean_walker", *ARTICULATED)
@@ -187,8 +190,11 @@ class FaceOffSweep(CameraSweep):
         distinct = sorted({condition for _, condition in wanted})
         noise_px = self.noise_px[len(self.noise_px) // 2]
         shown = Condition(self.varied_view_deg, noise_px, self.occluded[0])
+        anatomy = AnatomicalApproach(replace(inputs.dataset, frequency=False))  # which it makes no use of
         found = map_processes(
-            lambda r: _Walk(self, inputs, int(r)).scores(distinct, shown), chosen, inputs.workers
+            lambda r: _Walk(self, inputs, int(r), anatomy.prior(int(r))).scores(distinct, shown),
+            chosen,
+            inputs.workers,
         )
         rows = [distinct.index(condition) for _, condition in wanted]
         error = np.stack([scores.error for scores in found])[:, rows]
@@ -240,13 +246,13 @@ class _Scores:
 class _Walk:
     """One walker, left out, before every camera."""
 
-    def __init__(self, options: FaceOffSweep, inputs: WalkInputs, r: int) -> None:
+    def __init__(self, options: FaceOffSweep, inputs: WalkInputs, r: int, prior: Prior) -> None:
         data, clips = inputs.dataset, inputs.clips
         walk = int(data.walk[r])
         rate_hz = float(clips.frame_rate_hz[walk])
         motion = data.scale[r] * (clips.motion(walk) - data.origin_mm[r])
         at_s = _middle(len(motion), rate_hz, options, str(data.clip[r]))
-        self.options, self.model = options, inputs.model.fold(r)
+        self.options, self.model, self.prior = options, inputs.model.fold(r), prior
         self.truth = interpolate(motion, at_s * rate_hz)
         self.harmonics = data.coefficients.shape[1] // 2
         self.frequency_hz = float(data.frequency_hz[r])
@@ -288,9 +294,12 @@ class _Walk:
         )
         made[METHODS.index("mean_walker")] = average
         if kind is Camera.still:
-            variances = [None, options.noise_variance_mm2]
-            made[:2] = by_eigenwalkers(self.model, walk, variances, harmonics=self.harmonics)
-            made[2] = by_image_and_average(walk, average, harmonics=self.harmonics)
+            noise, harmonics = options.noise_variance_mm2, self.harmonics
+            made[: len(KEEP_THE_IMAGE)] = [
+                *by_eigenwalkers(self.model, walk, [None, noise], harmonics=harmonics),
+                by_anatomy(self.prior, self.model, walk, noise, harmonics=harmonics),
+                by_image_and_average(walk, average, harmonics=harmonics),
+            ]
         same = replace(condition, heading_error_deg=0.0), kind  # they know of no heading
         if same not in self._articulated:
             self._articulated[same] = self._by_articulation(walk, condition)

@@ -23,23 +23,21 @@ from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 METHODS = {
     "least_squares": pictures.Style("eigenwalkers (least squares)", "least_squares"),
     "map": pictures.Style("eigenwalkers (MAP)", "map", line="dashed"),
+    "anatomical": pictures.Style("anatomical", "green"),
     "image_and_average": pictures.Style("image, average walker's depth", "null", line="dashed"),
     "mean_walker": pictures.Style("average walker", "null", line="dotted"),
     "articulated": pictures.Style("articulated", "purple", line="dashed"),
-    "articulated_hinges": pictures.Style("articulated, hinges", "green"),
+    "articulated_hinges": pictures.Style("articulated, hinges", "amber"),
     "articulated_mirrors": pictures.Style("articulated, mirrors tried", "sky"),
 }
-RECORDED = METHODS | {
-    "mean_walker": pictures.Style("average walker", "yellow"),
-    "image_and_average": pictures.Style("image, average walker's depth", "amber"),
-}
+RECORDED = METHODS | {"mean_walker": pictures.Style("average walker", "yellow")}
 """In recordings the truth is light grey."""
 
 PANELS = (
     ("none", "view_angle_deg", "Viewpoint (degree)", ("least_squares", "map")),
     ("noise", "noise_px", "Noise of the image (px)", ("articulated", "articulated_hinges")),
     ("occlusion", "occluded", "Share of joints hidden", ("articulated_mirrors", "mean_walker")),
-    ("heading", "heading_error_deg", "Error of the heading (degree)", ("image_and_average",)),
+    ("heading", "heading_error_deg", "Error of the heading (degree)", ("anatomical", "image_and_average")),
 )
 """What is varied, its column, its axis, and which lines the panel of the first row names: all would not fit."""
 
@@ -145,9 +143,10 @@ class FaceOffFigure(Figure):
             f"over {len(inputs.sweep.walkers)} walkers; bands: ±1 standard error. Perspective camera at "
             f"{options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a "
             f"wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker, "
-            "frequency and phase from the still view alone, none where the camera moves. Articulated: no walk was "
-            "learnt; true lengths of the limbs. Both are given the pelvis. Average walker: with the true frequency and "
-            "phase, by itself and as the depth of the image as it is.",
+            "frequency and phase from the still view alone, none where the camera moves. Anatomical: the same, with "
+            "mirror images and bones of constant length. Articulated: no walk was learnt; true lengths of the limbs. "
+            "All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the depth "
+            "of the image as it is.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

@@ -7,6 +7,7 @@ Eigenwalkers know only parallel projections of a direction that stays [zhang2007
 as one (weak perspective): offsets from the pelvis in px, times the pelvis's depth over the focal length, are offsets
 in mm along the image.  With the pelvis known, they are what `pipeline.core.camera.project` gives, up to perspective.
 Frequency and phase come from that view alone (`phase_source: observed2d`).  A moving camera has no such reading.
+The anatomical prior stands beside the eigenwalkers, with the phase that approach II finds.
 The model also has to be told where the walker heads; a wrong heading turns it about the vertical, not the camera.
 
 Methods that do nothing are given frequency and phase: the average walker; and the image as it is, with the depth that
@@ -16,12 +17,13 @@ the average walker has.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.core import anatomical, fourier, observation, reconstruction
 from pipeline.core import camera as parallel
-from pipeline.core import fourier, observation, reconstruction
+from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, prepared
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.linear_model import LinearModel
@@ -150,6 +152,55 @@ def by_eigenwalkers(
         missing = fourier.synthesise(found.missing[0][..., None], frequency_hz, walk.times_s)[..., 0]
         motions.append(parallel.combine(filled, missing, angle))
     return motions
+
+
+def by_anatomy(
+    prior: Prior, model: LinearModel, walk: SeenWalk, noise_variance: float, *, harmonics: int
+) -> np.ndarray:
+    """Return the motion (F, 15, 3), mm, with the depth of the anatomical reconstruction [`pipeline.core.anatomical`].
+
+    Parameters
+    ----------
+    prior : Prior
+        Learnt without this walker.
+    model : LinearModel
+        Learnt without this walker, for the phase: it is that of approach II.
+    walk : SeenWalk
+        Of a still camera.
+    noise_variance : float
+        sigma² of approach II, mm².
+    harmonics : int
+
+    Notes
+    -----
+    A parallel projection is off by (offset along the image) * (offset along the axis) / (distance of the pelvis); how
+    much that is for the average walker is told to the noise and to the tolerances of the bones.
+    """
+    filled, coefficients, frequency_hz = _image_as_series(walk, harmonics)
+    view = np.array([walk.view_angle_rad + walk.heading_error_rad])
+    phase = reconstruction.from_known_views_unknown_phase(
+        model, coefficients[None], view, noise_variance=noise_variance, frequency_hz=np.array([frequency_hz])
+    ).phase_rad[0]
+    seen = anatomical.by_joint(fourier.shift(coefficients, phase))
+    distance = float(walk.camera.in_camera(walk.root)[:, 2].mean())
+    noise = replace(anatomical.Noise(), **_perspective(prior, view, distance))
+    given = anatomical.condition(anatomical.turned(prior, view), noise=noise)
+    limits = anatomical.tolerances(prior, bias=noise.bias, slow=noise.slow)
+    found = anatomical.fit_lengths(given, seen.reshape(1, 1, -1), limits).unknown.reshape(seen.shape[0], -1)
+    missing = fourier.shift(found.T[..., None], -phase)
+    away = fourier.synthesise(missing, frequency_hz, walk.times_s)[..., 0]
+    return np.asarray(parallel.combine(filled, away, walk.view_angle_rad))
+
+
+def _perspective(prior: Prior, view_rad: np.ndarray, distance: float) -> dict[str, float]:
+    """What a parallel projection of the average walker is off by, root mean square over joints, mm."""
+    walker = np.einsum("ij,kjb->kib", anatomical.image_axes(view_rad)[0], prior.mean)
+    offsets = anatomical.at_instants(walker - walker[PELVIS], anatomical.PHASES)
+    off = offsets[:, :2] * offsets[:, 2:] / distance
+    return {
+        "bias": float(np.sqrt((off.mean(axis=-1) ** 2).mean())),
+        "slow": float(np.sqrt(off.var(axis=-1).mean())),
+    }
 
 
 def by_image_and_average(walk: SeenWalk, average: np.ndarray, *, harmonics: int) -> np.ndarray:

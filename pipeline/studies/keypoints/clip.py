@@ -8,7 +8,11 @@ import numpy as np
 
 from pipeline.core.keypoint_walk import Prior, Reconstruction, errors, reconstruct
 from pipeline.core.keypoint_walk.calibration import KIND_OF
+from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.verdict import judge
+from pipeline.skeleton import WALKER15
+from pipeline.studies.keypoints.conditions import Condition
 from pipeline.synthetic.keypoints import SimulatedKeypoints
 
 METHODS = ("keypoint_walk", "average_walker", "image_kept")
@@ -32,6 +36,10 @@ class ClipErrors:
     angles : (T, 8)
     residual_percent : float
         Of the height in the image.
+    verdict : str
+        Whether this is a walk.
+    labels_right, labels_unsure : bool
+        Whether left and right are the walker's; whether both labellings would be returned.
     """
 
     view_error_deg: float
@@ -41,17 +49,33 @@ class ClipErrors:
     joints: np.ndarray
     angles: np.ndarray
     residual_percent: float
+    verdict: str
+    labels_right: bool
+    labels_unsure: bool
 
 
-def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior) -> Reconstruction:
+def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Condition) -> Reconstruction:
     """Reconstruct a simulated clip of which nothing is known but focal length and frame rate."""
-    seen = np.ones(simulated.pixels.shape[:2])
+    pixels = exchange_all(simulated.pixels) if condition.wrong_labels else simulated.pixels.copy()
+    pixels[:, [WALKER15.index(joint) for joint in condition.hidden]] = np.nan
+    fit = condition.fit
     return reconstruct(
-        simulated.pixels, seen, simulated.frame_rate_hz, simulated.focal_px, prior, both_labellings=False
+        pixels,
+        np.ones(pixels.shape[:2]),
+        simulated.frame_rate_hz,
+        simulated.focal_px * condition.focal_told,
+        prior,
+        both_labellings=fit.both_labellings,
+        overground=None if fit.path_tied else False,
+        relabel=fit.relabel,
+        most_starts=fit.most_starts,
+        nu=fit.nu,
     )
 
 
-def compare(found: Reconstruction, simulated: SimulatedKeypoints, frequency_hz: float) -> ClipErrors:
+def compare(
+    found: Reconstruction, simulated: SimulatedKeypoints, frequency_hz: float, condition: Condition
+) -> ClipErrors:
     """Compare a reconstruction with the truth.
 
     Parameters
@@ -60,6 +84,7 @@ def compare(found: Reconstruction, simulated: SimulatedKeypoints, frequency_hz: 
     simulated : SimulatedKeypoints
     frequency_hz : float
         True stride frequency.
+    condition : Condition
     """
     truth = simulated.positions_mm
     true_angles = errors.level_angles(truth)
@@ -77,4 +102,7 @@ def compare(found: Reconstruction, simulated: SimulatedKeypoints, frequency_hz: 
         joints=errors.joint_errors(found, truth),
         angles=errors.angle_errors(found, truth),
         residual_percent=found.relative_residual,
+        verdict=str(judge(found).verdict),
+        labels_right=found.labels_exchanged == condition.wrong_labels,
+        labels_unsure=found.labels_unsure,
     )

@@ -45,6 +45,19 @@ class FilmedWalkers:
         """Everybody, in the order of the walks."""
         return list(dict.fromkeys(self.person.tolist()))
 
+    @property
+    def sources(self) -> np.ndarray:
+        """Source of each of `people`, (P,) text."""
+        person = self.person.tolist()
+        return self.source[[person.index(who) for who in self.people]]
+
+    @property
+    def sources_left_out(self) -> list[str]:
+        """Sources, if enough people are left without any of them; else none."""
+        of_people = self.sources
+        names = list(dict.fromkeys(of_people.tolist()))
+        return names if all((of_people != name).sum() >= LEAST_PEOPLE for name in names) else []
+
     def training_walk(self, number: int) -> TrainingWalk:
         """Return one walk as the training takes it."""
         return TrainingWalk(

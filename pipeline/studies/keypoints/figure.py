@@ -9,29 +9,15 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
-from pipeline.core.keypoint_walk.calibration import ANGLE_KINDS, LEVELS
-from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.keypoints.dataset import FilmedWalkers
-from pipeline.studies.keypoints.headings import HeadingErrors, KeypointHeadings
-from pipeline.studies.keypoints.model import KeypointWalkers, KeypointWalkersModel
-from pipeline.studies.replicated import interval_over_people
+from pipeline import pictures
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.keypoints.headings import KeypointHeadings
+from pipeline.studies.keypoints.model import KeypointWalkersModel
+from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
+from pipeline.studies.keypoints.tables import LEVELS_PERCENT, clips_of, errors_by, people_of, views_by
 from pipeline.studies.study import Figure
 
-Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, HeadingErrors]
-
-METHODS = {
-    "keypoint_walk": pictures.Style("from keypoints", "map"),
-    "image_kept": pictures.Style("image kept, average walker's depth", "null", line="dashed"),
-    "average_walker": pictures.Style("average walker", "null", line="dotted"),
-}
 HEADING_AXIS = "Heading (degree; 0: towards the camera)"
-LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
-TURNED_DEG = 30.0
-"""A view that is farther off has been mistaken for another."""
-WRONG_CADENCE_PERCENT = 15.0
-"""A frequency that is farther off is another harmonic's."""
 
 
 @dataclass(kw_only=True)
@@ -47,66 +33,14 @@ class KeypointHeadingsFigure(Figure):
         Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
         """
         sweep = inputs.sweep
-        C, M = sweep.error_mm.shape
-        clips = pd.DataFrame(
-            {
-                "person": sweep.person,
-                "walk": sweep.clip,
-                "heading_deg": sweep.heading_deg,
-                "overground": sweep.overground.astype(int),
-                "view_error_deg": sweep.view_error_deg,
-                "view_distance_deg": np.abs(sweep.view_error_deg),
-                "cadence_error_percent": sweep.cadence_error_percent,
-                "residual_percent": sweep.residual_percent,
-                **{f"covered_{p}_percent": 100 * sweep.covered[:, k] for k, p in enumerate(LEVELS_PERCENT)},
-                **{
-                    f"covered_{p}_raw_percent": 100 * sweep.covered_raw[:, k]
-                    for k, p in enumerate(LEVELS_PERCENT)
-                },
-            }
-        )
-        people = pd.DataFrame(
-            {
-                "person": np.repeat(sweep.person, M),
-                "heading_deg": np.repeat(np.abs(sweep.heading_deg), M),
-                "method": np.tile(sweep.methods, C),
-                "error_mm": sweep.error_mm.ravel(),
-                **{
-                    f"{kind}_error_deg": sweep.angle_error_deg[..., k].ravel()
-                    for k, kind in enumerate(ANGLE_KINDS)
-                },
-            }
-        )
-        columns = ["error_mm", *(f"{kind}_error_deg" for kind in ANGLE_KINDS)]
-        rows = []
-        for (heading, method), part in people.groupby(["heading_deg", "method"], sort=True):
-            low, high = interval_over_people(part["person"].to_numpy(), part[columns].to_numpy())
-            row = {"heading_deg": heading, "method": method, "clips": len(part)}
-            for k, name in enumerate(columns):
-                row |= {name: part[name].mean(), f"{name}_low": low[k], f"{name}_high": high[k]}
-            rows.append(row)
-        views = []
-        for heading, part in clips.groupby(clips["heading_deg"].abs(), sort=True):
-            off, cadence = part["view_distance_deg"], part["cadence_error_percent"].abs()
-            views.append(
-                {
-                    "heading_deg": heading,
-                    "clips": len(part),
-                    "view_error_median_deg": off.median(),
-                    "view_error_90_deg": off.quantile(0.9),
-                    "view_error_worst_deg": off.max(),
-                    "turned_percent": 100.0 * (off > TURNED_DEG).mean(),
-                    "cadence_error_median_percent": cadence.median(),
-                    "wrong_cadence_percent": 100.0 * (cadence > WRONG_CADENCE_PERCENT).mean(),
-                    **{name: part[name].mean() for name in clips if name.startswith("covered_")},
-                }
-            )
-        by = ["person", "walk", "heading_deg", "overground"]
+        clips = clips_of(sweep)
+        people = people_of(sweep, heading_deg=np.abs(sweep.heading_deg))
+        by = ["heading_deg", "method"]
         return {
-            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["heading_deg", "method"]),
-            "table_views": tidy(pd.DataFrame(views).to_dict("list"), by=["heading_deg"]),
-            "table_clips": tidy(clips.to_dict("list"), by=by),
-            "table_people": tidy(people.to_dict("list"), by=["person", "heading_deg", "method"]),
+            "table": tidy(errors_by(people, by), by=by),
+            "table_views": tidy(views_by(clips, clips["heading_deg"].abs()), by=["heading_deg"]),
+            "table_clips": tidy(clips.to_dict("list"), by=["person", "walk", "heading_deg", "overground"]),
+            "table_people": tidy(people.to_dict("list"), by=["person", *by]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
@@ -178,59 +112,4 @@ class KeypointHeadingsFigure(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
-        sweep = inputs.sweep
-        T = len(sweep.shown_true_mm)
-        times = np.arange(T) / sweep.shown_rate_hz
-        index = {"time": times}
-        words = (
-            f"\nA clip of `{sweep.person[sweep.shown]}`, heading {sweep.heading_deg[sweep.shown]:g}°, of median error."
-            " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: light: truth, blue: reconstruction,"
-            " grey: average walker with the heading and phase that were found.\n"
-        )
-        bodies = {
-            "truth": (sweep.shown_true_mm, "original"),
-            "keypoint_walk": (sweep.shown_estimate_mm, "map"),
-            "average_walker": (sweep.shown_average_mm, "null"),
-        }
-        ground = float(sweep.shown_true_mm[..., 1].max())
-        flip = np.array([1.0, -1.0])
-        with inputs.recording(folder, words) as rec:
-            rec.image_points(
-                "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
-            )
-            rec.image_points(
-                "image/reprojection", sweep.shown_reprojection_px * flip, WALKER15.bones, index=index, colour="map",
-                thickness_mm=2.5,
-            )  # fmt: skip
-            for name, (level, colour) in bodies.items():
-                upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
-                rec.skeleton(f"world/{name}", upright, WALKER15.bones, index=index, colour=colour)
-                if name != "truth":
-                    off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
-                    rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)
-            half = sweep.shown_half_mm.mean(axis=1)
-            for axis, (name, colour) in enumerate((("right", "sky"), ("down", "green"), ("away", "orange"))):
-                rec.curve(
-                    f"curves/half_width_95_mm/{name}",
-                    times,
-                    half[:, axis],
-                    label=f"95 % bars, {name}",
-                    colour=colour,
-                )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Image2D(name="image: keypoints, reprojection"),
-                    recordings.Space3D(
-                        name="truth, reconstruction, average walker", eye_mm=(1800.0, -2200.0, 1400.0)
-                    ),
-                    recordings.Rows(
-                        recordings.Plot(name="error (mm)", origin="curves/error_mm"),
-                        recordings.Plot(
-                            name="half width of 95 % bars (mm)", origin="curves/half_width_95_mm"
-                        ),
-                        recordings.Notes(),
-                    ),
-                    shares=(3, 3, 3),
-                ),
-                playing=True,
-            )
+        record_shown(inputs, folder)

@@ -1,36 +1,47 @@
-"""Models of walkers without each group of people, from whom that group's walks are reconstructed."""
+"""Models of walkers without each group of people, or without a source, whose walks are reconstructed from them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.core.anatomical import JOINTS
 from pipeline.core.keypoint_walk import (
     CompactMoments,
     Detector,
     Moments,
     Prior,
+    WalkerModel,
     compact,
     expand,
     model_of,
     moments,
     prepare,
 )
+from pipeline.core.keypoint_walk.prior import BONE_FACTOR
+from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.processes import map_processes
+from pipeline.studies.keypoints.conditions import Knowledge
 from pipeline.studies.keypoints.dataset import FilmedWalkers, FilmedWalkersDataset
 from pipeline.studies.study import Model
 from pipeline.validation import require_range
 
+NO_BONES = 1e3
+"""Factor on the tolerances of lengths with which these say nothing."""
+LEAST_VARIANCE = 1e-6
+"""Of a harmonic that walkers have not, mm²."""
+
 
 @dataclass(frozen=True)
 class KeypointWalkers:
-    """Compact models of walkers, each learnt without one group of people.
+    """Compact models of walkers, each learnt without one group of people or without one source.
 
     Attributes
     ----------
-    group : (P,) int
-        Group of each person, in the order of `FilmedWalkers.people`.
+    group, source : (P,) int
+        Model without the group of each person, in the order of `FilmedWalkers.people`, and without his or her source;
+        -1 if there is no other source.
     mean : (G, 15, 3, 9)
     components : (G, N, 405)
     eigenvalues : (G, N)
@@ -43,6 +54,7 @@ class KeypointWalkers:
     """
 
     group: np.ndarray
+    source: np.ndarray
     mean: np.ndarray
     components: np.ndarray
     eigenvalues: np.ndarray
@@ -54,19 +66,34 @@ class KeypointWalkers:
     walkers: np.ndarray
     words: str
 
-    def prior(self, group: int, detector: Detector) -> Prior:
-        """Return the prior without one group of people."""
+    def prior(self, left_out: int, knowledge: Knowledge) -> Prior:
+        """Return the prior without a group of people or a source."""
         rest = Moments(
-            mean=self.mean[group],
+            mean=self.mean[left_out],
             covariance=np.empty((0, 0)),
-            bone_variance=self.bone_variance[group],
-            pair_variance=self.pair_variance[group],
-            aperiodic_variance=self.aperiodic_variance[group],
-            log_frequency=self.log_frequency[group],
-            walkers=int(self.walkers[group]),
+            bone_variance=self.bone_variance[left_out],
+            pair_variance=self.pair_variance[left_out],
+            aperiodic_variance=self.aperiodic_variance[left_out],
+            log_frequency=self.log_frequency[left_out],
+            walkers=int(self.walkers[left_out]),
         )
-        small = CompactMoments(self.components[group], self.eigenvalues[group], self.within[group], rest)
-        return prepare(model_of(expand(small)), detector)
+        small = CompactMoments(
+            self.components[left_out], self.eigenvalues[left_out], self.within[left_out], rest
+        )
+        return prepare(
+            with_harmonics(model_of(expand(small)), knowledge.harmonics),
+            Detector(floor_mm=np.full(JOINTS, knowledge.floor_mm)),
+            bone_factor=BONE_FACTOR if knowledge.bones else NO_BONES,
+        )
+
+
+def with_harmonics(model: WalkerModel, harmonics: int) -> WalkerModel:
+    """The model whose walkers have no harmonics above these."""
+    kept = np.arange(BLOCKS) < 1 + 2 * harmonics
+    every = np.tile(kept, JOINTS * 3)
+    covariance = np.where(np.outer(every, every), model.covariance, 0.0)
+    covariance[~every, ~every] = LEAST_VARIANCE
+    return replace(model, mean=model.mean * kept, covariance=covariance)
 
 
 @dataclass(kw_only=True)
@@ -84,26 +111,40 @@ class KeypointWalkersModel(Model):
         require_range("model.groups", self.groups, at_least=2, whole=True)
 
     def learn(self, dataset: FilmedWalkers, *, workers: int) -> KeypointWalkers:
-        """Return the models without each group."""
+        """Return the models without each group, and without each source if there are two or more."""
         people = dataset.people
         groups = min(self.groups, len(people))
         group = np.arange(len(people)) % groups
-        of_walk = group[[people.index(who) for who in dataset.person.tolist()]]
+        at = np.array([people.index(who) for who in dataset.person.tolist()])
+        source, names = dataset.sources, dataset.sources_left_out
+        left_out = [group == number for number in range(groups)] + [source == name for name in names]
 
-        def without(left_out: int) -> CompactMoments:
-            rest = np.flatnonzero(of_walk != left_out)
+        def without(number: int) -> CompactMoments:
+            rest = np.flatnonzero(~left_out[number][at])
             learnt = moments([dataset.training_walk(int(k)) for k in rest], dataset.person[rest])
             # More than half as many eigenwalkers as people would hold the people themselves.
             return compact(learnt, min(self.components, (learnt.walkers - 1) // 2))
 
-        found = map_processes(without, range(groups), workers)
-        kept = min(len(small.eigenvalues) for small in found)
+        found = map_processes(without, range(len(left_out)), workers)
+        kept = min(len(small.eigenvalues) for small in found[:groups])
         rests = [small.rest for small in found]
+        components, eigenvalues = np.zeros((len(found), kept, SIZE)), np.zeros((len(found), kept))
+        for number, small in enumerate(
+            found
+        ):  # those of a single source may be fewer: the others are nothing
+            own = min(kept, len(small.eigenvalues))
+            components[number, :own], eigenvalues[number, :own] = (
+                small.components[:own],
+                small.eigenvalues[:own],
+            )
         return KeypointWalkers(
             group=group,
+            source=np.array(
+                [groups + names.index(name) if name in names else -1 for name in source.tolist()]
+            ),
             mean=np.stack([rest.mean for rest in rests]),
-            components=np.stack([small.components[:kept] for small in found]),
-            eigenvalues=np.stack([small.eigenvalues[:kept] for small in found]),
+            components=components,
+            eigenvalues=eigenvalues,
             within=np.stack([small.within for small in found]),
             bone_variance=np.stack([rest.bone_variance for rest in rests]),
             pair_variance=np.stack([rest.pair_variance for rest in rests]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core import anatomical, camera, fourier, linear_model
+from pipeline.core.anatomical import Prior
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.viewpoint import ViewEstimate
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
@@ -40,6 +41,10 @@ class AnatomicalApproach:
         if without_source:
             return self._people.fold(*np.flatnonzero(model.sources == self._data.source[walk]).tolist())
         return self._people.fold(int(np.flatnonzero(model.people == self._data.person[walk])[0]))
+
+    def prior(self, walk: int) -> Prior:
+        """What is learnt without the person of a walk."""
+        return self.fold(walk).prior(self._setting)
 
     def missing(self, fold: Fold, walk: int, view_rad: np.ndarray) -> np.ndarray:
         """Missing dimension (A, 1 + 2H, 15) of a walk from A views, mm.
@@ -96,8 +101,7 @@ class AnatomicalApproach:
             )
         walker = anatomical.by_joint(self._data.coefficients[walk])
         shown = np.einsum("aij,kjb->akib", anatomical.image_axes(view_rad)[:, :2], walker)
-        prior = self.fold(walk).prior(self._setting)
-        costs = anatomical.view_costs(prior, shown, CANDIDATES, noise=self._setting.noise)
+        costs = anatomical.view_costs(self.prior(walk), shown, CANDIDATES, noise=self._setting.noise)
         found = anatomical.posterior_of(costs)
         likelier = np.exp(np.minimum(found.other_cost / 2.0, MOST_LIKELIER))
         one = np.ones(len(view_rad))

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from pipeline.core import anatomical, fourier, linear_model
+from pipeline.core import anatomical, fourier, linear_model, walking
 from pipeline.core.anatomical import Noise, Prior, Shrinkage, Tolerances
 from pipeline.core.reconstruction import from_known_views
 from pipeline.skeleton import WALKER15
+from pipeline.synthetic import walkers as synthetic
 from pipeline.validation import InvalidInput
 from tests.strategies import angles, seeds, walkers
 
@@ -152,6 +153,58 @@ def test_an_independent_minimiser_finds_the_same_walker(hidden: np.ndarray) -> N
     assert objective(here) <= again.fun + 1e-6
     for _ in range(20):  # and no step from it falls
         assert objective(here + 0.01 * rng.standard_normal(len(here))) > objective(here)
+
+
+def test_the_deviations_are_those_of_a_sampler_of_the_posterior() -> None:
+    """The objective written out again, its density exp(-J / 2) walked by Metropolis steps from the mode."""
+    people = synthetic.walking_population(np.random.default_rng(7), male=8, female=8, duration_s=3.3)
+    rate_hz = people.frame_rate_hz
+    walks = np.stack(
+        [
+            fourier.represent(
+                walking.treadmill_equivalent(p, rate_hz, locomotion="treadmill"), rate_hz
+            ).coefficients
+            for p in people.positions_mm
+        ]
+    )
+    prior, walker = anatomical.fit(walks[1:], np.full(15, 1 / 15), Shrinkage()), walks[0]
+    limits = anatomical.tolerances(prior)
+    view, rng = np.array([0.4]), np.random.default_rng(0)
+    conditional = anatomical.condition(anatomical.turned(prior, view), noise=Noise())
+    rows, unknown = seen_from(walker, view)[0, 0], conditional.unknown
+    found = anatomical.fit_lengths(conditional, rows[None, None, ~unknown], limits, with_covariance=True)
+    mean, P = conditional.expect(rows[None, None, ~unknown])[0, 0], np.linalg.inv(conditional.covariance[0])
+    basis = fourier.cycle_basis(fourier.equal_phases(20), 5)
+    (starts, ends), (left, right) = np.array(anatomical.BONES).T, np.array(anatomical.PAIRS).T
+
+    def objective(u: np.ndarray) -> np.ndarray:
+        """J (n,) of n walkers."""
+        whole = np.tile(rows, (len(u), 1))
+        whole[:, unknown] = u
+        motion = whole.reshape(-1, 15, 3, 5) @ basis.T
+        lengths = np.linalg.norm(motion[:, ends] - motion[:, starts], axis=2)
+        middle = lengths.mean(axis=-1)
+        within = 4 / 20 * (((lengths - middle[..., None]) / limits.within[:, None]) ** 2).sum(axis=(1, 2))
+        pairs = (((middle[:, left] - middle[:, right]) / limits.pairs) ** 2).sum(axis=1)
+        return np.asarray(((u - mean) @ P * (u - mean)).sum(axis=1) + within + pairs)
+
+    chains, step = 120, 1.6 / np.sqrt(unknown.sum())
+    root = np.linalg.cholesky(found.covariance[0, 0])
+    here = np.tile(found.unknown[0, 0], (chains, 1))
+    cost, kept = objective(here), []
+    for number in range(1000):
+        there = here + step * rng.standard_normal(here.shape) @ root.T
+        proposed = objective(there)
+        taken = np.log(rng.random(chains)) < (cost - proposed) / 2.0
+        here[taken], cost[taken] = there[taken], proposed[taken]
+        if number > 400 and number % 50 == 0:
+            kept.append(here.copy())
+    drawn = anatomical.at_instants(np.concatenate(kept).reshape(-1, 15, 5), 6).std(axis=0)
+    sd = anatomical.deviation_at_instants(found.covariance[0, 0], 5, 6)
+    linear = anatomical.deviation_at_instants(conditional.covariance[0], 5, 6)
+    assert (drawn / sd).mean() == pytest.approx(1.0, abs=0.06)
+    assert 0.7 < (drawn / sd).min() <= (drawn / sd).max() < 1.3  # Laplace's approximation is one
+    assert (linear / drawn).mean() > 1.25  # what the bones tell
 
 
 def test_all_observations_converge_and_do_not_depend_on_their_company() -> None:

@@ -197,6 +197,10 @@ def test_too_short_a_walk_is_refused() -> None:
         walking.steady_stretch(clip.positions, seen, RATE_HZ)
     with pytest.raises(InvalidInput, match="received 0 frames"):
         walking.steady_stretch(clip.positions, np.zeros(len(seen), dtype=bool), RATE_HZ)
+    with pytest.raises(
+        InvalidInput, match=r"too low to see strides .*expected 6\.4 Hz or more, received 0\.02 Hz"
+    ):
+        walking.steady_stretch(clip.positions, np.ones(len(seen), dtype=bool), 0.02)
 
 
 def test_a_circle_is_refused_when_turns_must_be_slow() -> None:

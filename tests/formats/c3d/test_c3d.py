@@ -293,8 +293,28 @@ def test_rates_that_disagree(tmp_path: Path) -> None:
     assert read(tmp_path, make(steps(), LABELS, header={20: bytes(4)})).frame_rate_hz == 100.0
     with pytest.raises(InvalidInput, match=r"POINT:RATE and byte 20: the frame rate .*received 120 and 100"):
         read(tmp_path, make(steps(), LABELS, point={"RATE": 120.0}))
-    with pytest.raises(InvalidInput, match="the frame rate is unusable"):
+    with pytest.raises(InvalidInput, match=r"the frame rate is unusable .*or the option frame_rate_hz"):
         read(tmp_path, make(steps(), LABELS, rate=0.0))
+
+
+def test_a_rate_of_zero_follows_from_the_analog_samples_or_the_option(tmp_path: Path) -> None:
+    path = tmp_path / "a.c3d"
+    path.write_bytes(make(steps(), LABELS, point={"RATE": 0.0}, header={20: bytes(4)}, analog=(2, 5)))
+    found = c3d.read(path, frame_rate_hz=60.0)
+    assert found.frame_rate_hz == 100.0
+    assert any("follow from that of the analog samples" in note for note in found.notes)
+    path.write_bytes(make(steps(), LABELS, rate=0.0))
+    assert c3d.read(path, frame_rate_hz=60.0).frame_rate_hz == 60.0
+    path.write_bytes(make(steps(), LABELS))
+    assert c3d.read(path, frame_rate_hz=60.0).frame_rate_hz == 100.0
+
+
+@pytest.mark.parametrize("processor", ORDER)
+def test_analog_channels_alone_are_no_points(processor: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.c3d"
+    path.write_bytes(make(np.empty((12, 0, 3)), [], processor=processor, analog=(8, 5)))
+    with pytest.raises(InvalidInput, match=r"analog channels alone.*export the trial.*received 8 channels"):
+        c3d.read(path)
 
 
 @pytest.mark.parametrize("scale", [0.0, 1.0, float("nan")])

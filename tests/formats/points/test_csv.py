@@ -302,3 +302,25 @@ def test_remarks_before_the_header_are_skipped(tmp_path: Path, remark: str) -> N
     assert_is_the_example(read(tmp_path, remark + WIDE))
     with pytest.raises(InvalidInput, match=rf"line {4 + remark.count(chr(10))}"):
         read(tmp_path, remark + WIDE.replace("2,2,3", "2,x,3"))
+
+
+def test_rows_without_times_are_frames_at_the_rate_that_is_given(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("head_x,head_y,head_z\n1,2,3\n4,5,6\n", encoding="utf-8")
+    with pytest.raises(
+        InvalidInput, match=r"no column of times .*or the option frame_rate_hz: a row is a frame"
+    ):
+        csv.read(path)
+    motion = csv.read(path, frame_rate_hz=30.0)
+    assert motion.frame_rate_hz == 30.0
+    np.testing.assert_array_equal(motion.positions_mm[:, 0], [[1, 2, 3], [4, 5, 6]])
+
+
+def test_positions_beside_rotations(tmp_path: Path) -> None:
+    head = [f"Hips_{kind}_{axis}" for kind in ("position", "rotation") for axis in "xyz"]
+    path = tmp_path / "a.csv"
+    path.write_text(f"Timestamp,{','.join(head)}\n0.0,1,2,3,7,7,7\n0.01,4,5,6,7,7,7\n", encoding="utf-8")
+    motion = csv.read(path, units="m")
+    assert (motion.names, motion.frame_rate_hz) == (("Hips",), 100.0)
+    np.testing.assert_array_equal(motion.positions_mm[:, 0], [[1000, 2000, 3000], [4000, 5000, 6000]])
+    assert any("Hips_rotation_x" in note for note in motion.notes)

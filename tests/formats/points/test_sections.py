@@ -126,3 +126,11 @@ def test_damage_is_named_by_its_place(text: str, words: str, tmp_path: Path) -> 
     with pytest.raises(InvalidInput, match=words) as caught:
         read(tmp_path, text)
     assert "\n" not in str(caught.value)
+
+
+def test_older_exports_of_vicon_have_no_line_of_units(tmp_path: Path) -> None:
+    older = NEXUS.replace("Trajectories", "TRAJECTORIES").replace(",,mm,mm,mm,mm,mm,mm\n", "")
+    for name, text in (("a.csv", NEXUS), ("b.csv", older)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    first, second = (formats.read(tmp_path / name) for name in ("a.csv", "b.csv"))
+    np.testing.assert_array_equal(first.positions_mm, second.positions_mm)

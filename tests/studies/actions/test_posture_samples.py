@@ -40,7 +40,7 @@ def measure() -> Measure:
 
 
 def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Measure) -> None:
-    found = measure(PostureSampling(measured=300))
+    found = measure(PostureSampling(measured=300, resamples=3))
     accepted, outside, training = (list(found.kinds).index(k) for k in ("accepted", "outside", "training"))
     for shares in (found.acceptance, found.bounds_held_fraction):
         assert (shares[:, accepted] == 1.0).all()
@@ -54,7 +54,7 @@ def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Me
 
 def test_the_postures_shown_are_accepted_and_frames_count_from_one(measure: Measure) -> None:
     """Back from the joints: every limb has the same length in all samples, the first frame is the first sample."""
-    found = measure(PostureSampling(frames=[1, 100], samples=5, measured=20))
+    found = measure(PostureSampling(frames=[1, 100], samples=5, measured=20, resamples=3))
     np.testing.assert_array_equal(found.mean_joints, found.mean_performance[[0, 99]])
     lengths = posture.limb_lengths(found.mean_performance).limbs_mm
     for body in found.sample_joints:
@@ -62,7 +62,7 @@ def test_the_postures_shown_are_accepted_and_frames_count_from_one(measure: Meas
 
 
 def test_sampled_postures_reproduce_over_seeds_and_workers(measure: Measure) -> None:
-    options = PostureSampling(measured=150)
+    options = PostureSampling(measured=150, resamples=3)
     first, second, other = (measure(options, workers=w, seed=s) for w, s in ((1, 1), (2, 1), (1, 2)))
     for field in fields(first):
         np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))

@@ -64,6 +64,14 @@ def test_from_a_still_camera_what_was_learnt_from_walks_wins(folder: Path) -> No
     assert (learnt < 0.5 * of(columns, "error_mm", camera="still", method="articulated_hinges")).all()
 
 
+def test_anatomy_brings_the_depth_nearer_than_approach_two_does(folder: Path) -> None:
+    columns = read(folder, "table_summary")
+    rows = {"camera": "still", "varied": "none"}
+    nearer, approach_two = (of(columns, "error_mm", method=m, **rows) for m in ("anatomical", "map"))
+    assert len(nearer) == 4
+    assert (nearer < approach_two).all()
+
+
 def test_the_average_walker_is_the_same_before_every_camera(folder: Path) -> None:
     columns = read(folder)
     for walker in np.unique(columns["walker"]):

@@ -9,12 +9,8 @@ import pytest
 
 from pipeline.studies.keypoints.clip import ClipErrors
 from pipeline.studies.keypoints.dataset import FilmedWalkers
-from pipeline.studies.keypoints.headings import (
-    HEADINGS_DEG,
-    KeypointHeadings,
-    calibrations_by_person,
-    covered,
-)
+from pipeline.studies.keypoints.headings import HEADINGS_DEG, KeypointHeadings
+from pipeline.studies.keypoints.measured import calibrations_by_person, covered
 
 
 def walkers(people: int) -> FilmedWalkers:
@@ -49,6 +45,7 @@ def measured(seed: int, sd: float) -> ClipErrors:
     return ClipErrors(
         view_error_deg=1.0, cadence_error_percent=0.1, distance_mm=np.ones(3), angle_deg=np.ones((3, 4)),
         joints=sd * generator.normal(size=(60, 15, 3)), angles=generator.normal(size=(60, 8)), residual_percent=1.0,
+        verdict="walk", labels_right=True, labels_unsure=False,
     )  # fmt: skip
 
 

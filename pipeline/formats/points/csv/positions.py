@@ -4,6 +4,7 @@ Wide: a column ``time`` or ``frame``, then three columns for each point: ``head_
 (``head.x``, ``head x``, ``HEAD_X`` and ``head_x_mm`` are read too).
 Long: one row for each frame and point: ``frame`` or ``time``; ``joint``, ``point``, ``marker`` or ``name``;
 ``x, y, z`` (or ``x_mm``…); and ``unit`` where the table says it in a column.
+Both may have a column ``person`` or ``subject``: of several people, names begin with it (``anna:head``).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.points.cells import positions_to_write
-from pipeline.formats.points.csv.table import read_header, read_table, unit_of_length
+from pipeline.formats.points.csv.table import Columns, Table, read_header, read_table, unit_of_length
 from pipeline.formats.points.csv.times import frame_index, frame_rate
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
@@ -31,7 +32,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Needed if the table has no column of times; must agree with the times within 1 % if it has.
+        Needed if the table has no column of times, and enough for a wide one that has no numbers of frames either;
+        must agree with the times within 1 % if it has.
     units : str, optional
         Unit of length if the table names none; ``"mm"`` if not given.
 
@@ -49,25 +51,16 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     if (motion := exported(Path(path), frame_rate_hz, units)) is not None:
         return motion
     table = read_table(Path(path))
-    columns = read_header(table)
+    columns = read_header(table, rate_is_given=frame_rate_hz is not None)
     unit = unit_of_length(table, columns, "mm" if units is None else units)
     millimetres = millimetres_in(unit, table.where)
     index = frame_index(table, columns)
     rate = frame_rate(table, columns, index, frame_rate_hz)
     frames = int(index.max()) + 1
     coordinates = [[table.numbers(column) for column in axes.values()] for axes in columns.axes.values()]
-    if "point" in columns.roles:
-        cells = table.cells(columns.roles["point"])
-        names = tuple(dict.fromkeys(cells))
-        place = {name: k for k, name in enumerate(names)}
-        sample = index * len(names) + np.array([place[cell] for cell in cells])
-        values = np.transpose(coordinates[0])
-    else:
-        names = tuple(columns.axes)
-        sample = (index[:, None] * len(names) + np.arange(len(names))).reshape(-1)
-        values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
-    if "" in names:
-        raise damaged("a point has no name", table.place(cells.index("")))
+    names, point = _points(table, columns)
+    values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
+    sample = (index[:, None] * len(names) + point).reshape(-1)
     # A row may name a far frame or a new point; memory stays in proportion to the file.
     if frames * len(names) > 1000 + 64 * len(sample):
         what = "the table is nearly empty: frame numbers jump, or points have too many names"
@@ -86,6 +79,27 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     assumed = units is None and not (columns.units or "unit" in columns.roles)
     shaped = positions.reshape(frames, len(names), 3)
     return motion_capture(names, shaped, rate, unit, table.notes, units_assumed=assumed)
+
+
+def _points(table: Table, columns: Columns) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the points (P,), and which of them each row holds, (R, 1) of a long or (R, P') of a wide table.
+
+    Where the rows belong to several people, names begin with theirs.
+    """
+    rows = len(table.rows)
+    if "point" in columns.roles:
+        named = [[name] for name in table.cells(columns.roles["point"])]
+    else:
+        named = [list(columns.axes)] * rows
+    if any(not names[0] for names in named):
+        raise damaged("a point has no name", table.place(next(k for k in range(rows) if not named[k][0])))
+    if "person" in columns.roles:
+        people = table.cells(columns.roles["person"])
+        if len(set(people)) > 1:
+            named = [[f"{who}:{name}" for name in names] for who, names in zip(people, named, strict=True)]
+    place: dict[str, int] = {}
+    point = np.array([[place.setdefault(name, len(place)) for name in names] for names in named])
+    return tuple(place), point
 
 
 def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:

@@ -16,14 +16,17 @@ from pipeline.formats.text import read_text
 from pipeline.skeleton import MILLIMETRES
 
 _ROLES = {
-    "time": {"time", "time_s", "t", "t_s"},
-    "frame": {"frame", "frame#", "frame_number"},
+    "time": {"time", "time_s", "t", "t_s", "timestamp", "timestamp_s", "time_seconds", "time_sec", "seconds"},
+    "frame": {"frame", "frame#", "frame_number", "frame_index", "frame_id"},
     "point": {"joint", "point", "marker", "name"},
     "unit": {"unit", "units"},
+    "person": {"person", "person_id", "subject", "subject_id", "track_id"},
 }
 _REMARK = re.compile(r"(#|//|%)[^\t;,\n]*([\t;,][^\t;,\n]*)?\n")
 """A line of words in front of the header: with two cells at most, for a header has more."""
 _BRACKETED = re.compile(r"[ _.]?[(\[] *(\w+) *[)\]]$")
+_POSITION = re.compile(r"[ _.](position|pos)$", re.IGNORECASE)
+_ROTATION = re.compile(r"[ _.](rotation|rot|euler)$", re.IGNORECASE)
 _COORDINATE = re.compile(
     rf"(?:(?P<point>.+)[ _.])?(?P<axis>[xyz])(?:[ _.](?P<unit>{'|'.join(MILLIMETRES)}))?", re.IGNORECASE
 )
@@ -104,14 +107,20 @@ class Columns:
     """What each column of a table holds."""
 
     roles: dict[str, int] = field(default_factory=dict)
-    """Columns that are no coordinates: ``time``, ``frame``, ``point``, ``unit``."""
+    """Columns that are no coordinates: ``time``, ``frame``, ``point``, ``unit``, ``person``."""
     axes: dict[str, dict[str, int]] = field(default_factory=dict)
     """Columns x, y, z of each point; of the point ``""`` in a long table."""
     units: set[str] = field(default_factory=set)
 
 
-def read_header(table: Table) -> Columns:
+def read_header(table: Table, *, rate_is_given: bool = False) -> Columns:
     """Find out what the columns hold, by their titles; columns that are not read are noted.
+
+    Parameters
+    ----------
+    table : Table
+    rate_is_given : bool
+        Whether the rows of a wide table may be frames without a time or a number.
 
     Raises
     ------
@@ -155,11 +164,26 @@ def read_header(table: Table) -> Columns:
     if not columns.axes or (is_long and "point" not in columns.roles):
         expected = "columns such as head_x, head_y, head_z; or joint, x, y, z"
         raise damaged("the header names no points", place, expected, beginning)
-    if not {"time", "frame"} & set(columns.roles):
-        raise damaged("there is no column of times or frame numbers", place, "time or frame", beginning)
+    if not {"time", "frame"} & set(columns.roles) and (is_long or not rate_is_given):
+        expected = "time or frame" + (
+            "" if is_long else ", or the option frame_rate_hz: a row is a frame then"
+        )
+        raise damaged("there is no column of times or frame numbers", place, expected, beginning)
+    _drop_rotations(columns, unread, table.header)
     if unread:
         table.notes.append("Columns that are not read: " + ", ".join(unread) + ".")
     return columns
+
+
+def _drop_rotations(columns: Columns, unread: list[str], header: list[str]) -> None:
+    """Keep the positions of a table that says of each point which columns are its position and which its rotation."""
+    positions = {name: _POSITION.sub("", name) for name in columns.axes if _POSITION.search(name)}
+    if len(set(positions.values())) < len(positions) or set(positions.values()) & set(columns.axes):
+        return
+    for name in [name for name in columns.axes if positions and _ROTATION.search(name)]:
+        unread += [header[column] for column in columns.axes.pop(name).values()]
+    for name, plain in positions.items():
+        columns.axes[plain] = columns.axes.pop(name)
 
 
 def unit_of_length(table: Table, columns: Columns, otherwise: str) -> str:

@@ -12,13 +12,15 @@ from pipeline.validation import require_range
 
 
 def frame_index(table: Table, columns: Columns) -> np.ndarray:
-    """Frame of each row (R,), counted from the first: by its number if there is one, else by its time.
+    """Frame of each row (R,), counted from the first: by its number if there is one, else by its time or its place.
 
     Raises
     ------
     InvalidInput
         If a frame number is not whole.
     """
+    if not {"frame", "time"} & set(columns.roles):
+        return np.arange(len(table.rows))
     if "frame" not in columns.roles:
         return np.unique(table.numbers(columns.roles["time"], needed=True), return_inverse=True)[1]
     frames = table.numbers(columns.roles["frame"], needed=True)

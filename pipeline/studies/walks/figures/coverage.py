@@ -20,7 +20,7 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import STYLES
-from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.coverage import Bars, Coverage
 
@@ -28,7 +28,6 @@ Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
 LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
 LEVEL_95 = 10
-KINDS = ("as computed", "calibrated")
 _PLAYED_HZ = 25.0
 
 
@@ -53,7 +52,7 @@ class BarCoverage(Figure):
 
         def add_walkers(name: str, covered: np.ndarray, **keys: object) -> None:
             """A row for each person, of the anatomical method, calibrated: from numbers (P, …)."""
-            if keys["method"] == "anatomical" and keys["bars"] == KINDS[1]:
+            if keys["method"] == "anatomical" and keys["bars"] == BARS[1]:
                 share = 100.0 * covered.reshape(len(covered), -1).mean(axis=1)
                 rows[name] += [
                     {"person": who, "walker": who, **keys, "covered_percent": float(value)}
@@ -72,7 +71,7 @@ class BarCoverage(Figure):
             z = np.moveaxis(error / sd, 2, -1)  # (P, A, K, 15)
             learnt = anatomical.multipliers_without(z, anatomical.GROUP_OF_JOINT, LEVELS)
             textbook = np.broadcast_to(norm.ppf(0.5 + LEVELS / 2.0), learnt.shape)
-            for kind, multipliers in zip(KINDS, (textbook, learnt), strict=True):
+            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
                 of_joint = multipliers[:, anatomical.GROUP_OF_JOINT]  # (P, 15, L)
                 keys = {"method": method, "bars": kind}
                 for number, level in enumerate(LEVELS):
@@ -128,7 +127,7 @@ class BarCoverage(Figure):
                 xticks=20,
                 ylim=(0.0, 100.0),
             )
-            for kind in KINDS
+            for kind in BARS
         ]
         views = tables["table_views"]
         views = views[views["bars"] == "calibrated"]
@@ -196,8 +195,8 @@ class BarCoverage(Figure):
         at = table[np.isclose(table["level_percent"], 95.0)].set_index(["method", "bars"])
         return [
             pictures.Series(
-                x=np.array([float(at.at[(name, KINDS[0]), "covered_percent"])]),
-                y=np.array([float(at.at[(name, KINDS[1]), "half_width_mm"])]),
+                x=np.array([float(at.at[(name, BARS[0]), "covered_percent"])]),
+                y=np.array([float(at.at[(name, BARS[1]), "half_width_mm"])]),
                 colour=style.colour,
                 line="points",
             )

@@ -16,9 +16,9 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
-from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.occlusion import WITH_BARS, HiddenJoints, Occlusion
+from pipeline.studies.walks.sweeps.occlusion import AXES, WITH_BARS, HiddenJoints, Occlusion
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, HiddenJoints]
 
@@ -30,7 +30,6 @@ WORDS = {
     "far_side": "far arm and leg",
     "own": "own choice",
 }
-KINDS = ("as computed", "calibrated")
 
 
 @dataclass(kw_only=True)
@@ -41,14 +40,23 @@ class HiddenJointErrors(Figure):
     sweep = Occlusion
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them."""
+        """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them.
+
+        ``table_bars`` is over the three axes of the hidden joints, ``table_axes`` has each of them.
+        """
         sweep = inputs.sweep
         methods, views = sweep.methods.tolist(), sweep.view_angle_deg
         people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
         away = np.sqrt(sweep.hidden_error_mm2)  # (M, S, P, A)
         seen = sweep.seen_error_mm2
         of_map = methods.index("map_tuned")
-        by_view, whole, bars, walkers, covered = [], [], [], [], []
+
+        def row(share: np.ndarray, half: np.ndarray) -> dict[str, float]:
+            """Per cent covered, with its interval, and mean half width, of numbers (P, …)."""
+            each = people.mean(share.reshape(len(share), -1).mean(axis=1))
+            return {**one_row(each, "covered_percent"), "half_width_mm": float(half.mean())}
+
+        by_view, whole, bars, of_axes, walkers, covered = [], [], [], [], [], []
         for s, hidden in enumerate(sweep.conditions.tolist()):
             for m, method in enumerate(methods):
                 keys = {"hidden": hidden, "method": method}
@@ -75,18 +83,14 @@ class HiddenJointErrors(Figure):
                     for who, error in zip(inputs.model.people, mine, strict=True)
                 ]
             for m, method in enumerate(WITH_BARS):
-                bars += [
-                    {
-                        "hidden": hidden,
-                        "method": method,
-                        "bars": kind,
-                        **one_row(
-                            people.mean(100.0 * sweep.covered[k, m, s].mean(axis=1)), "covered_percent"
-                        ),
-                        "half_width_mm": float(sweep.half_width_mm[k, m, s].mean()),
-                    }
-                    for k, kind in enumerate(KINDS)
-                ]
+                for k, kind in enumerate(BARS):
+                    keys = {"hidden": hidden, "method": method, "bars": kind}
+                    share, half = 100.0 * sweep.covered[k, m, s], sweep.half_width_mm[k, m, s]  # (P, A, 3)
+                    bars.append({**keys, **row(share, half)})
+                    of_axes += [
+                        {**keys, "axis": axis, **row(share[..., x], half[..., x])}
+                        for x, axis in enumerate(AXES)
+                    ]
                 covered += [
                     {
                         "person": who,
@@ -96,15 +100,16 @@ class HiddenJointErrors(Figure):
                         "bars": kind,
                         "covered_percent": float(share),
                     }
-                    for k, kind in enumerate(KINDS)
+                    for k, kind in enumerate(BARS)
                     for who, share in zip(
-                        inputs.model.people, 100.0 * sweep.covered[k, m, s].mean(axis=1), strict=True
+                        inputs.model.people, 100.0 * sweep.covered[k, m, s].mean(axis=(1, 2)), strict=True
                     )
                 ]
         return {
             "table": _sorted(by_view, ["hidden", "method", "view_angle_deg"]),
             "table_hidden": _sorted(whole, ["hidden", "method"]),
             "table_bars": _sorted(bars, ["hidden", "method", "bars"]),
+            "table_axes": _sorted(of_axes, ["hidden", "method", "bars", "axis"]),
             "table_walkers": _sorted(walkers, ["walker", "hidden", "method"]),
             "table_walkers_bars": _sorted(covered, ["walker", "hidden", "method", "bars"]),
         }

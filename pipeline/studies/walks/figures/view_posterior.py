@@ -18,7 +18,7 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import one_row
-from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars, ViewPosteriors
 
@@ -28,7 +28,6 @@ METHODS = {
     "two_harmonics": Style("two harmonics, plain covariance", "map", line="dashed"),
     "anatomical": Style("anatomical prior", "green"),
 }
-KINDS = ("as computed", "calibrated")
 LEVELS = np.array([0.5, 0.8, 0.95])
 
 
@@ -63,7 +62,7 @@ class ViewPosterior(Figure):
             z = (off[m] / sweep.sd_deg[m])[..., None]  # (P, A, 1)
             learnt = anatomical.multipliers_without(z, np.zeros(1, dtype=int), LEVELS)[:, 0]
             textbook = np.broadcast_to(norm.ppf(0.5 + LEVELS / 2.0), learnt.shape)
-            for kind, multipliers in zip(KINDS, (textbook, learnt), strict=True):
+            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
                 for number, level in enumerate(LEVELS.tolist()):
                     half = multipliers[:, None, number] * sweep.sd_deg[m]
                     covered = 100.0 * (off[m] <= half).mean(axis=1)

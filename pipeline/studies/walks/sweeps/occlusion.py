@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.core import anatomical
+from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
@@ -35,6 +35,8 @@ HIDDEN = {
 
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]
+AXES = ("across", "up", "away")
+"""Of the image; only hidden joints are unknown across and up."""
 LEVEL = 0.95
 
 
@@ -50,8 +52,8 @@ class HiddenJoints:
         Squared distance, mean over the cycle and the hidden joints.
     seen_error_mm2 : (M, S, P, A)
         E_abs of the joints that are seen.
-    covered, half_width_mm : (2, M - 1, S, P, A)
-        Of the 95 % bars of the hidden joints' three coordinates, as computed and calibrated; share and mean.
+    covered, half_width_mm : (2, M - 1, S, P, A, 3)
+        Of the 95 % bars of the hidden joints' coordinates by `AXES`, as computed and calibrated; share and mean.
     """
 
     conditions: np.ndarray
@@ -97,7 +99,7 @@ class Occlusion(Sweep):
         if self.joints:
             conditions["own"] = tuple(self.joints)
         masks = [np.isin(WALKER15.joints, names) for names in conditions.values()]
-        weights = np.concatenate([[1.0], np.full(2 * people.harmonics, 0.5)])
+        weights = errors.parseval_weights(1 + 2 * people.harmonics)
 
         def one(person: int) -> list[tuple[np.ndarray, np.ndarray]]:
             fold = people.fold(person)
@@ -155,7 +157,7 @@ class Occlusion(Sweep):
 
 
 def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Share covered and mean half width (2, P, A) of 95 % bars, as computed and calibrated by axis on other people.
+    """Share covered and mean half width (2, P, A, 3) of 95 % bars, as computed and calibrated by axis on other people.
 
     `bars` is (P, 2, A, joint, 3, K): |error| and standard deviation.
     """
@@ -165,5 +167,5 @@ def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     learnt = anatomical.multipliers_without(z, axes, np.array([LEVEL]))[..., 0]  # (P, 3)
     textbook = np.full_like(learnt, NORMAL_95)
     halves = [multiplier[:, None, None, :, None] * sd for multiplier in (textbook, learnt)]
-    covered = np.stack([(error <= half).mean(axis=(2, 3, 4)) for half in halves])
-    return covered, np.stack([half.mean(axis=(2, 3, 4)) for half in halves])
+    covered = np.stack([(error <= half).mean(axis=(2, 4)) for half in halves])
+    return covered, np.stack([half.mean(axis=(2, 4)) for half in halves])

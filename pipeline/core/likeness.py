@@ -1,0 +1,121 @@
+"""How much two recordings differ as recordings of people do: in the proportions of limbs, and in postures.
+
+A copy may be cut, shifted, resampled, mirrored, resized or noisy.  Two differences tell people apart, whatever the
+place, heading, size, side and order in time:
+
+- of limbs: logarithm of the ratio of lengths, less its mean, root mean square over thighs, shanks, upper and forearms;
+- of postures: distance of a posture, per joint and for legs of 850 mm, from the nearest one of the other recording,
+  median over the postures of the shorter.
+
+Measured, in per cent and millimetres:
+
+==========================================================  ==============  ================
+Pairs of recordings                                         limbs           postures
+==========================================================  ==============  ================
+two people: CMU, HDM05, children of biomechZoo              from 1.4        from 30
+two synthetic walkers, of three populations of 80           from 0.15       from 23
+one person, other recordings, motion of a skeleton          to 0.005        11 to 280
+a recording and itself resampled, cut and resized           to 0.15         to 14
+a recording and itself with 5 mm of noise                   to 0.5          to 8
+==========================================================  ==============  ================
+
+People whose limbs are equal may have been put on one skeleton, as motion for animation is; they are not refused, but
+nobody can tell how many they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pipeline.skeleton import WALKER15
+
+_SEGMENTS = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+_LIMBS = np.array(
+    [[WALKER15.index(f"{side}_{j}") for j in ends] for side in ("left", "right") for ends in _SEGMENTS]
+)
+_LEGS, _OTHER_SIDE = [2, 3, 6, 7], [4, 5, 6, 7, 0, 1, 2, 3]
+_PELVIS, _HIPS = WALKER15.index("pelvis"), [WALKER15.index(f"{side}_hip") for side in ("left", "right")]
+_LEG_MM = 850.0
+_POSTURES_HZ, _MEAN_S = 30.0, 0.1  # the mean over a tenth of a second takes noise off
+_LEAST_LIMBS, _LEAST_POSTURES, _MOST_ASKED = 6, 5, 300
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """What a recording shows of the person.
+
+    Attributes
+    ----------
+    limbs_mm : (8,)
+        Median length of each limb; NaN where an end is never seen.
+    postures_mm : (N, 15, 3)
+        Joints before the pelvis, the hips along x, legs of 850 mm, at about 30 Hz; NaN where a joint is not seen.
+    """
+
+    limbs_mm: np.ndarray
+    postures_mm: np.ndarray
+
+
+def likeness(positions: np.ndarray, valid: np.ndarray, frame_rate_hz: float) -> Likeness:
+    """Return what a recording shows of the person.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        mm.
+    valid : (T, 15) bool
+    frame_rate_hz : float
+    """
+    seen = np.where(valid[..., None], positions, np.nan)
+    lengths = np.linalg.norm(seen[:, _LIMBS[:, 1]] - seen[:, _LIMBS[:, 0]], axis=-1)
+    limbs = np.full(len(_LIMBS), np.nan)
+    known = np.isfinite(lengths).any(axis=0)
+    limbs[known] = np.nanmedian(lengths[:, known], axis=0)
+    across = seen[:, _HIPS[1], :2] - seen[:, _HIPS[0], :2]
+    turn = np.arctan2(across[:, 1], across[:, 0])
+    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x, y, z = np.moveaxis(seen - seen[:, [_PELVIS]], -1, 0)
+    postures = np.stack([cos * x + sin * y, cos * y - sin * x, z], axis=-1)
+    postures *= _LEG_MM / (limbs[_LEGS].sum() / 2.0)
+    width = min(max(1, round(_MEAN_S * frame_rate_hz)), len(postures))
+    means = np.lib.stride_tricks.sliding_window_view(postures, width, axis=0).mean(axis=-1)
+    return Likeness(limbs, means[:: max(1, round(frame_rate_hz / _POSTURES_HZ))])
+
+
+def limb_differences(one: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return how much the limbs (8,) differ from those of others (N, 8), or from their mirror images, per cent (N,).
+
+    NaN where fewer than six limbs are known of both, for legs alone do not tell people apart.
+    """
+    found = []
+    for sides in (others, others[:, _OTHER_SIDE]):
+        ratio = np.log(sides / one)
+        known = np.isfinite(ratio)
+        count = np.maximum(known.sum(axis=1, keepdims=True), 1)
+        ratio = np.where(known, ratio, 0.0)
+        off = np.where(known, ratio - ratio.sum(axis=1, keepdims=True) / count, 0.0)
+        rms = np.sqrt((off**2).sum(axis=1) / count[:, 0])
+        found.append(np.where(known.sum(axis=1) >= _LEAST_LIMBS, 100.0 * rms, np.nan))
+    return np.minimum(*found)
+
+
+def posture_difference_mm(one: np.ndarray, other: np.ndarray) -> float:
+    """Return how far the postures (N, 15, 3) of a recording are from those of another, or from their mirror images."""
+    short, long = sorted((one, other), key=len)
+    short = short[:: -(-len(short) // _MOST_ASKED) or 1]
+    mirrored = long[:, WALKER15.mirror] * [-1.0, 1.0, 1.0]
+    return min(_median_distance(short, long), _median_distance(short, mirrored))
+
+
+def _median_distance(asked: np.ndarray, among: np.ndarray) -> float:
+    """Return the median distance of postures from the nearest one, mm per joint; infinite if too few are whole."""
+    seen = [np.isfinite(postures).any(axis=(0, 2)) for postures in (asked, among)]
+    joints = np.flatnonzero(seen[0] & seen[1])
+    sets = [postures[:, joints].reshape(len(postures), 3 * len(joints)) for postures in (asked, among)]
+    sets = [rows[np.isfinite(rows).all(axis=1)] for rows in sets]
+    if not len(joints) or min(map(len, sets)) < _LEAST_POSTURES:
+        return np.inf
+    return float(np.median(cKDTree(sets[1]).query(sets[0])[0]) / np.sqrt(len(joints)))

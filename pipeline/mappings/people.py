@@ -1,0 +1,141 @@
+"""Several people in one recording, told apart by the beginnings of their points' names: ``anna:LANK``, ``ben:LANK``."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from pipeline.mappings.fitting import suggest
+from pipeline.skeleton import MotionCapture, SourceMapping
+from pipeline.validation import InvalidInput
+
+OTHERS = "unnamed"
+"""The person whose points have no beginning of their own, beside others whose have."""
+
+_FEWEST = 7
+"""Points of somebody whose legs and pelvis are known."""
+
+_SEPARATED = re.compile(r"[^\W_]+[\W_]+")
+_SIDES = {"l", "r", "left", "right", "lt", "rt"}
+
+
+def people(motion: MotionCapture, mappings: Iterable[SourceMapping]) -> dict[str, MotionCapture]:
+    """Return the people in a recording by name, each with the points of one; empty if it holds one person.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    mappings : iterable of SourceMapping
+        A person is a group of points to which one of these gives legs and pelvis.
+
+    Notes
+    -----
+    People are told apart by what stands before a colon, else by the first one or two words of their points' names,
+    else by names that stand in the file once for each of them; these people are called ``1``, ``2``….
+    """
+    mappings = list(mappings)
+    for groups in _groupings(motion.names):
+        usable = {
+            name: one
+            for name, points in groups.items()
+            if len(points) >= _FEWEST and suggest(one := _only(motion, points, name), mappings).usable
+        }
+        taken = {k for name in usable for k in groups[name]}
+        rest = [k for k in range(len(motion.names)) if k not in taken]
+        if usable and len(rest) >= _FEWEST:
+            others = _only(motion, rest, "")
+            if suggest(others, mappings).usable:
+                usable[OTHERS] = others
+        if len(usable) > 1:
+            return usable
+    return {}
+
+
+def of_one_person(
+    motion: MotionCapture, mappings: Iterable[SourceMapping], subject: str = ""
+) -> MotionCapture:
+    """Return the points of one person.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    mappings : iterable of SourceMapping
+    subject : str
+        Name of the person, or the number in the order of the file, from 1; for files of several people.
+
+    Raises
+    ------
+    InvalidInput
+        If the recording holds several people and none of them is chosen.
+    """
+    found = people(motion, mappings)
+    if not found:
+        if not subject:
+            return motion
+        return replace(
+            motion, notes=(*motion.notes, f"The file holds one person; {subject!r} is not needed.")
+        )
+    by_name = {name.lower(): name for name in found}
+    numbered = {str(k): name for k, name in enumerate(found, start=1)}
+    chosen = by_name.get(subject.lower()) or numbered.get(subject)
+    if chosen is None:
+        listed = list(found)
+        raise InvalidInput(
+            f"the file holds {len(found)} people: choose one by subject= (in runs data.subject=)",
+            expected=" or ".join(listed[:10]),
+            received=subject or "none",
+        )
+    note = f"The file holds {len(found)} people; this is {chosen}."
+    return replace(found[chosen], notes=(*motion.notes, note))
+
+
+def _only(motion: MotionCapture, points: Sequence[int], beginning: str) -> MotionCapture:
+    """The recording with some of its points, their names without what they begin with."""
+    k = list(points)
+    names = (motion.names[i] for i in k)
+    return replace(
+        motion,
+        names=tuple(
+            name[len(beginning) :].lstrip(":_.- ") if beginning and name.startswith(beginning) else name
+            for name in names
+        ),
+        positions_mm=motion.positions_mm[:, k],
+        valid=motion.valid[:, k],
+    )
+
+
+def _groupings(names: Sequence[str]) -> Iterator[dict[str, list[int]]]:
+    """Ways to divide points into people, the most certain first."""
+    if any(":" in name for name in names):
+        yield _grouped(names, lambda name: name.rpartition(":")[0])
+    for words in (1, 2):
+        yield _grouped(names, functools.partial(_first_words, count=words))
+    count = names.count(names[0]) if names else 0
+    if count > 1 and all(names.count(name) == count for name in set(names)):
+        seen: dict[str, int] = {}
+        groups: dict[str, list[int]] = {str(n): [] for n in range(1, count + 1)}
+        for k, name in enumerate(names):
+            seen[name] = seen.get(name, 0) + 1
+            groups[str(seen[name])].append(k)
+        yield groups
+
+
+def _grouped(names: Sequence[str], beginning: Callable[[str], str]) -> dict[str, list[int]]:
+    groups: dict[str, list[int]] = {}
+    for k, name in enumerate(names):
+        if (found := beginning(name)) and found.lower() not in _SIDES:
+            groups.setdefault(found, []).append(k)
+    return groups
+
+
+def _first_words(name: str, count: int) -> str:
+    """The first words of a name without the separator after them; empty if nothing follows."""
+    at = 0
+    for _ in range(count):
+        match = _SEPARATED.match(name, at)
+        if match is None:
+            return ""
+        at = match.end()
+    return re.sub(r"[\W_]+$", "", name[:at]) if at < len(name) else ""

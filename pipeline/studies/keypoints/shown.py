@@ -1,0 +1,80 @@
+"""The recording of one simulated clip: image and reprojection, truth, reconstruction and average walker."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import pictures, recordings
+from pipeline.skeleton import WALKER15
+from pipeline.studies.figure_inputs import FigureInputs
+from pipeline.studies.keypoints.dataset import FilmedWalkers
+from pipeline.studies.keypoints.measured import FilmedErrors
+from pipeline.studies.keypoints.model import KeypointWalkers
+
+Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
+
+METHODS = {
+    "keypoint_walk": pictures.Style("from keypoints", "map"),
+    "image_kept": pictures.Style("image kept, average walker's depth", "null", line="dashed"),
+    "average_walker": pictures.Style("average walker", "null", line="dotted"),
+}
+
+
+def record_shown(inputs: Inputs, folder: Path) -> None:
+    """Log the clip of median error."""
+    sweep = inputs.sweep
+    T = len(sweep.shown_true_mm)
+    times = np.arange(T) / sweep.shown_rate_hz
+    index = {"time": times}
+    words = (
+        f"\nA clip of `{sweep.person[sweep.shown]}`, heading {sweep.heading_deg[sweep.shown]:g}°, of median error."
+        " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: light: truth, blue: reconstruction,"
+        " grey: average walker with the heading and phase that were found.\n"
+    )
+    bodies = {
+        "truth": (sweep.shown_true_mm, "original"),
+        "keypoint_walk": (sweep.shown_estimate_mm, "map"),
+        "average_walker": (sweep.shown_average_mm, "null"),
+    }
+    ground = float(sweep.shown_true_mm[..., 1].max())
+    flip = np.array([1.0, -1.0])
+    with inputs.recording(folder, words) as rec:
+        rec.image_points(
+            "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
+        )
+        rec.image_points(
+            "image/reprojection", sweep.shown_reprojection_px * flip, WALKER15.bones, index=index, colour="map",
+            thickness_mm=2.5,
+        )  # fmt: skip
+        for name, (level, colour) in bodies.items():
+            upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
+            rec.skeleton(f"world/{name}", upright, WALKER15.bones, index=index, colour=colour)
+            if name != "truth":
+                off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
+                rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)
+        half = sweep.shown_half_mm.mean(axis=1)
+        for axis, (name, colour) in enumerate((("right", "sky"), ("down", "green"), ("away", "orange"))):
+            rec.curve(
+                f"curves/half_width_95_mm/{name}",
+                times,
+                half[:, axis],
+                label=f"95 % bars, {name}",
+                colour=colour,
+            )
+        rec.blueprint(
+            recordings.Columns(
+                recordings.Image2D(name="image: keypoints, reprojection"),
+                recordings.Space3D(
+                    name="truth, reconstruction, average walker", eye_mm=(1800.0, -2200.0, 1400.0)
+                ),
+                recordings.Rows(
+                    recordings.Plot(name="error (mm)", origin="curves/error_mm"),
+                    recordings.Plot(name="half width of 95 % bars (mm)", origin="curves/half_width_95_mm"),
+                    recordings.Notes(),
+                ),
+                shares=(3, 3, 3),
+            ),
+            playing=True,
+        )

@@ -1,0 +1,147 @@
+"""Several people in one recording: told apart by names, one of them chosen, the others refused in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import formats
+from pipeline.clips.corpus import joints_of
+from pipeline.formats import bvh, c3d
+from pipeline.formats.points import csv, trc
+from pipeline.formats.points.csv.wide import write_wide
+from pipeline.mappings import of_one_person, people, shipped
+from pipeline.skeleton import WALKER15, MotionCapture
+from pipeline.validation import InvalidInput
+from tests.formats.contract import check_contract, recording
+
+JOINTS = WALKER15.joints
+STANDING = np.array(
+    [
+        [0, 0, 1600], [0, 0, 1400], [-200, 0, 1400], [-220, 0, 1100], [-230, 0, 850], [200, 0, 1400], [220, 0, 1100],
+        [230, 0, 850], [0, 0, 950], [-100, 0, 900], [-100, 0, 500], [-100, 0, 100], [100, 0, 900], [100, 0, 500],
+        [100, 0, 100],
+    ],
+    dtype=float,
+)  # fmt: skip
+FIRST = STANDING + np.arange(4)[:, None, None] * [0, 10, 0]
+SECOND = FIRST + np.array([1000.0, 0, 0])
+BOTH = np.concatenate([FIRST, SECOND], axis=1)
+
+
+def two(named: Callable[[str, str], str], who: Sequence[str] = ("anna", "ben")) -> MotionCapture:
+    """Two people standing beside each other, their points named by the function."""
+    return recording(tuple(named(one, joint) for one in who for joint in JOINTS), BOTH)
+
+
+@pytest.mark.parametrize(
+    "named",
+    [
+        lambda who, joint: f"{who}:{joint}",
+        lambda who, joint: f"{who}_{joint}",
+        lambda who, joint: f"{who}.{joint}",
+        lambda who, joint: f"{who} {joint}",
+        lambda who, joint: f"subject {who}:{joint}",
+    ],
+)
+def test_people_are_told_apart_by_what_names_begin_with(named: Callable[[str, str], str]) -> None:
+    motion = two(named)
+    first, second = people(motion, shipped().values())
+    assert (first.split()[-1], second.split()[-1]) == ("anna", "ben")
+    with pytest.raises(InvalidInput, match=rf"holds 2 people: choose one by subject=.*{first} or {second}"):
+        joints_of(motion, None)
+    with pytest.raises(InvalidInput, match="received carla"):
+        joints_of(motion, None, "carla")
+    for chosen, expected in ((first, FIRST), (second.upper(), SECOND), ("2", SECOND)):
+        read, positions, _ = joints_of(motion, None, chosen)
+        np.testing.assert_array_equal(positions, expected)
+        assert any("2 people" in note for note in read.notes)
+        check_contract(of_one_person(motion, shipped().values(), chosen))
+
+
+def test_somebody_without_a_beginning_beside_somebody_with_one() -> None:
+    motion = two(lambda who, joint: joint if who == "anna" else f"B_{joint}")
+    assert list(people(motion, shipped().values())) == ["B", "unnamed"]
+    np.testing.assert_array_equal(joints_of(motion, None, "unnamed")[1], FIRST)
+
+
+def test_names_that_stand_once_for_each_person() -> None:
+    motion = two(lambda _, joint: joint)
+    np.testing.assert_array_equal(joints_of(motion, None, "2")[1], SECOND)
+    with pytest.raises(InvalidInput, match="expected 1 or 2"):
+        joints_of(motion, None)
+
+
+@pytest.mark.parametrize(
+    "named", [lambda joint: joint, lambda joint: f"anna:{joint}", lambda joint: joint.replace("left", "L")]
+)
+def test_one_person_is_one_person(named: Callable[[str], str]) -> None:
+    motion = recording(tuple(map(named, JOINTS)), FIRST)
+    assert people(motion, shipped().values()) == {}
+    read, positions, _ = joints_of(motion, None, "anna")
+    np.testing.assert_array_equal(positions, FIRST)
+    assert any("holds one person" in note for note in read.notes)
+
+
+def test_objects_beside_a_person_are_nobody() -> None:
+    names = (*(f"anna:{joint}" for joint in JOINTS), *(f"ball:{k}" for k in range(15)))
+    assert people(recording(names, BOTH), shipped().values()) == {}
+
+
+def test_nothing_measured_is_said() -> None:
+    with pytest.raises(InvalidInput, match="no sample of any point was measured"):
+        joints_of(recording(JOINTS, np.full_like(FIRST, np.nan)), None)
+
+
+@pytest.mark.parametrize(
+    "name", ["a.c3d", "a.trc", "a.bvh", "a.csv", "wide.csv", "person.csv", "same.bvh", "a.mvnx"]
+)
+def test_files_of_two_people(name: str, tmp_path: Path) -> None:
+    path, who = tmp_path / name, ("anna", "ben")
+    names = [f"{one}:{joint}" for one in who for joint in JOINTS]
+    parents = [parent + shift if parent >= 0 else -1 for shift in (0, 15) for parent in WALKER15.parents]
+    if name == "a.c3d":
+        c3d.write(path, names, BOTH, 50.0)
+    elif name == "a.trc":
+        trc.write(path, names, BOTH, 50.0)
+    elif name == "wide.csv":
+        write_wide(path, names, BOTH, 50.0)
+    elif name.endswith(".bvh"):
+        bvh.write(path, names, BOTH, 50.0, parents)
+        if name == "same.bvh":
+            path.write_text(path.read_text().replace("anna:", "").replace("ben:", ""))
+            who = ("1", "2")
+    elif name == "a.mvnx":
+        path.write_text(xsens(who))
+    else:
+        csv.write(path, names, BOTH, 50.0)
+        if name == "person.csv":
+            text = path.read_text().replace("joint,", "person,joint,")
+            path.write_text(text.replace("anna:", "anna,").replace("ben:", "ben,"))
+    motion = formats.read(path)
+    check_contract(motion)
+    assert tuple(people(motion, shipped().values())) == who
+    positions = joints_of(motion, None, who[1])[1]
+    expected = SECOND if name != "a.mvnx" else SECOND[:, 9:]
+    np.testing.assert_allclose(positions[:, 15 - expected.shape[1] :], expected, atol=1e-3)
+
+
+def xsens(who: Sequence[str]) -> str:
+    """An MVNX file of two subjects, of whom legs and two vertebrae are there."""
+    segments = {
+        "LeftUpperLeg": 9, "LeftLowerLeg": 10, "LeftFoot": 11, "RightUpperLeg": 12, "RightLowerLeg": 13,
+        "RightFoot": 14, "Pelvis": 8, "L5": 8, "T8": 1,
+    }  # fmt: skip
+    subjects = ""
+    for one, positions in zip(who, (FIRST, SECOND), strict=True):
+        listed = "".join(f'<segment label="{name}"/>' for name in segments)
+        frames = "".join(
+            f'<frame type="normal"><position>{" ".join(map(str, posture.ravel()))}</position></frame>'
+            for posture in positions[:, list(segments.values())] / 1000
+        )
+        inside = f"<segments>{listed}</segments><frames>{frames}</frames>"
+        subjects += f'<subject label="{one}" frameRate="50">{inside}</subject>'
+    return f"<mvnx>{subjects}</mvnx>"

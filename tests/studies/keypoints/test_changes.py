@@ -1,0 +1,86 @@
+"""The same clips under every condition, and what a condition changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.clips.filmed import lasting
+from pipeline.core import fourier
+from pipeline.core.keypoint_walk.training import BLOCKS
+from pipeline.studies.keypoints.changes import KeypointChanges
+from pipeline.studies.keypoints.conditions import CONDITIONS, USUAL, Changes, Condition
+from pipeline.studies.keypoints.model import with_harmonics
+from tests.core.keypoint_walk.walkers import prior
+from tests.studies.keypoints.test_headings import walkers
+
+
+@pytest.mark.parametrize("changes", Changes)
+def test_a_condition_changes_one_thing(changes: Changes) -> None:
+    first, *others = CONDITIONS[changes]
+    assert first == Condition()
+    assert first.kind == USUAL
+    assert len({condition.name for condition in CONDITIONS[changes]}) == len(CONDITIONS[changes])
+    for condition in others:
+        parts = [name for name in vars(first) if getattr(condition, name) != getattr(first, name)]
+        changed = set(parts) - {"kind", "level"}
+        # Told of a bias, a model believes it; wrong labels are tried both ways; else one thing alone is changed.
+        assert len(changed) == (2 if condition.level in ("20 mm, told", "both tried") else 1), condition.name
+
+
+@pytest.mark.parametrize("sources", [1, 2])
+def test_every_condition_has_the_same_clips(sources: int) -> None:
+    data = walkers(20)
+    data = replace(data, source=np.array([f"s{k % sources}" for k in range(len(data.person))]))
+    data = replace(data, source=np.array([f"s{int(who[1:]) % sources}" for who in data.person.tolist()]))
+    sweep = KeypointChanges(changes=Changes.ablation, takes=16, levels=0)
+    cases = sweep.cases(data)
+    filmed = {
+        number: [
+            (c.take, c.person, c.walk, c.heading_deg, c.overground) for c in cases if c.condition == number
+        ]
+        for number in {case.condition for case in cases}
+    }
+    assert len({tuple(clips) for clips in filmed.values()}) == 1
+    assert len({person for _, person, *_ in filmed[0]}) == 16
+    # Without people of another source nobody can be learnt from.
+    assert len(filmed) == len(sweep.conditions) - (sources == 1)
+
+
+def test_few_levels_are_the_farthest() -> None:
+    sweep = KeypointChanges(changes=Changes.degradations, takes=2, levels=1)
+    assert [c.level for c in sweep.conditions if c.kind == "strides"] == ["1"]
+    assert [c.kind for c in sweep.conditions] == list(
+        dict.fromkeys(c.kind for c in CONDITIONS[Changes.degradations])
+    )
+
+
+def test_a_walk_goes_on_where_its_recording_ends() -> None:
+    generator = np.random.default_rng(0)
+    rate, frequency = 60.0, 1.0
+    times = np.arange(150) / rate
+    series = generator.normal(size=(9, 15, 3)) * 50.0
+    series[1, 11, 1] += 400.0  # the left ankle swings
+    series[1, 14, 1] -= 400.0
+    motion = fourier.synthesise(series, frequency, times) + generator.normal(size=(150, 15, 3))
+    again = lasting(motion, rate, 5.0)
+    found = fourier.represent(motion, rate, harmonics=4)
+    assert len(again) == round(5.0 / found.frequency_hz * rate) + 1
+    np.testing.assert_allclose(again[:150], motion, atol=1e-6)
+    later = fourier.synthesise(series, frequency, np.arange(len(again)) / rate)
+    assert np.abs(again - later).max() < 12.0
+    np.testing.assert_allclose(
+        lasting(motion, rate, 1.0), motion[: round(rate / found.frequency_hz) + 1], atol=1e-6
+    )
+
+
+def test_harmonics_that_are_taken_away_are_none() -> None:
+    model = prior().model
+    two = with_harmonics(model, 2)
+    assert not two.mean[:, :, 5:].any()
+    np.testing.assert_array_equal(two.mean[:, :, :5], model.mean[:, :, :5])
+    variance = np.diag(two.covariance).reshape(15, 3, BLOCKS)
+    assert variance[:, :, 5:].max() < 1e-3 < variance[:, :, :5].min()
+    np.testing.assert_array_equal(with_harmonics(model, 4).covariance, model.covariance)
