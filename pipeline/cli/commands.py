@@ -201,7 +201,7 @@ def view(arguments: Sequence[str]) -> int:
             "the viewer needs a screen",
             where=str(path),
             expected="a desktop session; or a browser: `make report` writes a page with players, and "
-            "`.venv/bin/rerun --serve-web --bind 127.0.0.1` with the file's name shows it at http://127.0.0.1:9090",
+            f"`.venv/bin/rerun --serve-web --bind 127.0.0.1 {path}` prints an address that shows it",
         )
     # A process of its own, since only `recordings` imports rerun.
     return subprocess.run(

@@ -50,6 +50,8 @@ def moved_by_switches(results: Published, listed: Path | None = None) -> dict[st
     return {
         "commits": sorted({row["commit"] for row in rows}),
         "switches": sorted(switches, key=lambda one: (-one["verdicts"], -one["values"], one["name"])),
+        # Options of the figures with a switch and without, such as fewer views.
+        "common": sorted({(row["group"], row["common"]) for row in rows if row.get("common")}),
         "claims": _moved_claims(rows),
         "rows": len(rows),
         "columns": len(header),

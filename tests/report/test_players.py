@@ -216,24 +216,3 @@ def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
     half = NORMAL_95 * anatomical.deviation_at_instants(found.covariance[0, 0], 5, PHASES)
     off = (whole[..., given.unknown] - found.unknown)[0, 0].reshape(15, 5)
     return float(half.mean()), float((np.abs(anatomical.at_instants(off, PHASES)) <= half).mean())
-
-
-def test_the_options_of_the_paper_come_back_after_others(folder: Path, browser: str, tmp_path: Path) -> None:
-    page, _ = write_page(folder, FIGURES)
-    play = """<script>
-    addEventListener("error", event => { document.body.dataset.error = event.message; });
-    setTimeout(() => {
-      const form = document.getElementById("player");
-      form.querySelector("input[value=least_squares]").click();
-      form.querySelector("button[type=reset]").click();
-      const chosen = () => form.querySelector("input[name=method]:checked")?.value;
-      setTimeout(() => { document.body.dataset.method = chosen(); }, 100);
-    }, 300);</script></body>"""
-    changed = tmp_path / "index.html"
-    changed.write_text(page.read_text(encoding="utf-8").replace("</body>", play), encoding="utf-8")
-    command = [
-        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}", "--dump-dom",
-        "--virtual-time-budget=3000", changed.as_uri(),
-    ]  # fmt: skip
-    dom = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
-    assert re.findall(r"<body[^>]*>", dom) == ['<body data-method="map">']

@@ -17,6 +17,7 @@ ROW: dict[str, Any] = {
     "data": "synthetic", "group": "walks", "scale": "full", "commit": "a" * 12, "claim": "zhang2007_map_thirty_percent",
     "switch": "divisor R", "value": 12.5, "value_low": 10.0, "value_high": 15.0, "verdict": "differs",
     "value_as_it_is": 28.0, "verdict_as_it_is": "reproduced", "outside_the_interval": True, "verdict_moves": True,
+    "common": "scale.populations=0",
 }  # fmt: skip
 
 
@@ -39,6 +40,7 @@ def test_switches_are_counted_and_the_strongest_comes_first(tmp_path: Path) -> N
     ]  # fmt: skip
     assert found["switches"][0]["options"] == "model.divisor=R"
     assert found["commits"] == ["a" * 12]
+    assert found["common"] == [("walks", "scale.populations=0")]
 
 
 def test_a_claim_stands_once_with_every_switch_that_moves_it(tmp_path: Path) -> None:

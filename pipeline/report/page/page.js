@@ -19,7 +19,7 @@
     const spec = JSON.parse(box.dataset.spec), table = curves(box.dataset.figure, `${spec.table}.csv`);
     if (!table) return;
     const made = Charts.series(spec, table);
-    if (made.series.length) new Charts.Chart(box, { ...made, spec, note: Charts.bandWords(spec, table.header) });
+    if (made.series.length) new Charts.Chart(box, { ...made, spec, note: spec.kind === "points" ? "" : Charts.bandWords(spec, table.header) });
   }
   const boxes = [...document.querySelectorAll("[data-spec]")];
   const near = new IntersectionObserver(entries => {

@@ -210,14 +210,8 @@ class MissingDataFigure(Figure):
                     colour="orange",
                     thickness_mm=16.0,
                 )
-            # Images count down, in pixels: a pixel is drawn as a millimetre, upright.
-            rec.image_points(
-                "image/observed",
-                sweep.shown_image * [1.0, -1.0],
-                WALKER15.bones,
-                index=index,
-                thickness_mm=1.5,
-            )
+            image = cast(MissingDataSweep, inputs.experiment.sweep).upright_mm(sweep.shown_image)
+            rec.image_points("image/observed", image, WALKER15.bones, index=index)
             for part, here, colour in (("imputed", imputed, "orange"), ("seen", seen, "blue")):
                 has = here.any(axis=1)
                 if has.any():
