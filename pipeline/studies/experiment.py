@@ -23,6 +23,7 @@ class Scale:
     partners: int  # people who choose the settings of each person
     performances: int  # most performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
+    faced: int  # walkers of the face-off; 0: all
     particles: list[int]
     clips: int  # most clips of varied motion; 0: all
     populations: int  # further synthetic populations for intervals; 0: none

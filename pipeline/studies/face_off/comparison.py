@@ -124,7 +124,7 @@ class FaceOffSweep(CameraSweep):
     """Walks reconstructed by eigenwalkers and by articulated trajectories from the same projections."""
 
     view_angle_deg: list[float] = field(default_factory=lambda: [0.0, 30.0, 60.0, 90.0])
-    walkers: int = scaled(value="tracked")  # evenly over all; 0: all
+    walkers: int = scaled(value="faced")  # evenly over all; 0: all
     frames: int = 100  # out of the middle of each walk; fewer where it is shorter
     frame_rate_hz: float = 30.0
     noise_px: list[float] = field(default_factory=lambda: [0.0, 1.0, 3.0])
