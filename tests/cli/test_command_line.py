@@ -783,8 +783,8 @@ SLOW = """
     def slow(*arguments, **options):
         made = really(*arguments, **options)
         print("here", flush=True)
-        time.sleep(3600)
-        return made
+        while True:  # a signal that comes just before a sleep is only noticed after it
+            time.sleep(0.01)
 
     {owner}.{function} = slow
     sys.exit(command_line.main(sys.argv[1:]))
