@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pipeline.core.anatomical import Noise, Shrinkage
-from pipeline.studies.study import Grid
+from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import CHOOSING_VIEWS_DEG, People
 from pipeline.studies.walks.sweeps.noise import ObservedNoise
@@ -243,6 +243,14 @@ def test_views_must_lie_alike_on_both_sides() -> None:
     lopsided = Structure(seen_from_deg=Grid(start=-90, stop=80, step=10), partners=4)
     with pytest.raises(InvalidInput, match=r"sweep\.seen_from_deg: views must lie alike"):
         lopsided.validate()
+
+
+def test_the_ladder_needs_every_harmonic_of_its_rows() -> None:
+    data = samples()
+    model = AnatomicalModel()
+    inputs = SweepInputs(None, data, model.learn(data, workers=1), FourierDataset(), model, 1, 0)
+    with pytest.raises(InvalidInput, match=r"dataset\.harmonics must be at least 6 \(got 2\)"):
+        Structure(seen_from_deg=Grid(start=-90, stop=90, step=90), partners=4).measure(inputs)
 
 
 def test_a_prior_needs_four_people_and_no_frequency() -> None:

@@ -197,8 +197,8 @@ class StructureLadder(Figure):
             styles=shown,
             columns=2,
             legend="figure",
-            caption=f"{inputs.caption} Bands and bars: 95 % intervals over people; settings of each person chosen by"
-            " others.",
+            caption=f"{inputs.caption} The whole has four. Bands and bars: 95 % intervals over people; settings of"
+            " each person chosen by others.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
