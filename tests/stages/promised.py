@@ -122,9 +122,12 @@ PROMISED |= {
             "method", "part", "views", "walkers", "absolute_error_mm2", "absolute_error_mm2_low",
             "absolute_error_mm2_high", "absolute_error_median_mm2", "absolute_error_worst_mm2",
             "below_map_percent", "below_map_percent_low", "below_map_percent_high", "below_whole_percent",
-            "below_whole_percent_low", "below_whole_percent_high", "walkers_better",
+            "below_whole_percent_low", "below_whole_percent_high", "below_specified_percent",
+            "below_specified_percent_low", "below_specified_percent_high", "walkers_better",
         ],
-        "table_settings": ["walker", "method", "noise_variance_mm2", "length_factor"],
+        "table_settings": [
+            "walker", "method", "noise_variance_mm2", "length_factor", "pair_factor", "shrinkage", "harmonics",
+        ],
         "table_sources": [
             "source", "left_out", "method", "walkers", "absolute_error_mm2", "absolute_error_mm2_low",
             "absolute_error_mm2_high", "absolute_error_median_mm2", "absolute_error_worst_mm2",
@@ -182,7 +185,7 @@ PROMISED |= {
 ENTITIES |= {
     "zhang2007_structure": {
         *(f"curves/ladder/{m}" for m in ("average_walker", "map_70", "map_tuned", "anatomical")),
-        *(f"parts/ladder/{m}" for m in ("mirror", "shrinkage", "without_constancy", "stance")),
+        *(f"parts/ladder/{m}" for m in ("mirror", "all_chosen", "without_constancy", "six_harmonics")),
     },
     "zhang2007_coverage": {
         "world/original", "world/reconstructed/anatomical", "image/observed",

@@ -8,6 +8,7 @@ dimension of a walk [zhang2007 3.2], with standard deviations.
 `conditional`        missing given observed coefficients: Gaussian, linear, in closed form
 `lengths`            the same with bones of constant and symmetric length: a few Newton steps a view
 `stance`             the foot on the belt
+`proportions`        everybody built like the average walker
 `bars`               standard deviations at instants; multipliers learnt from other people
 `view_posterior`     probability of every view angle, the coefficients integrated out
 ===================  ======================================================================================
@@ -46,6 +47,7 @@ from pipeline.core.anatomical.prior import (
     turned,
     within_harmonics,
 )
+from pipeline.core.anatomical.proportions import proportion_rows, with_proportions
 from pipeline.core.anatomical.stance import stance_rows, with_stance
 from pipeline.core.anatomical.view_posterior import (
     ViewPosterior,
@@ -86,12 +88,14 @@ __all__ = [
     "multipliers_without",
     "person_weights",
     "posterior_of",
+    "proportion_rows",
     "stance_rows",
     "structured_covariance",
     "tolerances",
     "turned",
     "unknown_coefficients",
     "view_costs",
+    "with_proportions",
     "with_stance",
     "within_harmonics",
 ]

@@ -14,7 +14,7 @@ Why so: a few dozen people tell what the joints do together in a harmonic, but n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -186,6 +186,25 @@ def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrink
         found += a * within_harmonics(covariance, blocks)
     found[np.diag_indices_from(found)] += b * np.diag(covariance) + shrinkage.extra_variance
     return found
+
+
+def told(prior: Prior, rows: np.ndarray, variances: np.ndarray) -> Prior:
+    """Return a prior to which linear functionals are known to be those of its mean.
+
+    Parameters
+    ----------
+    prior : Prior
+    rows : (n, 45 B)
+        The functionals, of coefficients by joint, axis and block.
+    variances : (n,)
+        Of what each may be off by.
+    """
+    C = prior.covariance.reshape(rows.shape[1], -1)
+    seen = rows @ C
+    inner = seen @ rows.T
+    inner[np.diag_indices_from(inner)] += variances
+    changed = C - seen.T @ np.linalg.solve(inner, seen)
+    return replace(prior, covariance=changed.reshape(prior.covariance.shape))
 
 
 PHASES = 20

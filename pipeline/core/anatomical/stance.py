@@ -10,12 +10,10 @@ The new prior is that of ``C^-1 + share R^T D^-1 R``.  The mean stays: that of t
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from pipeline.core import fourier
-from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint
+from pipeline.core.anatomical.prior import JOINTS, PHASES, Prior, by_joint, told
 from pipeline.skeleton import WALKER15
 
 STANCE_PHASES = 8
@@ -55,9 +53,4 @@ def with_stance(prior: Prior, coefficients: np.ndarray, weights: np.ndarray, *, 
     rows, _ = stance_rows(prior.mean)
     values = by_joint(coefficients).reshape(len(coefficients), -1) @ rows.T
     spread = weights @ (values - weights @ values) ** 2 + _LEAST_VARIANCE
-    C = prior.covariance.reshape(rows.shape[1], -1)
-    seen = rows @ C
-    inner = seen @ rows.T
-    inner[np.diag_indices_from(inner)] += spread / share
-    changed = C - seen.T @ np.linalg.solve(inner, seen)
-    return replace(prior, covariance=changed.reshape(prior.covariance.shape))
+    return told(prior, rows, spread / share)

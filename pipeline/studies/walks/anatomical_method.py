@@ -15,7 +15,8 @@ from pipeline.core.viewpoint import ViewEstimate
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.phase_sources import Reconstruction
-from pipeline.studies.walks.sweeps.held_out import Fold, People, anatomical_setting, mirrored_grid
+from pipeline.studies.walks.sweeps.held_out import Fold, People, mirrored_grid
+from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
 
 CANDIDATES = 72

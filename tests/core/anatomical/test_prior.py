@@ -145,6 +145,27 @@ def test_the_stance_prior_is_that_of_the_sum_of_precisions() -> None:
     np.testing.assert_allclose(changed.covariance.reshape(225, 225), wanted, rtol=1e-6, atol=1e-6)
 
 
+def test_proportions_are_those_of_the_mean_whatever_the_size() -> None:
+    people = walkers(np.random.default_rng(7), 8)
+    prior = anatomical.fit(people, equal(8), Shrinkage())
+    rows = anatomical.proportion_rows(prior.mean)
+    change = np.random.default_rng(8).standard_normal(prior.mean.shape)
+
+    def proportions(walker: np.ndarray) -> np.ndarray:
+        length = anatomical.bone_lengths(walker).mean(axis=-1)
+        size = anatomical.bone_lengths(prior.mean).mean(axis=-1)
+        return length - size * (size @ length) / (size @ size)
+
+    step = 1e-4
+    slope = (proportions(prior.mean + step * change) - proportions(prior.mean - step * change)) / (2 * step)
+    np.testing.assert_allclose(rows @ change.ravel(), slope, atol=1e-6)
+    np.testing.assert_allclose(rows @ prior.mean.ravel(), 0.0, atol=1e-9)
+    changed = anatomical.with_proportions(prior, tolerance=2.0).covariance.reshape(225, 225)
+    wanted = np.linalg.inv(np.linalg.inv(prior.covariance.reshape(225, 225)) + rows.T @ rows / 4.0)
+    np.testing.assert_allclose(changed, wanted, rtol=1e-6, atol=1e-5)
+    assert np.diag(rows @ changed @ rows.T).max() < 4.0
+
+
 def test_a_foot_that_slides_with_constant_speed_satisfies_the_stance_rows() -> None:
     """Rows of the mean are backward speeds less their mean, and the slope is that of the series."""
     people = walkers(np.random.default_rng(6), 8)

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from pipeline.core.anatomical import Noise, Shrinkage
-from pipeline.studies.study import Grid
+from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.held_out import PLAIN, People, Setting, anatomical_setting, approach_two
+from pipeline.studies.walks.sweeps.held_out import CHOOSING_VIEWS_DEG, People
 from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion, covered_by_bars
+from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.studies.walks.sweeps.structure import Structure, errors_of
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars
 from pipeline.validation import InvalidInput
@@ -89,6 +90,44 @@ def test_no_walk_of_a_person_chooses_for_that_person() -> None:
     np.testing.assert_array_equal(errors[0], with_other[0])
     assert (errors[1:] != with_other[1:]).any()
     assert people().chosen(candidates, 4, 1) == [candidates[best] for best in errors.argmin(axis=1)]
+
+
+def test_no_walk_of_a_person_chooses_any_setting_for_that_person() -> None:
+    alternatives = [
+        lambda s: [replace(s, pairs=factor) for factor in (0.5, 2.0, np.inf)],
+        lambda s: [s.with_noise(value) for value in (1.0, 100.0, 10_000.0)],
+        lambda s: [replace(s, harmonics=number) for number in (1, 2)],
+    ]
+    everybody, with_other = people(), people(spoiled(1))
+    start = [replace(WHOLE, within=1.0 + person) for person in range(COUNT)]
+    found = everybody.chosen_in_turn(start, alternatives, 4, 1)
+    assert found[0] == with_other.chosen_in_turn(start, alternatives, 4, 1)[0]
+    assert [setting.within for setting in found] == [setting.within for setting in start], "nobody chose that"
+    for person, setting in enumerate(found):  # the last choice of each, from what is tried at once
+        errors = everybody.tried([replace(setting, harmonics=number) for number in (1, 2)], 4, 1)[person]
+        assert setting.harmonics == 1 + errors.argmin()
+    first = everybody.chosen_in_turn(start, alternatives[:1], 4, 1)
+    for person, setting in enumerate(start):
+        assert first[person] == everybody.chosen(alternatives[0](setting), 4, 1)[person]
+
+
+def test_what_fewer_harmonics_leave_out_is_part_of_the_error() -> None:
+    data = samples()
+    fundamental = data.coefficients.copy()
+    fundamental[:, 3:] = 0.0
+    few = replace(WHOLE.linear, harmonics=1)
+    errors, without = (
+        people(each).tried([few], COUNT - 1, 1)[:, 0]
+        for each in (data, replace(data, coefficients=fundamental))
+    )
+    everybody = people(data)
+    view = np.radians([CHOOSING_VIEWS_DEG[(0 + person) % 4] for person in range(1, COUNT)])
+    left_out = [
+        0.5 * (everybody.missing(person, view[[person - 1]])[0, :, 3:] ** 2).sum(axis=-1).mean()
+        for person in range(1, COUNT)
+    ]
+    assert errors[0] - without[0] == pytest.approx(np.mean(left_out))
+    assert (errors > without).all()
 
 
 def test_settings_reconstruct_alike_alone_and_in_company() -> None:
@@ -183,6 +222,8 @@ def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None
         (Structure, {"partners": 1}, "sweep.partners"),
         (Structure, {"length_factors": []}, "sweep.length_factors"),
         (Structure, {"noise_variances_mm2": [-1.0]}, "sweep.noise_variances_mm2"),
+        (Structure, {"pair_factors": [0.0]}, "sweep.pair_factors"),
+        (Structure, {"shrinkages": [0.2, 0.9]}, "sweep.shrinkages"),
         (Occlusion, {"hidden": ["moustache"]}, "sweep.hidden"),
         (Occlusion, {"hidden": []}, "sweep.hidden"),
         (Occlusion, {"joints": ["tail"]}, "a joint of WALKER15"),
@@ -202,6 +243,14 @@ def test_views_must_lie_alike_on_both_sides() -> None:
     lopsided = Structure(seen_from_deg=Grid(start=-90, stop=80, step=10), partners=4)
     with pytest.raises(InvalidInput, match=r"sweep\.seen_from_deg: views must lie alike"):
         lopsided.validate()
+
+
+def test_the_ladder_needs_every_harmonic_of_its_rows() -> None:
+    data = samples()
+    model = AnatomicalModel()
+    inputs = SweepInputs(None, data, model.learn(data, workers=1), FourierDataset(), model, 1, 0)
+    with pytest.raises(InvalidInput, match=r"dataset\.harmonics must be at least 6 \(got 2\)"):
+        Structure(seen_from_deg=Grid(start=-90, stop=90, step=90), partners=4).measure(inputs)
 
 
 def test_a_prior_needs_four_people_and_no_frequency() -> None:

@@ -157,7 +157,8 @@ class ActionModelFigure(Figure):
             letters=False,
             panel_size=(1.83, 1.56),
             caption=f"{inputs.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, "
-            "and the performances of (b); grey, the bounds learnt without synchronization, by linear normalisation.",
+            "and the performances of (b); none is an interval of the mean. Grey, the bounds learnt without "
+            "synchronization, by linear normalisation.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

@@ -116,7 +116,8 @@ class TrackingError(Figure):
             columns=len(PANELS),
             caption=f"{inputs.caption} Mean distance of the joints, relative to the pelvis, over "
             f"{len(sweep.tracked)} performances, each by a model learnt without it (or without its person). Bands: ±1 "
-            f"standard error. Where not varied: {usual} particles, noise {noise:g} mm, nothing hidden. Prior: the "
+            f"standard error, performances of a person taken for independent. Where not varied: {usual} particles, "
+            f"noise {noise:g} mm, nothing hidden. Prior: the "
             "action model; no prior: a random walk with the same diffusion, or with steps as large as in the data; "
             "mean: the mean performance alone. Dotted line: the true postures, projected into the aSpace.",
         )

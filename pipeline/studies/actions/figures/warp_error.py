@@ -133,7 +133,8 @@ class WarpError(Figure):
             styles=PENALTIES,
             xlabel="Smoothness µ (mean squared deviations of a frame)",
             caption=f"{inputs.caption} Errors of the frame that is matched with a sample of the median sequence: (a) "
-            "over the samples at which that moves, (b) over all. Bands: ±1 standard deviation over performances.",
+            "over the samples at which that moves, (b) over all. Bands: ±1 standard deviation over performances, no "
+            "interval of their mean.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

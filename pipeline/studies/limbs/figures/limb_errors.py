@@ -24,6 +24,7 @@ from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
+    BANDS_OF_TRIALS,
     EYE_MM,
     LEAST,
     OUTSIDE,
@@ -137,17 +138,19 @@ class RootErrorFigure(Figure):
                     ylabel="3D error / limb length",
                     series=[parent, *_null_lines(tables["table_points"], "root_error_ratio")],
                 ),
-                panel(y="child_error_sd", ylabel="Its standard deviation", legend=()),
+                panel(y="child_error_sd", ylabel="Its standard deviation"),
             ],
             tables["table_cameras"],
             x="root_error_ratio",
             by="camera",
             styles=styles,
             xlabel=r"Error of the parent $r_e$ / limb length $r_a$",
+            legend="figure",
             columns=2,
             caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
-            + f"; band: quartiles; dotted: the error of the parent itself. {NULL_WORDS} (b) Over trials.",
+            + f"; band: quartiles; dotted: the error of the parent itself. {NULL_WORDS} (b) Over trials. "
+            + BANDS_OF_TRIALS,
         )
 
     def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -244,7 +247,7 @@ class RadiusScaleFigure(Figure):
             "that miss the sphere (global: as long as the farthest ray asks for; robust: as 95 % of the rays ask for; "
             "per frame: longer in a frame alone), and refined: from the first of these, with the trajectory, as in "
             "the paper; band: quartiles of the first. Upright dotted lines: the true radius, and ten times that. "
-            + NULL_WORDS,
+            + f"{NULL_WORDS} {BANDS_OF_TRIALS}",
         )
 
     def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

@@ -14,6 +14,7 @@ from pipeline import pictures, recordings
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.presentation import BANDS_OF_TRIALS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
@@ -133,11 +134,10 @@ class MissingDataFigure(Figure):
             pictures.Series(
                 x=nothing["percent"].to_numpy(),
                 y=nothing[f"{name}_relative_error_mean"].to_numpy(),
-                label=label,
                 colour="null",
                 line=line,
             )
-            for name, label, line in (("hanging", "hangs", "dotted"), ("mean_pose", "mean pose", "dashed"))
+            for name, line in (("hanging", "dotted"), ("mean_pose", "dashed"))
         ]
         missing = table[np.isfinite(table["imputed_error_mm_median"])]
         high = table["relative_error_mean"] + table["relative_error_sd"]
@@ -176,7 +176,7 @@ class MissingDataFigure(Figure):
             "the recording, on whose origin it depends; band: ±1 standard deviation; dashed: when of every limb and "
             "its mirror the better one is taken; grey: skeletons that do nothing, on the same root, hanging straight "
             "down (dotted) or in their true mean pose (dashed); dot: the paper's 13 % at 5 %. (b) Median over "
-            "skeletons, of points that were missing and of those that were seen.",
+            f"skeletons, of points that were missing and of those that were seen. {BANDS_OF_TRIALS}",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

@@ -18,7 +18,8 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
-from pipeline.studies.limbs.motions import CHILDREN, Motions, MotionsOfBoth, MotionsSweep
+from pipeline.studies.limbs.motions import CHILDREN, MotionsSweep
+from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth
 from pipeline.studies.limbs.scores import acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name

@@ -55,6 +55,12 @@ def sphere(
     return RADIUS_MM * np.concatenate(circles)[None], joined
 
 
+BANDS_OF_TRIALS = (
+    "Bands are of single trials: how sure a median or mean is, over clips, is told by the verdicts alone."
+)
+"""For captions: a table of trials has no interval of what is drawn through them."""
+
+
 def path_bones(frames: int) -> list[tuple[int, int]]:
     """Return the pairs of successive frames of a path."""
     return [(f, f + 1) for f in range(frames - 1)]

@@ -34,10 +34,15 @@ WORDS = {
     "without_more_walks": "− all walks",
     "without_pairs": "− left = right",
     "without_constancy": "− constant lengths",
+    "as_specified": "no setting chosen",
+    "all_chosen": "all settings of others",
     "three_harmonics": "three harmonics",
+    "five_harmonics": "five harmonics",
+    "six_harmonics": "six harmonics",
     "tight_lengths": "tight lengths",
     "loose_lengths": "loose lengths",
     "stance": "+ stance",
+    "fixed_proportions": "average proportions",
 }
 """Steps of the ladder."""
 

@@ -15,11 +15,10 @@ from pipeline.studies.walks.sweeps.held_out import (
     PHASES,
     Fold,
     People,
-    anatomical_setting,
-    approach_two,
     require_choosers,
     require_mirrored_grid,
 )
+from pipeline.studies.walks.sweeps.setting import anatomical_setting, approach_two
 from pipeline.validation import require_range
 
 METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")

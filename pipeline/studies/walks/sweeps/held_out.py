@@ -6,18 +6,19 @@ image, both seen from the right, are one walker seen from both sides: half of th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core import anatomical, errors, fourier
-from pipeline.core.anatomical import Conditional, Noise, Prior, Shrinkage, Tolerances, TurnedPrior
+from pipeline.core.anatomical import Conditional, Prior, Tolerances, TurnedPrior
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
-from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
+from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.walks.sweeps.setting import Setting, approach_two
 from pipeline.validation import InvalidInput, require_range
 
 PHASES = 8
@@ -28,68 +29,6 @@ NORMAL_95 = 1.959963984540054
 
 CHOOSING_VIEWS_DEG = (0.0, 30.0, 60.0, 90.0)
 """Each pair of people chooses settings at one of these; the prior makes no difference between left and right."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setting:
-    """One way to reconstruct.
-
-    Attributes
-    ----------
-    harmonics : int
-    all_walks : bool
-        Learn from every walk of a person; otherwise from the one that is tested.
-    shrinkage : Shrinkage
-    noise : Noise
-    within, pairs : float
-        Factors on the tolerances of lengths; both infinite: the linear part alone.
-    stance : float
-        Weight of the stance rows.
-    """
-
-    harmonics: int = 4
-    all_walks: bool = True
-    shrinkage: Shrinkage = field(default_factory=Shrinkage)
-    noise: Noise = field(default_factory=Noise)
-    within: float = np.inf
-    pairs: float = np.inf
-    stance: float = 0.0
-
-    @property
-    def linear(self) -> Setting:
-        """The same without lengths."""
-        return replace(self, within=np.inf, pairs=np.inf)
-
-    @property
-    def lengths(self) -> bool:
-        """Whether bones count."""
-        return bool(np.isfinite(self.within) or np.isfinite(self.pairs))
-
-    def with_noise(self, variance: float) -> Setting:
-        """The same with another sigma²."""
-        return replace(self, noise=replace(self.noise, variance=variance))
-
-
-PLAIN = Shrinkage(mirror=False, within_harmonic=0.0, diagonal=0.0, extra_variance=0.0)
-"""The sample covariance as it is."""
-
-
-def approach_two(noise_variance: float) -> Setting:
-    """MAP with every eigenwalker: two harmonics, one walk a person [zhang2007 3.15]."""
-    return Setting(
-        harmonics=2, all_walks=False, shrinkage=PLAIN, noise=Noise(variance=noise_variance, share=0.0)
-    )
-
-
-def anatomical_setting(options: AnatomicalModel, harmonics: int) -> Setting:
-    """The model's options as a setting."""
-    return Setting(
-        harmonics=harmonics,
-        shrinkage=options.shrinkage,
-        noise=options.noise,
-        within=options.length_factor,
-        pairs=options.pair_factor,
-    )
 
 
 @dataclass(frozen=True)
@@ -164,6 +103,8 @@ class People:
         prior = anatomical.fit(coefficients, weights, setting.shrinkage)
         if setting.stance:
             prior = anatomical.with_stance(prior, coefficients, weights, share=setting.stance)
+        if np.isfinite(setting.proportions):
+            prior = anatomical.with_proportions(prior, tolerance=setting.proportions)
         return prior
 
     def fold(self, *without: int, source: str = "") -> Fold:
@@ -184,23 +125,43 @@ class People:
         found = [(i, (i + step) % self.count) for i in range(self.count) for step in range(1, reach + 1)]
         return found
 
-    def tried(self, candidates: Sequence[Setting], partners: int, workers: int) -> np.ndarray:
-        """Mean errors (P, C) of candidates on the others of each person, mm².
+    def tried(
+        self,
+        candidates: Sequence[Setting],
+        partners: int,
+        workers: int,
+        *,
+        wanted: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Mean errors (P, C) of candidates on the others of each person, mm²; infinite for those not asked for.
 
-        The models behind a person's errors have seen neither that person nor the one they are tried on.
+        The models behind a person's errors have seen neither that person nor the one they are tried on.  Which
+        candidates are asked for by each person is `wanted`, (P, C) bool: all unless it is given.  Harmonics of the
+        truth that a candidate leaves out are part of its error.
         """
         pairs = self.pairs(partners)
+        if wanted is None:
+            wanted = np.ones((self.count, len(candidates)), dtype=bool)
 
         def one(pair: tuple[int, int]) -> np.ndarray:
             i, j = pair
             view = np.radians([CHOOSING_VIEWS_DEG[(i + j) % len(CHOOSING_VIEWS_DEG)]])
             walkers = np.stack([self.walker(j), self.walker(i)])
-            found = np.empty((len(candidates), 2))
-            estimates = self.fold(i, j).with_each(candidates, walkers, view)
-            for c, (setting, estimate) in enumerate(zip(candidates, estimates, strict=True)):
-                blocks = 1 + 2 * setting.harmonics
-                off = (estimate.true - estimate.estimated).reshape(2, -1, blocks)
-                found[c] = (off**2 @ errors.parseval_weights(blocks)).mean(axis=1)
+            missing = np.stack([self.missing(who, view)[0] for who in (j, i)])
+            found = np.full((len(candidates), 2), np.inf)
+            fold = self.fold(i, j)
+            for tried_on, asked in (
+                ([0, 1], wanted[i] & wanted[j]),
+                ([0], wanted[i] & ~wanted[j]),
+                ([1], wanted[j] & ~wanted[i]),
+            ):
+                numbers = np.flatnonzero(asked).tolist()
+                estimates = fold.with_each([candidates[c] for c in numbers], walkers[tried_on], view)
+                for c, estimate in zip(numbers, estimates, strict=True):
+                    blocks = 1 + 2 * candidates[c].harmonics
+                    off = (estimate.true - estimate.estimated).reshape(len(tried_on), -1, blocks)
+                    beyond = 0.5 * (missing[tried_on, :, blocks:] ** 2).sum(axis=-1)
+                    found[c, tried_on] = (off**2 @ errors.parseval_weights(blocks) + beyond).mean(axis=1)
             return found
 
         total = np.zeros((self.count, len(candidates)))
@@ -215,6 +176,40 @@ class People:
         """For each person the candidate that is best for the others."""
         best = first_lowest(self.tried(candidates, partners, workers), axis=1)
         return [candidates[number] for number in best]
+
+    def chosen_in_turn(
+        self,
+        start: Sequence[Setting],
+        alternatives: Sequence[Callable[[Setting], list[Setting]]],
+        partners: int,
+        workers: int,
+    ) -> list[Setting]:
+        """For each person, one kind of setting after the other as is best for the others, from a first setting.
+
+        One pass: a kind that has been chosen is not looked at again when others have changed.
+        """
+        best = list(start)
+        known: dict[Setting, np.ndarray] = {}  # mean errors (P,), infinite for who has not asked
+        for alternatives_of in alternatives:
+            mine = [alternatives_of(setting) for setting in best]
+            for setting in (setting for of in mine for setting in of):
+                known.setdefault(setting, np.full(self.count, np.inf))
+            asked = np.array(
+                [
+                    [setting in of and np.isinf(values[p]) for setting, values in known.items()]
+                    for p, of in enumerate(mine)
+                ]
+            )
+            columns = np.flatnonzero(asked.any(axis=0)).tolist()
+            new, wanted = [list(known)[column] for column in columns], asked[:, columns]
+            score = self.tried(new, partners, workers, wanted=wanted)
+            for setting, by, values in zip(new, wanted.T, score.T, strict=True):
+                known[setting][by] = values[by]
+            best = [
+                of[int(first_lowest(np.array([known[setting][p] for setting in of])))]
+                for p, of in enumerate(mine)
+            ]
+        return best
 
     def tuned_map(self, noise_variances: Sequence[float], partners: int, workers: int) -> list[Setting]:
         """MAP for each person, with the sigma² that is best for the others."""
@@ -242,7 +237,7 @@ class Fold:
     def prior(self, setting: Setting) -> Prior:
         """The prior of a setting."""
         more = setting.all_walks and self._people.more_walks
-        learnt = (setting.harmonics, more, setting.shrinkage, setting.stance)
+        learnt = (setting.harmonics, more, setting.shrinkage, setting.stance, setting.proportions)
         if learnt not in self._priors:
             self._priors[learnt] = self._people.learn(setting, self._without, self._source)
         return self._priors[learnt]

@@ -11,15 +11,8 @@ from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.sweeps.held_out import (
-    NORMAL_95,
-    PHASES,
-    Fold,
-    People,
-    Setting,
-    anatomical_setting,
-    require_choosers,
-)
+from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, Fold, People, require_choosers
+from pipeline.studies.walks.sweeps.setting import Setting, anatomical_setting
 
 CONDITIONS = {
     "none": (0.0, 0.0, 0.0),

@@ -1,12 +1,12 @@
 """What each part of the anatomical reconstruction is worth: added in turn, taken away, and what does not help.
 
-Everything that is chosen (sigma², the tolerance of lengths) is chosen for each person by others, with models that have
-seen neither that person nor the one they are tried on.
+Everything that is chosen is chosen for each person by others, with models that have seen neither that person nor the
+one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a row of its own, every setting of the whole.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,15 +18,8 @@ from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.sweeps.held_out import (
-    PLAIN,
-    Fold,
-    People,
-    Setting,
-    anatomical_setting,
-    approach_two,
-    require_mirrored_grid,
-)
+from pipeline.studies.walks.sweeps.held_out import Fold, People, require_mirrored_grid
+from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.validation import InvalidInput, require_range
 
 ADDED = ("average_walker", "map_70", "map_tuned", "mirror", "harmonics", "shrinkage", "anatomical")
@@ -40,11 +33,27 @@ REMOVED = (
     "without_constancy",
 )
 """The whole less one part."""
-VARIED = ("three_harmonics", "tight_lengths", "loose_lengths", "stance")
+SETTLED = ("as_specified", "all_chosen")
+"""The whole with no setting chosen, and with every setting chosen by others."""
+VARIED = (
+    "three_harmonics",
+    "five_harmonics",
+    "six_harmonics",
+    "tight_lengths",
+    "loose_lengths",
+    "stance",
+    "fixed_proportions",
+)
 """The whole with something changed or added that might help."""
 FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
 """Methods that also learn from one laboratory and are tried in another."""
 STANCE_WEIGHT = 0.3
+PROPORTIONS_MM = 1.0
+"""What bones may be off, where their proportions are those of the average walker."""
+MOST_HARMONICS = 6
+"""That any row has; the whole has four."""
+DIAGONAL = 0.5
+"""What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +63,10 @@ class StructureErrors:
     Attributes
     ----------
     methods : (M,) text
-        As parts are added.
+        As parts are added, then with no setting and with every setting chosen.
     view_angle_deg : (A,)
     absolute_error_mm2 : (M, P, A, 15)
-    noise_variance_mm2, length_factor : (M, P)
+    noise_variance_mm2, length_factor, pair_factor, shrinkage, harmonics : (M, P)
         As chosen for each person.
     part_methods : (M',) text
         The whole with one part taken away or varied.
@@ -74,6 +83,9 @@ class StructureErrors:
     absolute_error_mm2: np.ndarray
     noise_variance_mm2: np.ndarray
     length_factor: np.ndarray
+    pair_factor: np.ndarray
+    shrinkage: np.ndarray
+    harmonics: np.ndarray
     part_methods: np.ndarray
     part_view: np.ndarray
     part_error_mm2: np.ndarray
@@ -91,31 +103,36 @@ class Structure(Sweep):
     noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
     shrunken_noise_variances_mm2: list[float] = field(default_factory=lambda: [50, 100, 200])
     length_factors: list[float] = field(default_factory=lambda: [1, 1.5, 2, 3])
+    pair_factors: list[float] = field(default_factory=lambda: [1, 2, 4])
+    noise_factors: list[float] = field(default_factory=lambda: [0.5, 1, 2])  # on sigma² and tau together
+    shrinkages: list[float] = field(default_factory=lambda: [0.1, 0.2, 0.4])
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
         require_range("sweep.parts_every", self.parts_every, at_least=1, whole=True)
         require_range("sweep.partners", self.partners, at_least=2, whole=True)
-        for name in ("noise_variances_mm2", "shrunken_noise_variances_mm2", "length_factors"):
+        for name in _CHOICES:
             values = getattr(self, name)
             if not values:
                 raise InvalidInput("must name one value or more", where=f"sweep.{name}", received="none")
             for value in values:
                 require_range(f"a value of sweep.{name}", value, above=0)
+        require_range("a value of sweep.shrinkages", max(self.shrinkages), at_most=1.0 / (1.0 + DIAGONAL))
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
         """Return the errors of every method."""
         view_deg = self.seen_from_deg.values("sweep.seen_from_deg")
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
-        settings = self._settings(
-            people, anatomical_setting(inputs.model_options, people.harmonics), inputs.workers
-        )
+        require_range("dataset.harmonics", people.harmonics, at_least=MOST_HARMONICS)
+        specified = anatomical_setting(inputs.model_options, Setting().harmonics)
+        settings = self._settings(people, specified, inputs.workers)
 
         middle = len(view) // 2
         few = np.flatnonzero((np.arange(len(view)) - middle) % self.parts_every == 0)
-        parts = [name for name in settings if name not in ADDED]
+        parts = [*REMOVED, *VARIED]
+        everywhere = [*ADDED, *SETTLED]
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
@@ -123,16 +140,19 @@ class Structure(Sweep):
             def of(methods: Sequence[str], views: np.ndarray) -> np.ndarray:
                 return errors_of(people, fold, {m: settings[m][person] for m in methods}, person, views)
 
-            return of(ADDED, view), of(parts, view[few])
+            return of(everywhere, view), of(parts, view[few])
 
         folds = map_processes(one, range(people.count), inputs.workers)
-        chosen = [settings[method] for method in ADDED]
+        chosen = [settings[method] for method in everywhere]
         return StructureErrors(
-            methods=np.array(ADDED),
+            methods=np.array(everywhere),
             view_angle_deg=view_deg,
             absolute_error_mm2=np.stack([fold[0] for fold in folds], axis=1),
             noise_variance_mm2=np.array([[s.noise.variance for s in of] for of in chosen]),
             length_factor=np.array([[s.within for s in of] for of in chosen]),
+            pair_factor=np.array([[s.pairs for s in of] for of in chosen]),
+            shrinkage=np.array([[s.shrinkage.within_harmonic for s in of] for of in chosen]),
+            harmonics=np.array([[s.harmonics for s in of] for of in chosen]),
             part_methods=np.array(parts),
             part_view=few,
             part_error_mm2=np.stack([fold[1] for fold in folds], axis=1),
@@ -165,6 +185,10 @@ class Structure(Sweep):
             if len(of) > 1:
                 best = first_lowest(score[:, [tried.index(setting) for setting in of]], axis=1)
             found[name] = [of[number] for number in best]
+        found["as_specified"] = [whole] * people.count
+        found["all_chosen"] = people.chosen_in_turn(
+            found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
+        )
         plain = Shrinkage(
             mirror=whole.shrinkage.mirror,
             within_harmonic=0.0,
@@ -178,13 +202,47 @@ class Structure(Sweep):
             "without_more_walks": {"all_walks": False},
             "without_pairs": {"pairs": np.inf},
             "without_constancy": {"within": np.inf},
-            "three_harmonics": {"harmonics": min(3, whole.harmonics)},
+            "three_harmonics": {"harmonics": 3},
+            "five_harmonics": {"harmonics": 5},
+            "six_harmonics": {"harmonics": MOST_HARMONICS},
             "tight_lengths": {"within": 0.5},
             "loose_lengths": {"within": 5.0},
             "stance": {"stance": STANCE_WEIGHT},
+            "fixed_proportions": {"proportions": PROPORTIONS_MM},
         }.items():
             found[name] = [replace(setting, **changes) for setting in found["anatomical"]]  # type: ignore[arg-type]
         return found
+
+    def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
+        """What others choose among after the tolerance of lengths, in turn."""
+
+        def noisier(setting: Setting) -> list[Setting]:
+            return [
+                replace(
+                    setting.with_noise(factor * whole.noise.variance),
+                    shrinkage=replace(
+                        setting.shrinkage, extra_variance=factor * whole.shrinkage.extra_variance
+                    ),
+                )
+                for factor in self.noise_factors
+            ]
+
+        def shrunken(setting: Setting) -> list[Setting]:
+            return [
+                replace(
+                    setting,
+                    noise=replace(setting.noise, share=share),
+                    shrinkage=replace(setting.shrinkage, within_harmonic=share, diagonal=DIAGONAL * share),
+                )
+                for share in self.shrinkages
+            ]
+
+        return [
+            lambda setting: [replace(setting, pairs=factor) for factor in self.pair_factors],
+            noisier,
+            shrunken,
+            lambda setting: [replace(setting, harmonics=number) for number in (3, whole.harmonics)],
+        ]
 
     @staticmethod
     def _from_another_source(
@@ -218,3 +276,14 @@ def errors_of(
         fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
         found["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
     return np.stack([found[method] for method in settings])
+
+
+_CHOICES = (
+    "noise_variances_mm2",
+    "shrunken_noise_variances_mm2",
+    "length_factors",
+    "pair_factors",
+    "noise_factors",
+    "shrinkages",
+)
+"""Options that others choose among."""

@@ -11,7 +11,8 @@ from pipeline.processes import map_processes
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.sweeps.held_out import PLAIN, People, anatomical_setting, approach_two
+from pipeline.studies.walks.sweeps.held_out import People
+from pipeline.studies.walks.sweeps.setting import PLAIN, anatomical_setting, approach_two
 from pipeline.validation import InvalidInput, require_range
 
 METHODS = ("two_harmonics", "anatomical")
