@@ -18,7 +18,7 @@ from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier
 from pipeline.mappings.proposal import _NO_PLACE, _WORDS
-from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, plain_name
+from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, UpAxis, plain_name
 
 PHASES, FRAMES, ROUNDS, HEADINGS, PROMISING = 8, 24, 4, 12, 4
 NEIGHBOURS_MM = 160.0
@@ -38,6 +38,9 @@ TINY = 1e-9
 
 FAR_MM = 0.4 * LEG_MM
 """What lies farther from the walker's joint is not that joint."""
+
+FAR_STRANGE_MM = 0.2 * LEG_MM
+"""The same of a point that bears no name of the joint."""
 
 FAR_NAMED_MM = 2 * FAR_MM
 """The same of a point that bears the joint's name."""
@@ -83,7 +86,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
         If the recording has too few points to tell a body.
     """
     named = mappings.propose(motion, name)
-    points = _points(motion, named)
+    points, up = _points(motion)
     by_name = {
         joint: tuple(points.names.index(point) for point in rules)
         for joint, rules in named.joints.items()
@@ -100,11 +103,11 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
         for joint in WALKER15.joints
         if joint in found
     }
-    return SourceMapping(name=name, up=named.up, joints=joints, guessed=list(joints))
+    return SourceMapping(name=name, up=up, joints=joints, guessed=list(joints))
 
 
-def _points(motion: MotionCapture, named: SourceMapping) -> _Points:
-    """Points that were ever seen and have a place, in frames evenly over those that show most of them."""
+def _points(motion: MotionCapture) -> tuple[_Points, UpAxis]:
+    """Points that were ever seen and have a place, in frames evenly over those that show most of them; and up."""
     kept = [
         k for k, point in enumerate(motion.names) if motion.valid[:, k].any() and not _NO_PLACE.search(point)
     ]
@@ -112,8 +115,10 @@ def _points(motion: MotionCapture, named: SourceMapping) -> _Points:
     full = np.flatnonzero(2 * shown > shown.max())
     some = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], kept)
     positions = np.where(motion.valid[some][..., None], motion.positions_mm[some], np.nan)
+    # Up is where a body spreads most within a frame: over the clip, with gaps, people spread along their way, too.
+    up = int(np.median(np.nanmax(positions, axis=1) - np.nanmin(positions, axis=1), axis=0).argmax())
     # Axes in turn, which keeps handedness.
-    return _Points([motion.names[k] for k in kept], np.roll(positions, 2 - "xyz".index(named.up), axis=-1))
+    return _Points([motion.names[k] for k in kept], np.roll(positions, 2 - up, axis=-1)), UpAxis("xyz"[up])
 
 
 def _anchors(points: _Points, found: dict[str, tuple[int, ...]]) -> np.ndarray:
@@ -232,7 +237,7 @@ def _chosen(
         first = all(by_name.get(joint) == one for joint, one in zip(joints, given, strict=True))
         if strange and len(joints) == 1 and len(given[0]) == 2:
             continue  # a left and a right point are a joint in the middle only by their names
-        if max(off) <= (FAR_MM if strange else FAR_NAMED_MM):
+        if max(off) <= (FAR_STRANGE_MM if strange else FAR_NAMED_MM):
             ranked.append((float(np.mean(off)) + STRANGE_MM * strange - FIRST_MM * first, n, joints, given))
     cost: dict[str, float] = {}
     found: dict[str, tuple[int, ...]] = {}
