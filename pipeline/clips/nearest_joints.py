@@ -116,7 +116,9 @@ def _points(motion: MotionCapture) -> tuple[_Points, UpAxis]:
     some = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], kept)
     positions = np.where(motion.valid[some][..., None], motion.positions_mm[some], np.nan)
     # Up is where a body spreads most within a frame: over the clip, with gaps, people spread along their way, too.
-    up = int(np.median(np.nanmax(positions, axis=1) - np.nanmin(positions, axis=1), axis=0).argmax())
+    # The inner four fifths, as a root may stay behind on the floor.
+    low, high = np.nanquantile(positions, [0.1, 0.9], axis=1)
+    up = int(np.median(high - low, axis=0).argmax())
     # Axes in turn, which keeps handedness.
     return _Points([motion.names[k] for k in kept], np.roll(positions, 2 - up, axis=-1)), UpAxis("xyz"[up])
 
