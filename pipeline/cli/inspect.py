@@ -11,6 +11,7 @@ from pathlib import Path
 
 from pipeline import formats, mappings
 from pipeline.cli.walkers import number
+from pipeline.clips import nearest_joints
 from pipeline.clips.corpus import joints_of
 from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import FolderData, Steady
@@ -247,12 +248,12 @@ def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
         raise InvalidInput("must end in .yaml", where="write", received=target.name)
     if target.exists():
         raise InvalidInput("the file exists and is not replaced", where=str(target), expected="another name")
-    proposal = mappings.propose(motion, target.stem)
+    proposal = nearest_joints.propose(motion, target.stem)
     try:
-        target.write_text(mappings.written(proposal, motion), encoding="utf-8")
+        target.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
     except OSError as error:
         raise InvalidInput("cannot be written", where=str(target), received=error.strerror or "") from None
     found.lines.append(
-        f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and heights"
+        f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names, heights and an average walker"
     )
     found.lines.append(f"next: check it, then skeleton={shlex.quote(str(target))}")

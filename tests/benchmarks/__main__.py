@@ -13,6 +13,7 @@ binary_quadratic   signs of a limb with a proof, against SCIP; growth with F and
 refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust region
 articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
 growth          with the number of walkers and of view angles
+held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
 Each is printed and written to results/bench/NAME.csv, with versions, machine and commit in NAME.json; `figures` and
@@ -52,6 +53,7 @@ BENCHMARKS = (
     "refinement",
     "articulated",
     "growth",
+    "held_out_joints",
     "whole",
 )
 RESULTS = Path(__file__).resolve().parents[2] / "results" / "bench"

@@ -113,3 +113,39 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     assert mappings.propose(outputs, "my_lab").joints == mapping.joints
     with pytest.raises(InvalidInput, match="too few points"):
         mappings.propose(body({"head": "Head"}), "x")
+
+
+PIG = [
+    *("LFHD", "RFHD", "LBHD", "RBHD", "CLAV", "C7"),
+    *(side + point for side in "LR" for point in ("SHO", "ELB", "WRA", "WRB", "ASI", "PSI", "KNE", "ANK")),
+]
+CGM2 = [side + point for side in "LR" for point in ("KNM", "MED", "THAP", "THAD", "TIAP", "TIAD")]
+GAIT2392 = ["Top.Head", "Sternum", "V.Sacral"] + [
+    f"{side}.{point}"
+    for side in "LR"
+    for point in (
+        "ASIS", "Acromium", "Elbow", "Wrist", "Thigh.Upper", "Knee.Lat", "Shank.Front", "Ankle.Lat", "Heel", "Toe.Tip",
+    )
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("points", "family"), [(PIG, "plugin_gait"), ([*PIG, *CGM2], "cgm2"), (GAIT2392, "gait2392")]
+)
+def test_families_of_markers_by_their_own_names(points: list[str], family: str) -> None:
+    motion = placed(points)
+    fit = mappings.suggest(motion, mappings.shipped())
+    assert (fit.mapping.name, fit.usable, fit.missing) == (family, True, ())
+    assert mappings.chosen(family) is fit.mapping
+    if family == "cgm2":
+        positions, _ = map_joints(motion, fit.mapping)
+        middle = motion.positions_mm[:, [points.index("LANK"), points.index("LMED")]].mean(axis=1)
+        np.testing.assert_allclose(positions[:, WALKER15.index("left_ankle")], middle)
+
+
+def placed(points: list[str]) -> MotionCapture:
+    """Points of these names, those of pelvis above those of ankles."""
+    low = [0.0 if "AN" in point.upper() or "MED" in point.upper() else 900.0 for point in points]
+    positions = np.array([[40.0 * k, 10.0 * (k % 3), z] for k, z in enumerate(low)])[None].repeat(3, axis=0)
+    valid = np.ones(positions.shape[:2], dtype=bool)
+    return MotionCapture(tuple(points), positions, valid, 100.0, "mm", (), np.empty((3, 0)))
