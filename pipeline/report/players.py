@@ -30,7 +30,19 @@ WALKER_ARRAYS = (
     "walker_frequency_hz",
     "person",
 )
-CLIP_ARRAYS = ("truth", "positions", "images", "camera_matrix", "mirror_margin", "mirrored", "cameras")
+CLIP_ARRAYS = (
+    "truth",
+    "positions",
+    "images",
+    "camera_matrix",
+    "mirror_margin",
+    "mirrored",
+    "cameras",
+    "stretch",
+)
+AS_CHOSEN = "as_chosen."
+"""What the names of figure 4's arrays begin with: each limb's mirror as the limb alone chooses it."""
+
 MOST_CLIPS = 4
 
 COLUMNS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
@@ -157,11 +169,11 @@ def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     """Return some clips of park2011_fig4 for the browser, one of each action, or nothing and the reason."""
     if figure is None:
         return {}, "park2011_fig4 is not made yet"
-    arrays = figure.arrays
-    if absent := [name for name in CLIP_ARRAYS if name not in arrays]:
+    if absent := [name for name in CLIP_ARRAYS if AS_CHOSEN + name not in figure.arrays]:
         return {}, f"park2011_fig4 was made before its cameras were published ({absent[0]}): make it again"
+    arrays = {name: figure.arrays[AS_CHOSEN + name] for name in CLIP_ARRAYS}
     cameras = [str(name) for name in arrays["cameras"]]
-    names = [str(arrays["clip_name"][stretch]) for stretch in arrays["stretch"]]
+    names = [str(figure.arrays["clip_name"][stretch]) for stretch in arrays["stretch"]]
     action = _actions(figure)
     chosen = list({action.get(name, name): n for n, name in reversed(list(enumerate(names)))}.values())
     return {

@@ -93,6 +93,12 @@ def test_the_values_are_what_their_names_say(folder: Path) -> None:
                 assert len(set(values)) >= 14, "all, or all but the root"
 
 
+def test_the_players_of_the_page_find_what_the_figures_hold(smoke_results: Path) -> None:
+    page = (smoke_results / "synthetic" / "smoke" / "index.html").read_text(encoding="utf-8")
+    assert "make it again" not in page
+    assert "is not made yet" not in page
+
+
 @functools.cache
 def purpose(figure: str) -> str:
     """What corpus a figure is made of."""
