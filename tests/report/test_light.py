@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.report import keep_light
+from pipeline.report import keep_light, light
 from pipeline.storage import archive, tables
 from pipeline.storage.sealed_folders import digest, file_digest
 from pipeline.validation import InvalidInput
@@ -41,8 +41,8 @@ def results(tmp_path: Path, lock: Path) -> Path:
 def test_it_holds_what_a_person_needs_and_verifies(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipeline.report.light.RECORDINGS_BYTES", 1_000_000)
-    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 6_000_000)
+    room = light.PAGE_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES + 400_000
+    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", room)
     (tmp_path / "tutorial").mkdir()
     (tmp_path / "tutorial" / "answer.svg").write_text("<svg/>")
     target = tmp_path / "archive" / "light" / "synthetic"
@@ -81,7 +81,8 @@ def test_the_largest_tables_are_left_out_where_they_do_not_fit(
     results: Path, lock: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pipeline.report.light.PLAIN_BYTES", 10)
-    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", 5_640_000)
+    reserved = light.PAGE_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES
+    monkeypatch.setattr("pipeline.report.light.MOST_BYTES", reserved + 40_000)
     target = tmp_path / "light" / "synthetic"
     keep_light(results, target, FIGURES, lock=lock, **FACTS)
     left_out = [(row["figure"], row["file"]) for row in tables.read_rows(target / "left_out.csv")]
