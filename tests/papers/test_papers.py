@@ -826,6 +826,7 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
             radius_scale=[0.01, 1.0, 30.0] * 4,
             limb_error=[0.85, 0.8, 30.0, 0.3, 0.1, 0.15, *[9.0] * 6],
             hanging_error=[1.0, 0.8, 30.0] * 4,
+            adjusted_hanging_error=[0.75, 0.8, 30.0] * 4,
         ),
         "park2011_fig3c/table_cameras": columns(
             camera=still_and_shaky * 2,

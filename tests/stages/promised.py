@@ -429,16 +429,18 @@ PROMISED |= {
         "table_cameras": [
             "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
             "adjusted_share", "error_up_to_mirror_median", "hanging_error_median", "mean_pose_error_median",
-            "limb_error_median_low", "limb_error_median_high", *NULL_ENDS,
+            "adjusted_hanging_error_median", "limb_error_median_low", "limb_error_median_high", *NULL_ENDS,
+            "adjusted_hanging_error_median_low", "adjusted_hanging_error_median_high",
         ],
         "table_trials": [
             "trial", "clip", "limb", "camera", "radius_scale", "adjust", "limb_error", "error_up_to_mirror",
-            "radius_ratio", "hanging_error", "mean_pose_error",
+            "radius_ratio", "adjusted_hanging_error", "hanging_error", "mean_pose_error",
         ],
         "table_points": [
             "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
             "adjusted_share", "error_up_to_mirror_median", "hanging_error_median", "mean_pose_error_median",
-            "limb_error_median_low", "limb_error_median_high", *NULL_ENDS,
+            "adjusted_hanging_error_median", "limb_error_median_low", "limb_error_median_high", *NULL_ENDS,
+            "adjusted_hanging_error_median_low", "adjusted_hanging_error_median_high",
         ],
     },
     "park2011_fig3d": {

@@ -42,12 +42,17 @@ RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
 NULLS = ("hanging_error", "mean_pose_error")
 """Errors of limbs that do nothing, as `nulls.limb_errors`."""
 
+ADJUSTED_NULL = "adjusted_hanging_error"
+"""The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
+
 NULL_MEDIANS = {f"{name}_median": name for name in NULLS}
 
-NULL_LINES = {"hanging_error": "hangs straight down", "mean_pose_error": "mean pose"}
+RADIUS_NULL_MEDIANS = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": ADJUSTED_NULL}
+
+NULL_LABELS = ("hangs straight down", "mean pose")
 
 NULL_WORDS = (
-    "Grey, medians of what does nothing: a limb of the assumed length that hangs straight down (dotted), and one that "
+    "Grey, medians of what does nothing: a limb of the {length} length that hangs straight down (dotted), and one that "
     "keeps its true mean direction (dashed)."
 )
 
@@ -157,7 +162,7 @@ class RootErrorFigure(Figure):
             caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
             + f"; light band: quartiles of the trials from the {first} one; dotted: the error of the parent itself. "
-            f"{_interval_words(tables)} {NULL_WORDS} (b) Over trials.",
+            f"{_interval_words(tables)} {NULL_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
     def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -200,7 +205,7 @@ class RadiusScaleFigure(Figure):
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         measured = (
             "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
-            "objective", "lower_bound", *NULLS,
+            "objective", "lower_bound", *NULLS, ADJUSTED_NULL,
         )  # fmt: skip
         sweep = inputs.sweep
         swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
@@ -213,10 +218,10 @@ class RadiusScaleFigure(Figure):
                 **quartile_columns("limb_error", "limb_error"),
                 adjusted_share=("adjusted_share", "mean"),
                 error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **{name: (column, "median") for name, column in NULL_MEDIANS.items()},
+                **{name: (column, "median") for name, column in RADIUS_NULL_MEDIANS.items()},
             ),
-            {"limb_error_median": "limb_error", **NULL_MEDIANS},
-            ["limb_error", "error_up_to_mirror", "radius_ratio"],
+            {"limb_error_median": "limb_error", **RADIUS_NULL_MEDIANS},
+            ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL],
         )
 
     def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
@@ -253,7 +258,9 @@ class RadiusScaleFigure(Figure):
                         where={"camera": camera},
                     ),
                     *_null_lines(
-                        table[(table["camera"] == camera) & (table["adjust"] == first)], "radius_scale"
+                        table[(table["camera"] == camera) & (table["adjust"] == first)],
+                        "radius_scale",
+                        (ADJUSTED_NULL, "mean_pose_error"),
                     ),
                 ],
             )
@@ -273,7 +280,7 @@ class RadiusScaleFigure(Figure):
             "that miss the sphere (global: as long as the farthest ray asks for; robust: as 95 % of the rays ask for; "
             "per frame: longer in a frame alone), and refined: from the first of these, with the trajectory, as in "
             "the paper; light band: quartiles of the trials of the first. Upright dotted lines: the true radius, and "
-            f"ten times that. {_interval_words(tables)} {NULL_WORDS}",
+            f"ten times that. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
         )
 
     def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -338,13 +345,13 @@ def _tables(
     }
 
 
-def _null_lines(table: pd.DataFrame, x: str) -> list[pictures.Series]:
-    """Medians of limbs that do nothing, over what is swept."""
+def _null_lines(table: pd.DataFrame, x: str, names: Sequence[str] = NULLS) -> list[pictures.Series]:
+    """Medians of limbs that do nothing, over what is swept: one that hangs, and one in its mean pose."""
     return [
         pictures.Series(
             x=table[x].to_numpy(), y=table[f"{name}_median"].to_numpy(), label=label, colour="null", line=line
         )
-        for (name, label), line in zip(NULL_LINES.items(), ("dotted", "dashed"), strict=True)
+        for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
     ]
 
 
