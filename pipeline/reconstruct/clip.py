@@ -15,6 +15,7 @@ from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections
+from pipeline.processes import one_thread
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
@@ -160,6 +161,11 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     InvalidInput
         If the file cannot be read or recognised, the frame rate is not known, or there is no such person.
     """
+    with one_thread():
+        return _reconstruct_clip(given, model)
+
+
+def _reconstruct_clip(given: Input, model: Path) -> Walk:
     if not given.path:
         raise InvalidInput("must name a file or folder of keypoints", where="input.path", received="nothing")
     for name, (least, most) in POSSIBLE.items():
