@@ -191,15 +191,13 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     pixels, confidence = layouts.to_joints(layout, order, source)
     size = (given.width or source.image_size[0], given.height or source.image_size[1])
     pixels, size = in_pixels(pixels, size, notes)
-    focal = given.focal_px
-    if not focal:
-        focal = FOCAL_SHARE * max(size)
-        notes.append(f"The focal length is not known: {focal:.0f} px is where its search begins.")
+    focal = given.focal_px or FOCAL_SHARE * max(size)
     centre = np.array(size) / 2.0
     pixels = pixels - centre
     doubtful = confidence < given.least_confidence * np.nanmax(confidence)
     if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
-        notes.append(f"{100 * share:.0f} % of the keypoints are below the least confidence and are not used.")
+        percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
+        notes.append(f"{percent} % of the keypoints are below the least confidence and are not used.")
     pixels[doubtful], confidence[doubtful] = np.nan, 0.0
     if upside_down(pixels):
         pixels[..., 1] *= -1.0
@@ -249,7 +247,15 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
         notes.append(
             f"Joint definitions of {layout.name} were not measured: bars are {UNKNOWN_LAYOUT} times wider."
         )
-    if (best := walk.best.found) is not None:
+    best = walk.best.found
+    if not given.focal_px:
+        how = (
+            f"{best.focal_px:.0f} px was found with the walk"
+            if best and best.focal_found
+            else "it is assumed"
+        )
+        notes.append(f"The focal length is not known, {focal:.0f} px is usual: {how}.")
+    if best is not None:
         stride = best.candidates[0].frequency_hz
         if not USUAL_CADENCE_HZ[0] <= stride <= USUAL_CADENCE_HZ[1]:
             usual = [

@@ -108,14 +108,14 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
                     recordings.Space3D(
                         name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
                     ),
-                    recordings.Plot(name="knee angles (°), one standard deviation", origin="curves/angles"),
+                    recordings.Plot(
+                        name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"
+                    ),
                     shares=(3, 1),
                 ),
                 recordings.Rows(
                     recordings.Notes(),
-                    recordings.Bars(
-                        name="view: evidence for each heading (0: towards the camera)", origin="view"
-                    ),
+                    recordings.Bars(name="evidence by heading, 0: towards", origin="view"),
                     shares=(3, 2),
                 ),
                 shares=(3, 3, 2),

@@ -15,6 +15,7 @@ from pipeline.core.keypoint_walk.calibration import (
     joint_half_widths,
 )  # fmt: skip
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
+from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
 from pipeline.core.keypoint_walk.training import SIZE
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.skeleton import WALKER15
@@ -117,8 +118,7 @@ def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
     Off the middle of the image, part of the side from which somebody is seen is due to where he is in the image; how
     much, the focal length says.  Where that was found with the walk, the fit's deviation has it already.
     """
-    setting = found.fit.objective.setting
-    assumed = not walk.focal_known and not setting.focal_sd
+    assumed = not (walk.focal_known or found.focal_found)
     from_focal = FOCAL_SD * off_middle_rad(found) if assumed else 0.0
     spread = np.sqrt(found.posterior.heading_sd_rad**2 + VIEW_EXTRA_RAD**2 + from_focal**2)
     return float(spread * walk.bars_factor)
@@ -142,8 +142,11 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     half = float(np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found)))
     stride_hz = float(np.exp(found.fit.x[LOG_F]))
     cadence_half = NORMAL[LEVEL_95] * float(np.hypot(found.posterior.log_frequency_sd, CADENCE_EXTRA))
-    rivals = [c for c in found.candidates[1:] if c.cost_above_best < RIVAL_COST or
-              (c.labels_exchanged != found.labels_exchanged and found.labels_unsure)]  # fmt: skip
+    rivals = [
+        c
+        for c in found.candidates[1:]
+        if c.cost_above_best < (RIVAL_COST if c.labels_exchanged == found.labels_exchanged else LABELS_UNSURE)
+    ]
     said |= {
         "view_angle_deg": {
             "value": _round(view_angle_deg(heading), 1),

@@ -118,6 +118,11 @@ class Reconstruction:
         return self.fit.objective.focal_px(self.fit.x)
 
     @property
+    def focal_found(self) -> bool:
+        """Whether the focal length was an unknown."""
+        return self.fit.objective.setting.focal_sd > 0
+
+    @property
     def image_px(self) -> np.ndarray:
         """Image (T, 15, 2) of the walker as fitted, relative to the principal point."""
         return self.fit.objective.image(self.fit.x)
