@@ -105,6 +105,7 @@ def test_somebody_who_stands_does_not_walk() -> None:
     ("change", "sentence"),
     [
         (lambda pixels: pixels[:5], "the clip is too short"),
+        (lambda pixels: pixels[:14], "the clip is shorter than half a stride"),
         (lambda pixels: -pixels, "nobody stands upright"),
         (lambda pixels: pixels * np.nan, "fewer than four joints"),
         (lambda pixels: pixels[:, :10], "pixels must have shape"),
