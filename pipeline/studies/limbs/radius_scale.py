@@ -45,11 +45,14 @@ class RadiusErrors(SweptErrors):
         Share of frames whose ray misses the sphere.
     radius_ratio : (C, V, A, T)
         Radius after adjustment, or refinement, over the true one.
+    adjusted_hanging_error : (C, V, A, T)
+        As `hanging_error`, of a limb as long as the radius after adjustment: what the rays alone tell of its length.
     """
 
     adjusts: np.ndarray
     adjusted_share: np.ndarray
     radius_ratio: np.ndarray
+    adjusted_hanging_error: np.ndarray
 
 
 @dataclass(kw_only=True)
@@ -114,8 +117,13 @@ class _Ways:
         if key not in self.scores:
             choice = self.choices[hits.radius]
             self.scores[key] = self._refined(choice) if refined else self._chosen(choice)
-        nothing = nulls.limb_errors(trial, scale=scale)
-        return {**self.scores[key], **nothing, "adjusted_share": float(hits.adjusted.mean())}
+        adjusted = nulls.limb_errors(trial, scale=hits.radius / trial.length)
+        return {
+            **self.scores[key],
+            **nulls.limb_errors(trial, scale=scale),
+            "adjusted_hanging_error": adjusted["hanging_error"],
+            "adjusted_share": float(hits.adjusted.mean()),
+        }
 
     def _chosen(self, choice: LimbChoice) -> dict[str, Any]:
         return {
