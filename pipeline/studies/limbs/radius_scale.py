@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis, TrajectoryBasisByRule
-from pipeline.core.articulation import Adjustment, ray_sphere
+from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.studies.limbs import nulls
@@ -99,6 +99,8 @@ class _Ways:
     ) -> None:
         self.sweep, self.trial, self.basis = sweep, trial, basis
         self.pixels = trial.images + sweep.noise_px * trial.noise
+        self.rays = cast_rays(trial.view.matrix, self.pixels, trial.parent)
+        self.nothing = {scale: nulls.limb_errors(trial, scale=scale) for scale in sweep.scales}
         self.choices: dict[float, LimbChoice] = {}
         self.scores: dict[tuple[float, bool], dict[str, Any]] = {}
 
@@ -106,7 +108,7 @@ class _Ways:
         """Return the errors at a scale of the assumed radius, and of limbs that do nothing with it."""
         sweep, trial, refined = self.sweep, self.trial, way == REFINED
         adjust = sweep.adjusts[0] if refined else Adjustment(way)
-        hits = ray_sphere(trial.view.matrix, self.pixels, trial.parent, scale * trial.length, adjust=adjust)
+        hits = on_sphere(self.rays, scale * trial.length, adjust=adjust)
         key = hits.radius, refined
         if hits.radius not in self.choices:
             ratio = hits.radius / trial.length
@@ -114,8 +116,7 @@ class _Ways:
         if key not in self.scores:
             choice = self.choices[hits.radius]
             self.scores[key] = self._refined(choice) if refined else self._chosen(choice)
-        nothing = nulls.limb_errors(trial, scale=scale)
-        return {**self.scores[key], **nothing, "adjusted_share": float(hits.adjusted.mean())}
+        return {**self.scores[key], **self.nothing[scale], "adjusted_share": float(hits.adjusted.mean())}
 
     def _chosen(self, choice: LimbChoice) -> dict[str, Any]:
         return {
