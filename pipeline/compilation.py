@@ -4,18 +4,17 @@ Every loop has NaN and infinity as IEEE has them.  What numba keeps on disk goes
 has to stand in the same file, or an edited callee leaves a stale copy in its caller.
 
 The first compilation of all loops takes half a minute.  Of several processes that need one, one compiles it, and the
-others wait and read what it has kept on disk.
+others wait and read what it has kept on disk.  A process that calls no loop does not import numba.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import update_wrapper
 from pathlib import Path
 from threading import RLock
 from typing import Any
-
-from numba import njit
 
 from pipeline.locks import exclusive
 
@@ -25,24 +24,54 @@ _HELD: set[Path] = set()
 _ONE_THREAD = RLock()
 
 
-def compiled_exactly(loop: Callable) -> Callable:
+class CompiledLoop:
+    """A loop that is compiled when it is first called; its attributes are those of numba's dispatcher."""
+
+    def __init__(self, loop: Callable, **options: Any) -> None:
+        update_wrapper(self, loop)
+        self._loop, self._options = loop, options
+        self._dispatcher: Any = None
+
+    def dispatcher(self) -> Any:
+        """Return numba's dispatcher, after all loops of the module have become dispatchers: they call each other."""
+        with _ONE_THREAD:
+            if self._dispatcher is None:
+                self._dispatcher = _compiled(self._loop, **self._options)
+                names = self._loop.__globals__
+                for name, value in list(names.items()):
+                    if isinstance(value, CompiledLoop):
+                        names[name] = value.dispatcher()
+            return self._dispatcher
+
+    def __call__(self, *arguments: Any) -> Any:
+        return (self._dispatcher or self.dispatcher())(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):  # of Python's own, which the loop has or has not
+            raise AttributeError(name)
+        return getattr(self.dispatcher(), name)
+
+
+def compiled_exactly(loop: Callable) -> CompiledLoop:
     """The loop, compiled when it is first called, with sums in the written order: it equals the plain one.
 
     It is kept on disk.  Where neither the package's folder nor the user's cache can be written to, every process
     compiles for itself.
     """
-    return _compiled(loop, error_model="numpy")
+    return CompiledLoop(loop, error_model="numpy")
 
 
-def compiled_with_free_sums(loop: Callable) -> Callable:
+def compiled_with_free_sums(loop: Callable) -> CompiledLoop:
     """The loop as by `compiled_exactly`, but the terms of a sum may be taken in another order, and fused.
 
     Nothing else is assumed.  The result depends on the processor by rounding, which whoever uses it has to allow for.
     """
-    return _compiled(loop, fastmath={"reassoc", "contract"})
+    return CompiledLoop(loop, fastmath={"reassoc", "contract"})
 
 
-def _compiled(loop: Callable, **options: Any) -> Callable:
+def _compiled(loop: Callable, **options: Any) -> Any:
+    from numba import njit  # takes a fifth of a command's start
+
     try:
         dispatcher = njit(cache=True, nogil=True, **options)(loop)
     except RuntimeError:  # numba's word for no place to keep it

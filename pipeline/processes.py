@@ -17,7 +17,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from multiprocessing import Pipe
 from typing import Any, Protocol, TypeVar
 
@@ -127,6 +127,11 @@ def die_with_parent(parent: int) -> None:
             os._exit(1)
 
 
+def one_thread() -> AbstractContextManager[object]:
+    """Limit the libraries of linear algebra to one thread: in many small solves several would wait for each other."""
+    return threadpool_limits(limits=1)
+
+
 def map_processes(function: Callable[[Item], Result], items: Iterable[Item], workers: int) -> list[Result]:
     """``[function(item) for item in items]``, on up to `workers` processes; the same for any number.
 
@@ -139,7 +144,7 @@ def map_processes(function: Callable[[Item], Result], items: Iterable[Item], wor
         This process and its helpers; fewer if figures that run side by side leave no core.
     """
     tasks = list(items)
-    with threadpool_limits(limits=1):
+    with one_thread():
         most = min(workers, len(tasks)) - 1
         if most < 1 or _Share.helper or not CAN_FORK:
             return [function(item) for item in tasks]

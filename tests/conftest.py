@@ -9,6 +9,7 @@ import os
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
+import gc
 import getpass
 import signal
 import sys
@@ -168,6 +169,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return next((n for name, n in rank.items() if item.nodeid.startswith(name)), len(rank))
 
     items.sort(key=place)
+
+
+def pytest_collection_finish() -> None:
+    """Spare the garbage collector what thousands of collected tests hold: it would look through it again and again."""
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.hookimpl(optionalhook=True)

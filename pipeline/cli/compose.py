@@ -41,6 +41,8 @@ def register() -> None:
 
     A YAML file of an option extends the schema ``base_<name>``; an option without a YAML file is chosen by its name.
     """
+    # Hydra copies the whole store before every composition, and again each node that it takes out: once is enough.
+    ConfigStore.__deepcopy__ = lambda stored, _: stored  # type: ignore[attr-defined]
     store = ConfigStore.instance()
     store.store(name="experiment_schema", node=Experiment)
     store.store(group="scale", name="base_scale", node=Scale)

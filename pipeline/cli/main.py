@@ -12,6 +12,7 @@
   python -m pipeline report [data=...] [scale=...]        one page over all figures, results/DATA/SCALE/index.html
   python -m pipeline claims [data=...] [scale=...]        the papers' claims beside our numbers
   python -m pipeline sensitivity [data=...] [GROUP]       each switch of conf/sensitivity.yaml: which verdict it moves
+                     [SWITCH ...]                         these alone, with _ for spaces
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
   python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from pipeline.cli.presets import CONF
 from pipeline.cli.summary import open_console
-from pipeline.reconstruct import model_file
+from pipeline.reconstruct import model_file, words
 from pipeline.reconstruct.writing import Reconstruct, run
 from pipeline.validation import InvalidInput
 
@@ -48,7 +48,7 @@ def reconstruct(arguments: Sequence[str]) -> int:
         low, high = view["interval_95"]
         tell(f"  walks {view['words']}; view angle {view['value']}° ({low} to {high}°)")
         for other in view["alternatives"]:
-            tell(f"  or: {other['words']}, less likely by a cost of {other['cost_above_best']}")
+            tell(f"  {words.alternative(other)}")
         tell(f"  {cadence['steps_per_min']} steps a minute, {summary['locomotion']}")
         for name in ("left_knee", "right_knee"):
             knee = summary["angles_deg"][name]

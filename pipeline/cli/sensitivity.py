@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -99,6 +99,7 @@ def sensitivity(arguments: Sequence[str]) -> int:
     """Tabulate claim × switch → value and verdict, in ``results/sensitivity/<data>/<group>/table.csv``.
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
+    Names of switches (``start_free``) make these alone, beside the figures as they are that they are compared with.
     ``quoted`` makes alone what explanations quote; ``made`` makes nothing, and tabulates the switches whose figures
     are all current, after a run that was stopped.  ``keep`` also writes what the repository
     holds: the numbers of explanations and, of whole groups, what switches move, ``results/sensitivity.csv``, and what
@@ -107,15 +108,22 @@ def sensitivity(arguments: Sequence[str]) -> int:
     """
     known = groups()
     options = [item for item in arguments if "=" in item]
-    chosen = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED, MADE)] or list(
-        known
-    )
+    words = [item for item in arguments if "=" not in item and item not in (KEEP, QUOTED, MADE)]
+    having = {
+        name: set(words) & {_word(switch) for switch in group["switches"]} for name, group in known.items()
+    }
+    named = set().union(*having.values())
+    chosen = [word for word in words if word not in named] or [
+        name for name in known if having[name] or not named
+    ]
     out = open_console()
     for name in chosen:
         group = known[require_choice("the group of switches", name, known)]
         first = compose([f"experiment={group['figures'][0]}", *options])
         folder = Path(first.results) / "sensitivity" / first.data.name / name
         every = list(switches(group, first.data.name))
+        if named:
+            every = list(_alone(every, named))
         if QUOTED in arguments:
             every = list(_quoted(every, first.data.name, name))
         if MADE in arguments:
@@ -127,6 +135,9 @@ def sensitivity(arguments: Sequence[str]) -> int:
         out.print(f"{len(rows)} values in {folder / 'table.csv'}")
         if KEEP in arguments:
             interventions.require_clean(folder)
+            if named:  # the figures as they are were made in part: those of the whole group stay
+                rows = [row for row in rows if row["switch"] != PLAIN]
+                numbers = [run for run in numbers if run.switch != PLAIN]
             quoted = CONF / "paper" / papers.INTERVENTIONS
             interventions.keep_numbers(quoted, numbers, first.data.name, name)
             if QUOTED not in arguments:
@@ -175,6 +186,20 @@ def _measured(
     return rows, numbers
 
 
+def _word(name: str) -> str:
+    """The name of a switch as an argument and as a folder."""
+    return name.replace(" ", "_")
+
+
+def _alone(every: Sequence[Switch], named: Collection[str]) -> Iterator[Switch]:
+    """Yield the switches that are named, after the figures that they change as they are."""
+    plain, *others = every
+    kept = [switch for switch in others if _word(switch.name) in named]
+    changed = {figure for switch in kept for figure in switch.figures}
+    yield replace(plain, figures=tuple(figure for figure in plain.figures if figure in changed))
+    yield from kept
+
+
 def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Switch]:
     """Yield the switches that explanations quote, on the figures of what is quoted, and these figures as they are."""
     figures = {
@@ -188,7 +213,7 @@ def _quoted(every: Sequence[Switch], data_name: str, group: str) -> Iterator[Swi
 
 
 def _folder(below: Path, switch: Switch) -> Path:
-    return below / switch.name.replace(" ", "_")
+    return below / _word(switch.name)
 
 
 def _lacking(switch: Switch, options: Sequence[str], below: Path) -> Iterator[tuple[Experiment, Path]]:

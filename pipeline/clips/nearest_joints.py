@@ -17,7 +17,7 @@ import numpy as np
 from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier
-from pipeline.mappings.proposal import _NO_PLACE, _WORDS
+from pipeline.mappings.proposal import NOT_A_PLACE, PART_NAMES
 from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, UpAxis, plain_name
 
 PHASES, FRAMES, ROUNDS, HEADINGS, PROMISING = 8, 24, 4, 12, 4
@@ -45,7 +45,8 @@ FAR_STRANGE_MM = 0.2 * LEG_MM
 FAR_NAMED_MM = 2 * FAR_MM
 """The same of a point that bears the joint's name."""
 
-WORDS = _WORDS | {"shoulder": (*_WORDS["shoulder"], "larm", "rarm", "humer")}
+NAMES = PART_NAMES | {"shoulder": (*PART_NAMES["shoulder"], "larm", "rarm", "humer")}
+"""Parts of names, of the shoulder those too that say arm alone: where it is, decides."""
 
 REMARK = "# Of points whose names say as much, those next to an average walker's joints over the clip were taken.\n"
 """First line of a file in which such a mapping is written down."""
@@ -109,7 +110,9 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
 def _points(motion: MotionCapture) -> tuple[_Points, UpAxis]:
     """Points that were ever seen and have a place, in frames evenly over those that show most of them; and up."""
     kept = [
-        k for k, point in enumerate(motion.names) if motion.valid[:, k].any() and not _NO_PLACE.search(point)
+        k
+        for k, point in enumerate(motion.names)
+        if motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
     ]
     shown = motion.valid[:, kept].sum(axis=1)
     full = np.flatnonzero(2 * shown > shown.max())
@@ -234,7 +237,7 @@ def _chosen(
     ranked = []
     for n, (joints, given) in enumerate(offers):
         off = [float(away[one][WALKER15.index(joint)]) for joint, one in zip(joints, given, strict=True)]
-        words = WORDS[joints[0].rpartition("_")[2]]
+        words = NAMES[joints[0].rpartition("_")[2]]
         strange = not all(any(word in plain[k] for word in words) for one in given for k in one)
         first = all(by_name.get(joint) == one for joint, one in zip(joints, given, strict=True))
         if strange and len(joints) == 1 and len(given[0]) == 2:

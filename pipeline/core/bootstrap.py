@@ -71,17 +71,20 @@ def weighted_means(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray)
 
 
 def weighted_medians(values: np.ndarray, cluster: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Median (B,) over rows (n,) in every replicate, halves averaged; NaN where a replicate holds none of them."""
-    order = np.argsort(values, kind="stable")
-    ranked = np.asarray(values, dtype=float)[order]
-    reached = np.cumsum(np.asarray(weights)[:, np.asarray(cluster)[order]], axis=1)
-    count = reached[:, -1:] if ranked.size else np.zeros((len(weights), 1), dtype=int)
-    if not ranked.size:
-        return np.full(len(weights), np.nan)
-    lower, upper = ((reached <= rank).sum(axis=1) for rank in ((count - 1) // 2, count // 2))
-    last = ranked.size - 1
-    middle = 0.5 * (ranked[np.minimum(lower, last)] + ranked[np.minimum(upper, last)])
-    return np.where(count[:, 0] > 0, middle, np.nan)
+    """Median (B, …) over rows (n, …) in every replicate, halves averaged; NaN where a replicate holds none of them."""
+    values = np.asarray(values, dtype=float)
+    if not values.size:
+        return np.full((len(weights), *values.shape[1:]), np.nan)
+    # Of each column, (n, K), in the order of its values, how many rows of a replicate have been passed, (B, n).
+    columns = values.reshape(len(values), -1)
+    middles = np.empty((len(weights), columns.shape[1]))
+    of_rows = np.asarray(weights)[:, np.asarray(cluster)]
+    count = of_rows.sum(axis=1)[:, None]
+    for k, order in enumerate(np.argsort(columns, axis=0, kind="stable").T):
+        ranked, reached = columns[order, k], np.cumsum(of_rows[:, order], axis=1)
+        lower, upper = ((reached <= rank).sum(axis=1) for rank in ((count - 1) // 2, count // 2))
+        middles[:, k] = 0.5 * sum(ranked[np.minimum(at, len(ranked) - 1)] for at in (lower, upper))
+    return np.where(count > 0, middles, np.nan).reshape(-1, *values.shape[1:])
 
 
 def percentile_interval(replicates: np.ndarray, *, level: float = LEVEL) -> tuple[np.ndarray, np.ndarray]:

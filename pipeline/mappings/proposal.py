@@ -15,7 +15,7 @@ _HEIGHT = {
 }  # fmt: skip
 """Height of each joint of somebody upright, relative to the highest point of the body."""
 
-_WORDS = {
+PART_NAMES = {
     "head": ("head", "hd", "nose", "ear", "skull", "kopf", "tete"),
     "sternum": ("stern", "clav", "chest", "thorax", "neck", "c7", "t1", "jug", "manub"),
     "shoulder": ("sho", "acr", "upperarm", "uparm", "uarm", "schulter", "epaule"),
@@ -28,7 +28,7 @@ _WORDS = {
 }
 """Parts of names by which points of a joint are known."""
 
-_NO_PLACE = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
+NOT_A_PLACE = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
 """Names of results of a model that stand among the points of a C3D file and are no points."""
 
 _FAR = 0.12
@@ -58,7 +58,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     seen = [
         k
         for k in range(len(motion.names))
-        if motion.valid[:, k].any() and not _NO_PLACE.search(motion.names[k])
+        if motion.valid[:, k].any() and not NOT_A_PLACE.search(motion.names[k])
     ]
     if len(seen) < 7:
         received = f"{len(seen)} points"
@@ -82,7 +82,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     used: set[int] = set()
     for part in ("ankle", "knee", "hip", "shoulder", "elbow", "wrist"):
         left_over = [pair for pair in pairs if not used & set(pair)]
-        known = [pair for pair in left_over if any(word in plain[pair[0]] for word in _WORDS[part])]
+        known = [pair for pair in left_over if any(word in plain[pair[0]] for word in PART_NAMES[part])]
         pair = _nearest(known, height, _HEIGHT[part], 2 * _FAR) or _nearest(
             left_over, height, _HEIGHT[part], _FAR
         )
@@ -91,7 +91,7 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
             joints[f"left_{part}"], joints[f"right_{part}"] = ({names[k]: 1.0} for k in pair)
     alone = [(k, k) for k in range(len(names)) if k not in {i for pair in pairs for i in pair}]
     for part in ("head", "sternum", "pelvis"):
-        known = [one for one in (*alone, *pairs) if any(word in plain[one[0]] for word in _WORDS[part])]
+        known = [one for one in (*alone, *pairs) if any(word in plain[one[0]] for word in PART_NAMES[part])]
         if one := _nearest(known, height, _HEIGHT[part], 2 * _FAR):
             joints[part] = {names[k]: 1.0 / len(set(one)) for k in one}
     if "pelvis" not in joints and "left_hip" in joints:

@@ -6,6 +6,7 @@ all colours in `pipeline.palette`.  Every ``draw_…`` takes the path without a 
 ========================  ==================================================================================
 `draw_lines`              lines over an abscissa, a line to each series, in panels, from a tidy table
 `series`                  the lines of another table, column or style, for the ``series`` of a `Panel`
+`intervals`               the same lines again, with the interval of their mean or median as a band
 `draw_heat_map`           a matrix with a path through it, panels of lines beside it
 `draw_postures`           rows of stick figures, original and reconstructed
 `draw_skeletons`          rows of stick figures, one posture and variations of it
@@ -54,7 +55,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pipeline.palette import Style
     from pipeline.pictures.embedding import embedded, reduced
-    from pipeline.pictures.lines import draw_lines, series
+    from pipeline.pictures.lines import draw_lines, intervals, series
     from pipeline.pictures.matrix import HeatMap, draw_heat_map
     from pipeline.pictures.motions import MotionBlock, draw_motions
     from pipeline.pictures.panels import Panel, Series
@@ -66,13 +67,13 @@ if TYPE_CHECKING:
 __all__ = [
     "HeatMap", "MotionBlock", "Panel", "PostureRow", "Series", "SkeletonRow", "Style", "Walking", "draw_heat_map",
     "draw_lines", "draw_motions", "draw_postures", "draw_skeletons", "draw_tallies", "draw_walking", "embedded",
-    "reduced", "series",
+    "intervals", "reduced", "series",
 ]  # fmt: skip
 
 _MODULES = {
     "pipeline.palette": ("Style",),
     "pipeline.pictures.embedding": ("embedded", "reduced"),
-    "pipeline.pictures.lines": ("draw_lines", "series"),
+    "pipeline.pictures.lines": ("draw_lines", "intervals", "series"),
     "pipeline.pictures.matrix": ("HeatMap", "draw_heat_map"),
     "pipeline.pictures.motions": ("MotionBlock", "draw_motions"),
     "pipeline.pictures.panels": ("Panel", "Series"),

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.axes import Axes
 
 from pipeline import tidy
-from pipeline.palette import Styles, style_keys, style_of
+from pipeline.palette import Style, Styles, style_keys, style_of
 from pipeline.pictures import style as look
 from pipeline.pictures.panels import (
     Band,
@@ -160,6 +160,36 @@ def series(
         lines = rows[units] if units else None
         found.append(Series(**asdict(style), x=rows[x], y=rows[y], band=area, units=lines))
     return found
+
+
+def intervals(
+    table: tidy.Table,
+    *,
+    x: str,
+    y: str,
+    by: str,
+    styles: Mapping[str, Style],
+    where: tidy.Where | None = None,
+) -> list[Series]:
+    """Return lines again, without their names, with bands between the columns ``<y>_low`` and ``<y>_high``.
+
+    For the `series` of a panel whose table gives the lines a wider band, or none.
+
+    Parameters
+    ----------
+    table : mapping of str to (N,) array
+    x, y, by : str
+        Columns of the abscissa, the ordinate and the name of the series.
+    styles : mapping of str to Style
+    where : mapping, optional
+
+    Raises
+    ------
+    InvalidInput
+        If a column is missing or a series has no style.
+    """
+    unnamed = {key: replace(style, label="", banded=True) for key, style in styles.items()}
+    return series(table, x=x, y=y, by=by, band=(f"{y}_low", f"{y}_high"), styles=unnamed, where=where)
 
 
 def _series_of(panel: Panel, table: tidy.Table | None, x: str, by: str, styles: Styles) -> list[Series]:

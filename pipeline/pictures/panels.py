@@ -28,7 +28,7 @@ class Series(Style):
     ----------
     x, y : (N,) float
     band : (N,) float, or two of them, optional
-        Standard deviation or error, or (low, high); drawn as a light area.
+        Standard deviation or error, or (low, high); drawn as a light area, where low and high are known (not NaN).
     units : (N,), optional
         Which line each point belongs to, e.g. the performance; one line if not given.
     """
@@ -129,12 +129,16 @@ def _checked(series: Series, panel: Panel, where: str) -> Series:
         raise InvalidInput("numbers without a logarithm on a logarithmic axis", where=where)
     checked = replace(series, x=x, y=y)
     if series.band is not None:
-        for end in series.band if isinstance(series.band, tuple) else (series.band,):
-            require_finite(f"{where}, band", require_shape(f"{where}, band", end, (x.size,)))
+        ends = series.band if isinstance(series.band, tuple) else (series.band,)
+        shaped = [require_shape(f"{where}, band", end, (x.size,)).astype(float) for end in ends]
+        known = ~np.isnan(shaped).any(axis=0) if len(shaped) == 2 else np.ones(x.size, dtype=bool)
+        for end in shaped:
+            require_finite(f"{where}, band", np.where(known, end, 0.0))
         low, high = _band(checked)
         if (np.asarray(low) > high).any():
             raise InvalidInput("a band that is negative", where=where)
-        checked = replace(checked, band=(np.asarray(low, dtype=float), np.asarray(high, dtype=float)))
+        band = (np.where(known, low, np.nan), np.where(known, high, np.nan))
+        checked = replace(checked, band=band if known.any() else None)
     if series.units is not None:
         require_shape(f"{where}, units", series.units, (x.size,))
     return checked
@@ -197,7 +201,9 @@ def limit_ordinates(
             drawn[start].set_ylim(*limits)
         elif any(panels[i].from_zero for i in group):
             # A band that is much wider than its line is high would press the lines onto the abscissa.
-            tops = [min(_band(one)[1].max(), 2.0 * one.y.max()) for i in group for one in lines[i]]
+            tops = [
+                min(np.fmax(_band(one)[1], one.y).max(), 2.0 * one.y.max()) for i in group for one in lines[i]
+            ]
             drawn[start].set_ylim(0.0, 1.05 * float(max(tops)))
 
 

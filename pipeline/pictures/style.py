@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 
 from pipeline.palette import NAMES, hex_colour
 from pipeline.validation import InvalidInput, require_choice
@@ -204,8 +205,8 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
         text = "\n".join(lines)
         figure.text(CAPTION_MARGIN / width, place, text, fontsize=CAPTION_SIZE, va="top", linespacing=1.15)
     # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    engine.execute(figure)
+    figure.set_layout_engine(None)  # not "none", which stands for an engine: every file would be drawn twice
     for axes in figure.axes:
         left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
         axes.set_position((left, low, wide, high))
@@ -221,10 +222,11 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
             partial.unlink(missing_ok=True)
 
 
+@cache
 def _width(text: str, size: float) -> float:
     """Width of a text in points, measured in its own letters."""
-    font = FontProperties(family=STYLE["font.family"])
-    return float(TextPath((0, 0), text, size=size, prop=font).get_extents().width)
+    font = FontProperties(family=STYLE["font.family"], size=size)
+    return text_to_path.get_text_width_height_descent(text, font, ismath="$" in text)[0]
 
 
 def _wrapped(caption: str, inches: float) -> list[str]:

@@ -11,9 +11,11 @@ import numpy as np
 
 from pipeline.core.keypoint_walk import Detector, Prior, Reconstruction, prepare, reconstruct_followed
 from pipeline.core.keypoint_walk.calibration import UNKNOWN_LAYOUT, Calibration
+from pipeline.core.keypoint_walk.objective import FOCAL_SD
 from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections
+from pipeline.processes import one_thread
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
@@ -21,8 +23,8 @@ from pipeline.reconstruct.people import SHORTEST_S, Track, choose, find_tracks, 
 from pipeline.validation import InvalidInput, require_range
 
 FOCAL_SHARE = 0.75
-"""Focal length over the longer side of the image, where it is not known: between a telephone's and a camcorder's.
-A wrong one by a fifth moves the view by a degree or two."""
+"""Focal length over the longer side of the image from which the fit starts, where it is not known: between a
+telephone's and a camcorder's."""
 LONGEST_S = 20.0
 """A longer stretch is cut to its middle part."""
 MOST_STRETCHES = 4
@@ -58,7 +60,7 @@ class Input:
     person: str = ""  # identity in the file, or a number by length of track; empty: the longest track
     width: int = 0  # of the image, px; 0: as the file says
     height: int = 0
-    focal_px: float = 0.0  # 0: assumed
+    focal_px: float = 0.0  # 0: not known, and found with the walk
     stature_mm: float = 0.0  # 0: not known; then nothing is in true millimetres
     least_confidence: float = 0.3
     labels: Labels = Labels.both
@@ -104,6 +106,7 @@ class Walk:
         Who was reconstructed.
     frame_rate_hz, focal_px : float
     focal_known : bool
+        Otherwise `focal_px` is where the search for it began; each stretch has found its own.
     centre_px : (2,)
         Principal point.
     prior : Prior
@@ -158,6 +161,11 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     InvalidInput
         If the file cannot be read or recognised, the frame rate is not known, or there is no such person.
     """
+    with one_thread():
+        return _reconstruct_clip(given, model)
+
+
+def _reconstruct_clip(given: Input, model: Path) -> Walk:
     if not given.path:
         raise InvalidInput("must name a file or folder of keypoints", where="input.path", received="nothing")
     for name, (least, most) in POSSIBLE.items():
@@ -183,15 +191,13 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     pixels, confidence = layouts.to_joints(layout, order, source)
     size = (given.width or source.image_size[0], given.height or source.image_size[1])
     pixels, size = in_pixels(pixels, size, notes)
-    focal = given.focal_px
-    if not focal:
-        focal = FOCAL_SHARE * max(size)
-        notes.append(f"The focal length is not known; {focal:.0f} px is assumed.")
+    focal = given.focal_px or FOCAL_SHARE * max(size)
     centre = np.array(size) / 2.0
     pixels = pixels - centre
     doubtful = confidence < given.least_confidence * np.nanmax(confidence)
     if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
-        notes.append(f"{100 * share:.0f} % of the keypoints are below the least confidence and are not used.")
+        percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
+        notes.append(f"{percent} % of the keypoints are below the least confidence and are not used.")
     pixels[doubtful], confidence[doubtful] = np.nan, 0.0
     if upside_down(pixels):
         pixels[..., 1] *= -1.0
@@ -201,13 +207,13 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
     track = choose(tracks, given.person)
     prior, calibration = _prior(model, layout.name)
     said: list[str] = []
-    stretches = _stretches(track, pixels, confidence, rate, focal, prior, given.labels, said)
+    stretches = _stretches(track, pixels, confidence, rate, focal, prior, given, said)
     if not given.person and not _walks(stretches):
         # Who is longest in the picture may stand in it while somebody else walks through.
         others = [other for other in tracks if other is not track and len(other.rows) >= SHORTEST_S * rate]
         for other in others[:MOST_OTHERS]:
             heard: list[str] = []
-            found = _stretches(other, pixels, confidence, rate, focal, prior, given.labels, heard)
+            found = _stretches(other, pixels, confidence, rate, focal, prior, given, heard)
             if _walks(found):
                 notes.append(
                     f"The longest track (frames {track.frame[0]} to {track.frame[-1]}) is no walk;"
@@ -241,7 +247,15 @@ def reconstruct_clip(given: Input, model: Path = model_file.SHIPPED) -> Walk:
         notes.append(
             f"Joint definitions of {layout.name} were not measured: bars are {UNKNOWN_LAYOUT} times wider."
         )
-    if (best := walk.best.found) is not None:
+    best = walk.best.found
+    if not given.focal_px:
+        how = (
+            f"{best.focal_px:.0f} px was found with the walk"
+            if best and best.focal_found
+            else "it is assumed"
+        )
+        notes.append(f"The focal length is not known, {focal:.0f} px is usual: {how}.")
+    if best is not None:
         stride = best.candidates[0].frequency_hz
         if not USUAL_CADENCE_HZ[0] <= stride <= USUAL_CADENCE_HZ[1]:
             usual = [
@@ -267,7 +281,7 @@ def _stretches(
     rate: float,
     focal: float,
     prior: Prior,
-    labels: Labels,
+    given: Input,
     notes: list[str],
 ) -> list[Stretch]:
     """Reconstruct the straight stretches of one person's track; what is odd is added to `notes`."""
@@ -280,7 +294,7 @@ def _stretches(
         words = ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
         notes.append(f"The path is not straight throughout: reconstructed are frames {words}.")
     longest = round(LONGEST_S * rate)
-    film = _Film(whole, sure, first, rate, focal, prior, labels)
+    film = _Film(whole, sure, first, rate, focal, prior, given)
     stretches = []
     for start, stop in parts[:MOST_STRETCHES]:
         if stop - start > longest:
@@ -308,7 +322,7 @@ class _Film:
     rate: float
     focal: float
     prior: Prior
-    labels: Labels
+    given: Input
 
     def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
         """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled only."""
@@ -321,7 +335,8 @@ class _Film:
                 self.rate,
                 self.focal,
                 self.prior,
-                both_labellings=self.labels == Labels.both and not quick,
+                both_labellings=self.given.labels == Labels.both and not quick,
+                focal_sd=0.0 if self.given.focal_px else FOCAL_SD,
             )
             judgement = judge(found)
         except InvalidInput as refusal:

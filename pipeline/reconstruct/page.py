@@ -13,7 +13,7 @@ from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.reconstruct import words
 from pipeline.reconstruct.clip import Input, Stretch, Walk
-from pipeline.reconstruct.recording import keypoints_px, reprojected_px, upright
+from pipeline.reconstruct.recording import keypoints_px, upright
 from pipeline.reconstruct.summary import LEVEL_95, half_widths_mm, observed, scale_mm, view_sd_rad
 from pipeline.report.walk_page import WalkPage
 
@@ -56,7 +56,7 @@ def page_of(
         frame_rate_hz=walk.frame_rate_hz,
         observed=observed(found),
         keypoints_px=keypoints_px(found) + walk.centre_px,
-        reprojection_px=reprojected_px(found, walk.focal_px) + walk.centre_px,
+        reprojection_px=found.image_px + walk.centre_px,
         positions_mm=positions,
         half_mm=half,
         angle_names=ANGLES,

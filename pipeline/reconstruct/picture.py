@@ -11,7 +11,7 @@ from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.core.keypoint_walk.posterior import ANGLES
 from pipeline.pictures.keypoint_walk import WalkPicture
 from pipeline.reconstruct.clip import Input, Walk
-from pipeline.reconstruct.recording import keypoints_px, reprojected_px
+from pipeline.reconstruct.recording import keypoints_px
 from pipeline.reconstruct.summary import LEVEL_95, heading_words
 
 PICTURED = 5
@@ -25,7 +25,7 @@ def picture_of(walk: Walk, given: Input) -> WalkPicture:
     assert found is not None
     T = len(stretch.pixels)
     chosen = np.unique(np.linspace(0, T - 1, PICTURED).round().astype(int))
-    keypoints, reprojected = keypoints_px(found), reprojected_px(found, walk.focal_px)
+    keypoints, reprojected = keypoints_px(found), found.image_px
     knees = [ANGLES.index("left_knee"), ANGLES.index("right_knee")]
     half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95) * walk.bars_factor
     heading = float(found.fit.x[HEADING])

@@ -20,12 +20,6 @@ MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
 _PELVIS = WALKER15.index("pelvis")
 
 
-def reprojected_px(found: Reconstruction, focal_px: float) -> np.ndarray:
-    """Image (T, 15, 2) of the reconstruction, relative to the principal point."""
-    points = found.fit.objective.camera_points(found.fit.x)
-    return np.asarray(focal_px * points[..., :2] / points[..., 2:])
-
-
 def keypoints_px(found: Reconstruction) -> np.ndarray:
     """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
     return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
@@ -68,7 +62,7 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
     flip = np.array([1.0, -1.0])
     image = {
         "keypoints": (keypoints_px(found) + walk.centre_px) * flip,
-        "reprojection": (reprojected_px(found, walk.focal_px) + walk.centre_px) * flip,
+        "reprojection": (found.image_px + walk.centre_px) * flip,
     }
     mean = upright(found.posterior.positions_mm)
     mean[..., 2] -= mean[..., 2].min()
@@ -114,14 +108,14 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
                     recordings.Space3D(
                         name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
                     ),
-                    recordings.Plot(name="knee angles (°), one standard deviation", origin="curves/angles"),
+                    recordings.Plot(
+                        name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"
+                    ),
                     shares=(3, 1),
                 ),
                 recordings.Rows(
                     recordings.Notes(),
-                    recordings.Bars(
-                        name="view: evidence for each heading (0: towards the camera)", origin="view"
-                    ),
+                    recordings.Bars(name="evidence by heading, 0: towards", origin="view"),
                     shares=(3, 2),
                 ),
                 shares=(3, 3, 2),

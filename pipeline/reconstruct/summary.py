@@ -14,7 +14,8 @@ from pipeline.core.keypoint_walk.calibration import (
     angle_half_widths,
     joint_half_widths,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, TURN
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
+from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
 from pipeline.core.keypoint_walk.training import SIZE
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.skeleton import WALKER15
@@ -24,12 +25,10 @@ HEIGHT_SHARE = 0.89
 RIVAL_COST = 60.0
 """Candidates whose cost is above the best's by less are given as alternatives."""
 LEVEL_95 = 2
-FOCAL_UNSURE = 0.35
-"""Relative standard deviation of a focal length that is assumed."""
 TURNED_DEG = 20.0
 """Turn of the heading over a stretch beyond which the path is said to bend."""
 OFF_MIDDLE_DEG = 12.0
-"""Distance of the walker from the middle of the image beyond which an assumed focal length is remarked on."""
+"""Distance of the walker from the middle of the image beyond which an unknown focal length is remarked on."""
 
 
 def heading_words(heading_rad: float) -> str:
@@ -83,7 +82,7 @@ def summarise(walk: Walk, given: Input) -> dict[str, Any]:
             "layout": walk.recognised,
             "frames": walk.source.n_frames,
             "frame_rate_hz": walk.frame_rate_hz,
-            "focal_px": _round(walk.focal_px, 1),
+            "focal_known": walk.focal_known,
             "principal_point_px": [_round(v, 1) for v in walk.centre_px],
             "person": walk.track.identity or "longest track",
             "track_frames": [int(walk.track.frame[0]), int(walk.track.frame[-1])],
@@ -105,21 +104,22 @@ def _interval(centre: float, half: float, digits: int = 1) -> list[float]:
     return [_round(centre - half, digits), _round(centre + half, digits)]
 
 
-def off_middle_rad(walk: Walk, found: Reconstruction) -> float:
+def off_middle_rad(found: Reconstruction) -> float:
     """Root mean square angle between the walker and the middle of the image, sideways, over the stretch."""
     seen = found.keypoints.weights > 0
     across = np.where(seen, found.keypoints.pixels[..., 0], 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
-    bearing = np.arctan(across[seen.any(axis=1)] / walk.focal_px)
+    bearing = np.arctan(across[seen.any(axis=1)] / found.focal_px)
     return float(np.sqrt(np.mean(bearing**2)))
 
 
 def view_sd_rad(walk: Walk, found: Reconstruction) -> float:
-    """Standard deviation of the heading: the fit's, crabwise walking, and an assumed focal length.
+    """Standard deviation of the heading: the fit's, crabwise walking, and a focal length that was assumed.
 
     Off the middle of the image, part of the side from which somebody is seen is due to where he is in the image; how
-    much, the focal length says.
+    much, the focal length says.  Where that was found with the walk, the fit's deviation has it already.
     """
-    from_focal = 0.0 if walk.focal_known else FOCAL_UNSURE * off_middle_rad(walk, found)
+    assumed = not (walk.focal_known or found.focal_found)
+    from_focal = FOCAL_SD * off_middle_rad(found) if assumed else 0.0
     spread = np.sqrt(found.posterior.heading_sd_rad**2 + VIEW_EXTRA_RAD**2 + from_focal**2)
     return float(spread * walk.bars_factor)
 
@@ -133,6 +133,7 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     found = stretch.found
     if found is None:
         return said
+    said["focal_px"] = _round(found.focal_px, 1)
     said["residual_percent_of_height"] = _round(found.relative_residual, 2)
     said["distance_from_walkers"] = _round(found.starts.least_distance, 2)
     if stretch.judgement.verdict == "not_a_walk":
@@ -141,8 +142,11 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
     half = float(np.degrees(NORMAL[LEVEL_95] * view_sd_rad(walk, found)))
     stride_hz = float(np.exp(found.fit.x[LOG_F]))
     cadence_half = NORMAL[LEVEL_95] * float(np.hypot(found.posterior.log_frequency_sd, CADENCE_EXTRA))
-    rivals = [c for c in found.candidates[1:] if c.cost_above_best < RIVAL_COST or
-              (c.labels_exchanged != found.labels_exchanged and found.labels_unsure)]  # fmt: skip
+    rivals = [
+        c
+        for c in found.candidates[1:]
+        if c.cost_above_best < (RIVAL_COST if c.labels_exchanged == found.labels_exchanged else LABELS_UNSURE)
+    ]
     said |= {
         "view_angle_deg": {
             "value": _round(view_angle_deg(heading), 1),
@@ -260,7 +264,7 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         said.append(
             "Left and right could not be told apart: filming a path towards or past the camera tells them."
         )
-    off = float(np.degrees(off_middle_rad(walk, found)))
+    off = float(np.degrees(off_middle_rad(found)))
     if not walk.focal_known and off > OFF_MIDDLE_DEG:
         said.append(
             f"The walker is {off:.0f}° off the middle of the image, where the view depends on the focal length:"

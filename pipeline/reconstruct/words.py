@@ -47,12 +47,16 @@ def _view(summary: dict[str, Any]) -> list[str]:
         f"view angle {view['value']:g}° (95 %: {low:g} to {high:g}°), where 0 is seen from behind and +90 from the"
         f" walker's right; heading {view['heading_deg']:g}°, where 0 is towards the camera",
     ]
-    for other in view["alternatives"]:
-        exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
-        said.append(
-            f"also possible{exchanged}: {other['words']}, at a cost higher by {other['cost_above_best']:g}"
-        )
-    return said
+    return [*said, *(alternative(other) for other in view["alternatives"])]
+
+
+def alternative(other: dict[str, Any]) -> str:
+    """Another view that the keypoints allow."""
+    exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
+    return (
+        f"also possible{exchanged}: {other['words']}, view angle {other['view_angle_deg']:g}°,"
+        f" at a cost higher by {other['cost_above_best']:g}"
+    )
 
 
 def _steps(summary: dict[str, Any]) -> list[str]:

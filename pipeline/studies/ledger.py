@@ -31,6 +31,9 @@ SMOKE = "smoke"
 MOST_SILENT = 0.05
 """Share of the replicates that may have no value, for there to be an interval."""
 
+EXTREMES = ("largest", "smallest")
+"""Measures whose value in people drawn again never lies beyond that of all people, by name."""
+
 INGEST = "table_ingest"
 """Table of the clips that a figure rests on, which counts its people."""
 
@@ -95,16 +98,19 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     null: papers.Estimate | None = None
     gap: papers.Estimate | None = None
     if claim.null is not None:
+        extreme = False
         nothing: float = np.nan
         nulls: Number = np.nan
         if isinstance(claim.null, papers.Measure):
             nothing = float(evaluation.evaluate(claim.null, MEASURES, frames))
             nulls = _replicates(claim.null, drawn)
+            extreme = claim.null.name in EXTREMES
         else:
             nothing = nulls = claim.null
-        null = _estimate(nothing, nulls)
+        null = _estimate(nothing, nulls, extreme=extreme)
         gap = _estimate(value - nothing, np.asarray(values) - np.asarray(nulls))
-    return replace(found, value=_estimate(value, values), null=null, gap=gap)
+    own = _estimate(value, values, extreme=claim.measure.name in EXTREMES)
+    return replace(found, value=own, null=null, gap=gap)
 
 
 def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Number:
@@ -115,10 +121,12 @@ def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Num
     return evaluation.evaluate(measure, MEASURES, drawn, size)
 
 
-def _estimate(value: float, replicates: Number) -> papers.Estimate:
+def _estimate(value: float, replicates: Number, *, extreme: bool = False) -> papers.Estimate:
     """Return a value with the interval of its replicates, widened to hold the value; without one if there is none.
 
     A replicate may hold none of the rows that a measure reads, such as no clip of walking: those few say nothing.
+    The largest of people drawn again is never above the largest of all, though that of other people may be: where no
+    replicate lies beyond an extreme, its interval reaches as far beyond it as it does to the other side.
     """
     if np.ndim(replicates) == 0:
         return papers.Estimate(float(value))
@@ -126,7 +134,12 @@ def _estimate(value: float, replicates: Number) -> papers.Estimate:
     if not said.size or said.size < (1.0 - MOST_SILENT) * np.size(replicates):
         return papers.Estimate(float(value))
     low, high = bootstrap.percentile_interval(said)
-    return papers.Estimate(float(value), float(np.minimum(low, value)), float(np.maximum(high, value)))
+    low, high = np.minimum(low, value), np.maximum(high, value)
+    if extreme and said.max() <= value:
+        high = 2.0 * value - low
+    elif extreme and said.min() >= value:
+        low = 2.0 * value - high
+    return papers.Estimate(float(value), float(low), float(high))
 
 
 def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:

@@ -10,7 +10,7 @@ rows of single people.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,11 +95,39 @@ def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.nda
 
     All walks of a person are drawn together; NaN for a single person.
     """
-    labels, cluster = np.unique(person, return_inverse=True)
-    if len(labels) < 2:
+    return interval_over_clusters(person, values, bootstrap.weighted_means)
+
+
+Statistic = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""`bootstrap.weighted_means` or `bootstrap.weighted_medians`."""
+
+
+def interval_over_clusters(
+    labels: np.ndarray, values: np.ndarray, statistic: Statistic
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the 95 % interval (…) of a mean or median over rows (R, …), drawn by people, or by clips.
+
+    Parameters
+    ----------
+    labels : (R,)
+        Person or clip of each row; all rows of one are drawn together.
+    values : (R, …)
+        In any unit.
+    statistic : callable
+        Value of each replicate, from values, cluster of each row and weights.
+
+    Returns
+    -------
+    tuple of (…) float
+        NaN where there is only one label, or one of the values is NaN.
+    """
+    names, cluster = np.unique(labels, return_inverse=True)
+    if len(names) < 2:
         return np.full(values.shape[1:], np.nan), np.full(values.shape[1:], np.nan)
-    weights = bootstrap.resampling_weights(len(labels), derive_generator(0, "people"))
-    return bootstrap.percentile_interval(bootstrap.weighted_means(values, cluster, weights))
+    weights = bootstrap.resampling_weights(len(names), derive_generator(0, "people"))
+    low, high = bootstrap.percentile_interval(statistic(values, cluster, weights))
+    unknown = np.isnan(values).any(axis=0)
+    return np.where(unknown, np.nan, low), np.where(unknown, np.nan, high)
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:

@@ -79,3 +79,8 @@ def test_a_run_that_was_stopped_is_tabulated_without_what_is_not_there(
     assert sensitivity([*options, "made"]) == 0
     assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "level"}
     assert not (folder / "short").exists()
+    for words in (["short"], ["few", "short"]):
+        assert sensitivity([*options[:-1], *words]) == 0
+        assert {row["switch"] for row in tables.read_rows(folder / "table.csv")} == {PLAIN, "short"}
+    with pytest.raises(InvalidInput, match="group of switches"):
+        sensitivity([*options[:-1], "shorter"])

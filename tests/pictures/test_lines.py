@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from pipeline.palette import COLOURS, hex_colour
-from pipeline.pictures import Panel, Series, Style, draw_lines, series
+from pipeline.pictures import Panel, Series, Style, draw_lines, intervals, series
 from pipeline.pictures.style import CAPTION_SIZE, PNG_DPI, STYLE, applied_style, finish, new_figure
 from pipeline.validation import InvalidInput
 
@@ -184,6 +184,23 @@ def test_words_of_neighbouring_references_do_not_overlap(
     draw_lines(tmp_path / "a", [panel], TABLE, x="angle", by="method", styles=STYLES)
     upper, lower = boxes
     assert lower.y1 <= upper.y0
+
+
+def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path: Path) -> None:
+    drawn = {}
+    for name, unknown in (
+        ("whole", TABLE["angle"] < 0),
+        ("part", TABLE["angle"] < 10),
+        ("none", TABLE["angle"] < 90),
+    ):
+        width = np.where(unknown, np.nan, 0.5)
+        table = TABLE.assign(error_low=TABLE["error"] - width, error_high=TABLE["error"] + width)
+        again = intervals(table, x="angle", y="error", by="method", styles=STYLES)
+        assert {line.label for line in again} == {""}
+        panel = Panel(y="error", series=again, from_zero=True)
+        draw_lines(tmp_path / name, [panel], TABLE, x="angle", by="method", styles=STYLES)
+        drawn[name] = (tmp_path / f"{name}.svg").read_text(encoding="utf-8").count('id="FillBetween')
+    assert drawn == {"whole": 2, "part": 2, "none": 0}
 
 
 # --- what is refused ----------------------------------------------------------------------------------------

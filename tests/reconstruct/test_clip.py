@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import pipeline
-from pipeline.core.keypoint_walk.objective import TURN
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, TURN
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.clip import Input, reconstruct_clip
 from pipeline.reconstruct.people import choose, find_tracks
 from pipeline.reconstruct.summary import (
-    FOCAL_UNSURE,
     TURNED_DEG,
     advice,
     heading_words,
@@ -141,13 +141,49 @@ def test_an_assumed_focal_length_widens_the_view_of_who_is_off_the_middle(
     sim = clip(90.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     known = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
-    assumed = replace(known, focal_known=False)
+    assumed = replace(known, focal_known=False)  # as of a camera that follows, whose focal length is held
     assert known.best.found is not None
-    off = off_middle_rad(known, known.best.found)
+    off = off_middle_rad(known.best.found)
     across = np.nanmean(known.best.pixels[..., 0], axis=1) / sim.focal_px
     assert off == pytest.approx(np.sqrt(np.mean(np.arctan(across) ** 2)), rel=0.05)
     widened = view_sd_rad(assumed, known.best.found) ** 2 - view_sd_rad(known, known.best.found) ** 2
-    assert np.sqrt(widened) == pytest.approx(known.bars_factor * FOCAL_UNSURE * off)
+    assert np.sqrt(widened) == pytest.approx(known.bars_factor * FOCAL_SD * off)
+
+
+def test_an_unknown_focal_length_is_found_with_the_walk(model: Path, tmp_path: Path) -> None:
+    sim = clip(60.0, ERROR)
+    walk = reconstruct_clip(given(alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))), model)
+    assert walk.best.found is not None
+    assert walk.best.found.focal_px != walk.focal_px
+    said = summarise(walk, given(tmp_path / "a.json"))
+    assert said["focal_px"] == pytest.approx(walk.best.found.focal_px, abs=0.1)
+    assert not said["recognised"]["focal_known"]
+    assert said["view_angle_deg"]["heading_deg"] == pytest.approx(60.0, abs=12.0)
+
+
+def test_linear_algebra_has_one_thread_while_it_reconstructs(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = alphapose(tmp_path / "a.json", in_layout(clip(60.0, ERROR), "coco17"))
+    inside: list[int] = []
+
+    def look(*_: object, **__: object) -> None:
+        inside.extend(threads())
+        raise InvalidInput("seen enough")
+
+    monkeypatch.setattr("pipeline.reconstruct.clip.reconstruct_followed", look)
+    with threadpool_limits(limits=2):
+        outside = threads()
+        walk, _ = pipeline.reconstruct(path, frame_rate_hz=30, model_folder=model)
+        assert threads() == outside
+    assert 2 in outside
+    assert inside
+    assert set(inside) == {1}
+    assert walk.best.judgement.reasons == ("seen enough",)
+
+
+def threads() -> list[int]:
+    return [library["num_threads"] for library in threadpool_info()]
 
 
 def test_somebody_who_stands_is_refused_with_the_reason(model: Path, tmp_path: Path) -> None:
@@ -302,7 +338,7 @@ def test_known_views_are_within_the_interval(
     low, high = found["view_angle_deg"]["interval_95"]
     off = (found["view_angle_deg"]["heading_deg"] - headings[int(walk[0])] + 180.0) % 360.0 - 180.0
     assert found["verdict"] != "not_a_walk"
-    assert abs(off) < (high - low) / 2.0 + 3.0
+    assert abs(off) < min(12.0, (high - low) / 2.0 + 3.0)
 
 
 def test_a_wrong_frame_rate_of_a_recording_is_remarked_on(recordings: Path) -> None:

@@ -257,7 +257,11 @@ ENTITIES |= {
 
 STAGES = ["raw", "linear", "keyframe", "synchronized"]
 LEFT = ["variance_left", "variance_left_to_linear"]
-ERRORS = ["error_frames", "error_sd_frames", "error_moving_frames", "error_moving_sd_frames"]
+ERRORS = [
+    f"{error}{column}"
+    for error in ("error", "error_moving")
+    for column in ("_frames", "_sd_frames", "_frames_low", "_frames_high")
+]
 PAIRS = [
     "performance", "person", "other", "other_person", *STAGES, "null_linear", "null_keyframe", "null_synchronized",
 ]  # fmt: skip
@@ -298,6 +302,7 @@ PROMISED |= {
         ],
         "table_model": [
             "sample", "component", "mean", "standard_deviation", "floored", "mean_linear", "standard_deviation_linear",
+            "mean_low", "mean_high",
         ],
         "table_timing": ["what", "performances", "samples", "dimensions", "seconds"],
         "table_posture": [
@@ -365,12 +370,22 @@ ENTITIES |= {
 }  # fmt: skip
 # --- park2011 -----------------------------------------------------------------------------------------------
 
+NULL_ENDS = [f"{null}_error_median_{end}" for null in ("hanging", "mean_pose") for end in ("low", "high")]
+SKELETON_ENDS = [
+    f"{name}_{end}"
+    for name in (
+        "relative_error_mean", "relative_error_up_to_mirror_mean", "hanging_relative_error_mean",
+        "mean_pose_relative_error_mean", "imputed_error_mm_median", "seen_error_mm_median",
+    )
+    for end in ("low", "high")
+]  # fmt: skip
 PROMISED |= {
     "park2011_face_off": {
         "table_joints": ["method", "camera", "view_angle_deg", "joint", "error_mm", "error_sd_mm"],
         "table_summary": [
             "view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "heading_error_deg", "error_mm",
-            "error_sd_mm", "missing_dimension_error_mm", "walkers",
+            "error_sd_mm", "missing_dimension_error_mm", "walkers", "people", "error_mm_low", "error_mm_high",
+            "missing_dimension_error_mm_low", "missing_dimension_error_mm_high",
         ],
     },
     "park2011_fig3a": {
@@ -387,13 +402,17 @@ PROMISED |= {
         "table_refinement": [
             "start", "limb_error_median", "reprojection_error_px_median", "converged_share", "success", "trials",
         ],
-        "table_running": ["reconstructibility", "limb_error_median", "limb_error_low", "limb_error_high"],
+        "table_running": [
+            "reconstructibility", "limb_error_median", "limb_error_low", "limb_error_high", "limb_error_median_low",
+            "limb_error_median_high",
+        ],
     },
     "park2011_fig3b": {
         "table_cameras": [
             "camera", "root_error_ratio", "trials", "child_error_median", "child_error_low", "child_error_high",
             "child_error_sd", "share_above_parent_error", "limb_error_median", "error_up_to_mirror_median",
-            "hanging_error_median", "mean_pose_error_median",
+            "hanging_error_median", "mean_pose_error_median", "child_error_median_low", "child_error_median_high",
+            *NULL_ENDS,
         ],
         "table_trials": [
             "trial", "clip", "limb", "camera", "root_error_ratio", "child_error_ratio", "parent_error_ratio",
@@ -402,23 +421,26 @@ PROMISED |= {
         "table_points": [
             "camera", "root_error_ratio", "trials", "child_error_median", "child_error_low", "child_error_high",
             "child_error_sd", "share_above_parent_error", "limb_error_median", "error_up_to_mirror_median",
-            "hanging_error_median", "mean_pose_error_median",
+            "hanging_error_median", "mean_pose_error_median", "child_error_median_low", "child_error_median_high",
+            *NULL_ENDS,
         ],
     },
     "park2011_fig3c": {
         "table_cameras": [
             "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
-            "adjusted_share", "error_up_to_mirror_median",
-            "hanging_error_median", "mean_pose_error_median",
+            "adjusted_share", "error_up_to_mirror_median", "hanging_error_median", "mean_pose_error_median",
+            "adjusted_hanging_error_median", "limb_error_median_low", "limb_error_median_high", *NULL_ENDS,
+            "adjusted_hanging_error_median_low", "adjusted_hanging_error_median_high",
         ],
         "table_trials": [
             "trial", "clip", "limb", "camera", "radius_scale", "adjust", "limb_error", "error_up_to_mirror",
-            "radius_ratio", "hanging_error", "mean_pose_error",
+            "radius_ratio", "adjusted_hanging_error", "hanging_error", "mean_pose_error",
         ],
         "table_points": [
             "camera", "radius_scale", "adjust", "trials", "limb_error_median", "limb_error_low", "limb_error_high",
-            "adjusted_share", "error_up_to_mirror_median",
-            "hanging_error_median", "mean_pose_error_median",
+            "adjusted_share", "error_up_to_mirror_median", "hanging_error_median", "mean_pose_error_median",
+            "adjusted_hanging_error_median", "limb_error_median_low", "limb_error_median_high", *NULL_ENDS,
+            "adjusted_hanging_error_median_low", "adjusted_hanging_error_median_high",
         ],
     },
     "park2011_fig3d": {
@@ -426,7 +448,7 @@ PROMISED |= {
             "missing_fraction", "pattern", "trials", "relative_error_mean", "relative_error_sd",
             "limb_error_median", "joint_error_mm_median", "imputed_error_mm_median", "seen_error_mm_median",
             "relative_error_up_to_mirror_mean", "hanging_relative_error_mean", "mean_pose_relative_error_mean",
-            "limb_error_up_to_mirror_median",
+            "limb_error_up_to_mirror_median", *SKELETON_ENDS,
         ],
         "table_hinges": ["trial", "clip", "missing_fraction", "relative_error", "joint_error_mm"],
     },
@@ -515,10 +537,16 @@ MAY_BE_EMPTY = {
         "acceptance", "acceptance_person", "rms_from_keyframe", "rms_from_keyframe_sd", "rms_of_mean_from_keyframe",
         "rms_from_keyframe_to_deviation", "warp_from_keyframe_frames", "warp_from_keyframe_sd_frames",
     },
+    # Intervals over people, or clips, of figures or points that have a single one.
+    ("mozerov2006_tracking", "table"): {"error_mm_low", "error_mm_high"},
+    ("park2011_face_off", "table_summary"): {
+        f"{error}_mm_{end}" for error in ("error", "missing_dimension_error") for end in ("low", "high")
+    },
+    ("park2011_fig3a", "table_running"): {"limb_error_median_low", "limb_error_median_high"},
     ("mozerov2006_warp_error", "table"): {"smoothness"},
     ("mozerov2006_warp_error", "table_starts"): {"smoothness"},
     ("park2011_fig3d", "table"): {"imputed_error_mm", "hanging_imputed_error_mm", "mean_pose_imputed_error_mm"},
-    ("park2011_fig3d", "table_points"): {"imputed_error_mm_median"},
+    ("park2011_fig3d", "table_points"): {"imputed_error_mm_median", *SKELETON_ENDS},
 }  # fmt: skip
 """Columns with rows that have no such number."""
 PROMISED["park2011_mirrors"] = {

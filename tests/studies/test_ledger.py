@@ -208,6 +208,29 @@ def test_planted_cases_are_not_reproduced() -> None:
     assert thirty_percent(one).outcome == "undecided", "clips are not people"
 
 
+def test_an_extreme_near_a_bound_is_undecided_though_no_person_drawn_again_exceeds_it() -> None:
+    name = "zhang2007_no_difference_in_any_demonstration"
+
+    def verdict(worst: float) -> papers.Verdict:
+        apart = np.linspace(worst - 9.0, worst, 12)
+        table = {
+            "person": [f"p{r:02d}" for r in range(12)],
+            "rms_between_methods_mm": apart,
+            "rms_map_from_average_walker_mm": apart + 40.0,
+        }
+        made = {"zhang2007_fig4/table_demonstrations": table}
+        return judge([papers.claim(name)], made, "synthetic")[0]
+
+    far, near = verdict(12.0), verdict(19.0)
+    assert far.outcome == "reproduced"
+    assert near.outcome == "undecided"
+    for one, worst in ((far, 12.0), (near, 19.0)):
+        assert one.evidence is not None
+        value = one.evidence.value
+        assert value.value == worst
+        assert value.high - worst == pytest.approx(worst - value.low)
+
+
 def test_populations_take_the_place_of_people() -> None:
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
     tables = errors_of(20, gains, -0.2)

@@ -3,7 +3,8 @@
 Symbols
 -------
 ``x``      417 unknowns: W' (405), then q = (X0, Y0, Z0, Vx, Vz, theta, phi, phase, log f, Ax, Az, turn rate);
-           for a path that wanders, then the coefficients of cosines in its coordinates
+           for a path that wanders, then the coefficients of cosines in its coordinates; for a camera whose focal
+           length is not known, then the logarithm of its ratio to the one that is assumed
 ``P``      ``A(theta + turn t) w(t) + (X0 + Vx t + Ax t~²/2, Y0, Z0 + Vz t + Az t~²/2)``, level camera axes, mm;
            t~² = t² minus its mean; ``w(t) = W' b(omega t + phase)``
 ``Q``      ``R_x(phi) P``; image ``f Q_xy / Q_z``
@@ -44,6 +45,9 @@ TIE_SD = (0.08, 40.0)
 """Share of the average walker's speed, and mm/s: how closely path and belt speed agree."""
 TIE_TIMES = (-0.35, 0.0, 0.35)
 """Instants at which they are compared, as shares of the clip."""
+FOCAL_SD = 0.35
+"""Of the logarithm of a focal length that is not known, about 0.75 of the image's longer side: most cameras have 0.38
+(wide) to 1.5 (long)."""
 WANDER_MM = 400.0
 """Standard deviation of the coefficient of the slowest cosine; that of the k-th is one k-th of it."""
 NEAREST_MM = 200.0
@@ -80,6 +84,8 @@ class Setting:
         Cosines of time in each coordinate of the path: for a camera that follows, or a path that is not straight.
     nu : float
         Degrees of freedom of Student's t, which the residuals have; infinitely many are a normal distribution.
+    focal_sd : float
+        Standard deviation of the logarithm of the focal length; 0: it is known.
     """
 
     times: np.ndarray
@@ -87,6 +93,7 @@ class Setting:
     overground: bool
     cosines: int = 0
     nu: float = NU
+    focal_sd: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -147,9 +154,11 @@ class Objective:
         self.bend = 0.5 * (t**2 - np.mean(t**2))
         population = prior.model.log_frequency
         self.wander = wander_basis(t, setting.cosines)
-        self.unknowns = UNKNOWNS + 3 * setting.cosines
+        wandering = 3 * setting.cosines
+        self.unknowns = UNKNOWNS + wandering + (setting.focal_sd > 0)
         mean, variance = np.zeros(self.unknowns - SIZE), np.full(self.unknowns - SIZE, np.inf)
-        variance[12:] = np.tile((WANDER_MM / np.arange(1, setting.cosines + 1)) ** 2, 3)
+        variance[12 : 12 + wandering] = np.tile((WANDER_MM / np.arange(1, setting.cosines + 1)) ** 2, 3)
+        variance[12 + wandering :] = setting.focal_sd**2
         for index, middle, sd in (
             (PITCH, 0.0, PITCH_SD),
             (LOG_F, np.log(start_hz), LOG_F_SD),
@@ -196,13 +205,34 @@ class Objective:
         path[:, 1] = x[Y0]
         path[:, 2] = x[Z0] + x[VZ] * t + x[AZ] * self.bend
         if self.setting.cosines:
-            path += self.wander @ x[UNKNOWNS:].reshape(3, -1).T
+            path += self.wander @ x[UNKNOWNS : UNKNOWNS + 3 * self.setting.cosines].reshape(3, -1).T
         return path
+
+    def focal_px(self, x: np.ndarray) -> float:
+        """Focal length, px."""
+        return float(
+            self.setting.focal_px * np.exp(x[-1]) if self.setting.focal_sd else self.setting.focal_px
+        )
+
+    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Unknowns after a step.
+
+        With an unknown focal length depths follow it, so that the image keeps its size to more than first order.
+        """
+        found = x + step
+        if self.setting.focal_sd:
+            depths = [Z0, VZ, AZ]
+            found[depths] = np.exp(step[-1]) * (found[depths] - step[-1] * x[depths])
+        return np.asarray(found)
+
+    def image(self, x: np.ndarray) -> np.ndarray:
+        """Image of the walker (T, 15, 2), px."""
+        points = self.camera_points(x)
+        return np.asarray(self.focal_px(x) * points[..., :2] / points[..., 2:])
 
     def residual(self, x: np.ndarray, keypoints: Keypoints) -> np.ndarray:
         """Image of the walker minus keypoints (T, 15, 2), px."""
-        points = self.camera_points(x)
-        return self.setting.focal_px * points[..., :2] / points[..., 2:] - keypoints.pixels
+        return self.image(x) - keypoints.pixels
 
     # --- everything else ------------------------------------------------------------------------------------
 
@@ -274,7 +304,7 @@ class Objective:
     ) -> float:
         """Add the data's terms in place; return their cost."""
         walker = x[:SIZE].reshape(JOINTS, 3, BLOCKS)
-        t, focal, nu = self.setting.times, self.setting.focal_px, self.setting.nu
+        t, focal, nu = self.setting.times, self.focal_px(x), self.setting.nu
         T = len(t)
         omega = 2.0 * np.pi * np.exp(x[LOG_F])
         psi = omega * t + x[PHASE]
@@ -320,6 +350,8 @@ class Objective:
         for axis in range(3):
             for k, wave in enumerate(self.wander.T):
                 columns[:, 39 + axis * self.setting.cosines + k] = shifted[axis] * wave
+        if self.setting.focal_sd:
+            columns[:, -1] = w[:, None] * image
         flat = columns.reshape(JOINTS, count, 2 * T)
         product = flat @ np.swapaxes(flat, 1, 2)
         pull = (flat @ (w[:, None] * residual).reshape(JOINTS, 2 * T, 1))[..., 0]

@@ -126,6 +126,20 @@ def regress_tracks(
     return found, np.maximum(squares, 1e-12)
 
 
+def lowest_hz(duration_s: float) -> float:
+    """Lowest stride frequency that is looked for in a clip.
+
+    Raises
+    ------
+    InvalidInput
+        If the clip is shorter than half a stride of whoever walks fast.
+    """
+    lowest = max(SEARCH_HZ[0], 0.8 / duration_s)
+    if lowest >= SEARCH_HZ[1]:
+        raise InvalidInput("the clip is shorter than half a stride", received=f"{duration_s:.2f} s")
+    return lowest
+
+
 def straighten(
     pixels: np.ndarray,
     weights: np.ndarray,
@@ -162,7 +176,7 @@ def straighten(
     powers = unit[:, None] ** np.arange(1, order + 1)
     if cosines:
         powers = np.concatenate([unit[:, None], wander_basis(times, cosines)], axis=1)
-    frequencies = np.exp(np.arange(np.log(max(SEARCH_HZ[0], 0.8 / duration)), np.log(SEARCH_HZ[1]), 0.05))
+    frequencies = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]), 0.05))
     w = weights[:, trunk]
     values = metric[:, trunk]
     # One path for all trunk joints, each about its own place: remove the places first, joint by joint.

@@ -113,6 +113,21 @@ class Reconstruction:
         return float(np.sqrt(moved / usual))
 
     @property
+    def focal_px(self) -> float:
+        """Focal length: the one that is known, or the one that was found."""
+        return self.fit.objective.focal_px(self.fit.x)
+
+    @property
+    def focal_found(self) -> bool:
+        """Whether the focal length was an unknown."""
+        return self.fit.objective.setting.focal_sd > 0
+
+    @property
+    def image_px(self) -> np.ndarray:
+        """Image (T, 15, 2) of the walker as fitted, relative to the principal point."""
+        return self.fit.objective.image(self.fit.x)
+
+    @property
     def strides(self) -> float:
         """Strides that the clip holds."""
         times = self.fit.objective.setting.times
@@ -132,6 +147,7 @@ def reconstruct(
     most_starts: int = 4,
     cosines: int = 0,
     nu: float = NU,
+    focal_sd: float = 0.0,
 ) -> Reconstruction:
     """Reconstruct a straight walk.
 
@@ -154,6 +170,8 @@ def reconstruct(
         Of a path that wanders, or of a camera that follows; 0 for a still camera and a nearly straight path.
     nu : float
         Degrees of freedom of the residuals' Student's t.
+    focal_sd : float
+        Standard deviation of the logarithm of the focal length, which is then an unknown of the fit; 0: it is known.
 
     Raises
     ------
@@ -180,7 +198,7 @@ def reconstruct(
         starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
         if overground is not None:
             starts = replace(starts, overground=overground)
-        setting = Setting(times, focal_px, starts.overground, cosines, nu)
+        setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
         trunk = [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(
             range(JOINTS)
         )
@@ -225,7 +243,7 @@ def reconstruct(
         keypoints=used,
         noise=fit.noise,
         rms_residual_px=float(np.sqrt(np.mean(residual**2))),
-        height_px=float(focal_px * HEIGHT_MM / depth),
+        height_px=fit.objective.focal_px(fit.x) * HEIGHT_MM / float(depth),
     )
 
 
@@ -237,22 +255,23 @@ def reconstruct_followed(
     prior: Prior,
     *,
     both_labellings: bool = True,
+    focal_sd: float = 0.0,
 ) -> Reconstruction:
     """Reconstruct a walk; if much is left, with a path that wanders, too, as before a camera that follows.
 
     Parameters
     ----------
-    pixels, weights, frame_rate_hz, focal_px, prior, both_labellings
+    pixels, weights, frame_rate_hz, focal_px, prior, both_labellings, focal_sd
         As `reconstruct` has them.
     """
-    still = reconstruct(pixels, weights, frame_rate_hz, focal_px, prior, both_labellings=both_labellings)
+    given = pixels, weights, frame_rate_hz, focal_px, prior
+    still = reconstruct(*given, both_labellings=both_labellings, focal_sd=focal_sd)
     strides = (len(pixels) - 1) / frame_rate_hz * float(np.exp(prior.model.log_frequency[0]))
     cosines = int(COSINES_PER_STRIDE * strides)
     if still.relative_residual <= FOLLOWED_RESIDUAL or strides < 2.0:
         return still
-    followed = reconstruct(
-        pixels, weights, frame_rate_hz, focal_px, prior, both_labellings=both_labellings, cosines=cosines
-    )
+    # A camera that follows turns: where in the image somebody is says nothing of its focal length, which is held.
+    followed = reconstruct(*given, both_labellings=both_labellings, cosines=cosines)
     better = followed.relative_residual < FOLLOWED_GAIN * still.relative_residual
     return followed if better else still
 

@@ -35,6 +35,8 @@ from pipeline.core.keypoint_walk.start import Start
 from pipeline.core.keypoint_walk.training import SIZE
 
 MOST_STEPS = 12
+MOST_FOCAL_STEPS = 24
+"""With an unknown focal length, which goes the way of distance and pitch, more steps are needed."""
 LEAST_STEPS = 7
 MOST_HALVINGS = 6
 ENOUGH = 0.05
@@ -44,6 +46,8 @@ RELABEL_STEPS = (2, 4, 6)
 SIGMA_PX = (1.0, 40.0)
 MOST_CORRELATION = 0.9
 STEP_LIMITS = ((HEADING, 0.5), (PHASE, 0.7), (PITCH, 0.15))
+FOCAL_STEP = 0.3
+"""Most that the logarithm of an unknown focal length changes in one step."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +137,7 @@ def refine(
     trunk: list[int],
     *,
     relabel: bool = True,
-    most_steps: int = MOST_STEPS,
+    most_steps: int | None = None,
 ) -> Fit:
     """Refine one start.
 
@@ -150,7 +154,7 @@ def refine(
         Joints whose middle the path is.
     relabel : bool
         Whether to look for frames with left and right exchanged.
-    most_steps : int
+    most_steps : int, optional
     """
     objective = Objective(prior, setting, start.frequency_hz)
     x = np.zeros(objective.unknowns)
@@ -162,6 +166,7 @@ def refine(
     noise = Noise(1.0, 1.0)
     cost = np.inf
     converged, steps = False, 0
+    most_steps = most_steps or (MOST_FOCAL_STEPS if setting.focal_sd else MOST_STEPS)
     for step in range(1, most_steps + 1):
         steps = step
         residual = objective.residual(x, used)
@@ -181,13 +186,15 @@ def refine(
             noise = estimate_noise(objective.residual(x, used), used.weights)
         here = objective.quadratic(x, used, noise)
         move = -_solve(here.matrix, here.gradient)
-        longest = max(abs(move[index]) / limit for index, limit in STEP_LIMITS)
+        limits = (*STEP_LIMITS, (-1, FOCAL_STEP)) if setting.focal_sd else STEP_LIMITS
+        longest = max(abs(move[index]) / limit for index, limit in limits)
         move /= max(longest, 1.0)
         cost = here.cost
         for _ in range(MOST_HALVINGS):
-            there = objective.cost(x + move, used, noise)
+            moved = objective.moved(x, move)
+            there = objective.cost(moved, used, noise)
             if there < here.cost:
-                x, cost = x + move, there
+                x, cost = moved, there
                 break
             move /= 2.0
         converged = here.cost - cost < ENOUGH

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.fourier import SEARCH_HZ, design
-from pipeline.core.keypoint_walk.path import SEEN_SHARE, Path, regress_tracks, straighten
+from pipeline.core.keypoint_walk.path import SEEN_SHARE, Path, lowest_hz, regress_tracks, straighten
 from pipeline.core.keypoint_walk.prior import GRID_BLOCKS, Grid, Prior, belt_speed, projected_grid
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
@@ -100,10 +100,7 @@ def frequency_candidates(
         By joint, coefficient and image axis, mm.
     """
     duration = float(times[-1] - times[0])
-    lowest = max(SEARCH_HZ[0], 0.8 / duration)
-    if lowest >= SEARCH_HZ[1]:
-        raise InvalidInput("the clip is shorter than half a stride", received=f"{duration:.2f} s")
-    grid = np.exp(np.arange(np.log(lowest), np.log(SEARCH_HZ[1]) + 0.01, 0.02))
+    grid = np.exp(np.arange(np.log(lowest_hz(duration)), np.log(SEARCH_HZ[1]) + 0.01, 0.02))
 
     def columns(frequencies: np.ndarray) -> np.ndarray:
         drift = (times / duration)[:, None]

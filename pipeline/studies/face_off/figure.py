@@ -15,7 +15,8 @@ from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodE
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
-from pipeline.studies.presentation import lift
+from pipeline.studies.presentation import interval_words, lift
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
@@ -76,6 +77,11 @@ class FaceOffFigure(Figure):
         )
         of_joints = joints[:, used]  # (W, rows, 14)
         error, missing = of_joints.mean(axis=-1), sweep.missing_dimension_error_mm[:, used]
+        person = inputs.dataset.person[sweep.walkers]
+        intervals: dict[str, np.ndarray] = {}
+        for name, values in (("error_mm", error), ("missing_dimension_error_mm", missing)):
+            ends = interval_over_people(person, values)
+            intervals |= {f"{name}_{end}": at for end, at in zip(("low", "high"), ends, strict=True)}
         walkers, rows = error.shape
         every = pd.concat([conditions] * walkers, ignore_index=True)
         plain = (conditions["varied"] == "none").to_numpy()
@@ -107,6 +113,8 @@ class FaceOffFigure(Figure):
                     "error_sd_mm": sd(error, 0),
                     "missing_dimension_error_mm": missing.mean(axis=0),
                     "walkers": np.full(rows, walkers),
+                    "people": np.full(rows, len(np.unique(person))),
+                    **intervals,
                 },
                 by=ORDER,
             ),
@@ -116,18 +124,17 @@ class FaceOffFigure(Figure):
         """Draw a row of panels to a camera: error against view, noise and occlusion."""
         options = cast(FaceOffSweep, inputs.experiment.sweep)
         table = tables["table_summary"]
-        table = table.assign(error_se_mm=table["error_sd_mm"] / np.sqrt(table["walkers"]))
         panels = [
             pictures.Panel(
                 x=column,
                 y="error_mm",
-                band="error_se_mm",
+                band=("error_mm_low", "error_mm_high"),
                 where={"camera": camera, "varied": varied},
                 legend=named if camera is options.cameras[0] else (),
                 xlabel=label,
                 ylabel=f"Error (mm), {camera.words}" if varied == "none" else "",
                 xticks=np.unique(table.loc[table["varied"] == varied, column]).tolist(),
-                ylim=(0.0, 1.05 * float((table["error_mm"] + table["error_se_mm"]).max())),
+                ylim=(0.0, 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))),
             )
             for camera in options.cameras
             for varied, column, label, named in PANELS
@@ -140,7 +147,7 @@ class FaceOffFigure(Figure):
             styles=METHODS,
             columns=len(PANELS),
             caption=f"{inputs.caption} Mean distance of the joints from the recorded motion, relative to the pelvis, "
-            f"over {len(inputs.sweep.walkers)} walkers; bands: ±1 standard error. Perspective camera at "
+            f"over {len(inputs.sweep.walkers)} walkers. {interval_words(table['people'][0])} Perspective camera at "
             f"{options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a "
             f"wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker, "
             "frequency and phase from the still view alone, none where the camera moves. Anatomical: the same, with "

@@ -70,6 +70,7 @@ def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Con
         relabel=fit.relabel,
         most_starts=fit.most_starts,
         nu=fit.nu,
+        focal_sd=fit.focal_sd,
     )
 
 

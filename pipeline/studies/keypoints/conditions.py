@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
-from pipeline.core.keypoint_walk.objective import NU
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, NU
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.keypoints import DetectorError
 
@@ -59,6 +59,8 @@ class Fit:
     most_starts : int
     nu : float
         Degrees of freedom of the residuals.
+    focal_sd : float
+        Of the logarithm of the focal length that is told; 0: it is believed.
     """
 
     both_labellings: bool = False
@@ -66,6 +68,7 @@ class Fit:
     path_tied: bool = True
     most_starts: int = 4
     nu: float = NU
+    focal_sd: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +153,10 @@ CONDITIONS: dict[Changes, list[Condition]] = {
         ),
         *_several(
             "focal length told", lambda times: {"focal_told": times}, {"25 % too long": 1.25, "20 % too short": 0.8}
+        ),
+        *_several(
+            "focal length found", lambda times: {"focal_told": times, "fit": Fit(focal_sd=FOCAL_SD)},
+            {"from 40 % too short": 0.6, "from 40 % too long": 1.4},
         ),
     ],
     Changes.ablation: [

@@ -45,11 +45,14 @@ class RadiusErrors(SweptErrors):
         Share of frames whose ray misses the sphere.
     radius_ratio : (C, V, A, T)
         Radius after adjustment, or refinement, over the true one.
+    adjusted_hanging_error : (C, V, A, T)
+        As `hanging_error`, of a limb as long as the radius after adjustment: what the rays alone tell of its length.
     """
 
     adjusts: np.ndarray
     adjusted_share: np.ndarray
     radius_ratio: np.ndarray
+    adjusted_hanging_error: np.ndarray
 
 
 @dataclass(kw_only=True)
@@ -100,7 +103,7 @@ class _Ways:
         self.sweep, self.trial, self.basis = sweep, trial, basis
         self.pixels = trial.images + sweep.noise_px * trial.noise
         self.rays = cast_rays(trial.view.matrix, self.pixels, trial.parent)
-        self.nothing = {scale: nulls.limb_errors(trial, scale=scale) for scale in sweep.scales}
+        self.nothing: dict[float, dict[str, float]] = {}
         self.choices: dict[float, LimbChoice] = {}
         self.scores: dict[tuple[float, bool], dict[str, Any]] = {}
 
@@ -116,7 +119,19 @@ class _Ways:
         if key not in self.scores:
             choice = self.choices[hits.radius]
             self.scores[key] = self._refined(choice) if refined else self._chosen(choice)
-        return {**self.scores[key], **self.nothing[scale], "adjusted_share": float(hits.adjusted.mean())}
+        adjusted = self._of_nothing(hits.radius / trial.length)
+        return {
+            **self.scores[key],
+            **self._of_nothing(scale),
+            "adjusted_hanging_error": adjusted["hanging_error"],
+            "adjusted_share": float(hits.adjusted.mean()),
+        }
+
+    def _of_nothing(self, scale: float) -> dict[str, float]:
+        """Return the errors of limbs that do nothing, computed once for each scale."""
+        if scale not in self.nothing:
+            self.nothing[scale] = nulls.limb_errors(self.trial, scale=scale)
+        return self.nothing[scale]
 
     def _chosen(self, choice: LimbChoice) -> dict[str, Any]:
         return {

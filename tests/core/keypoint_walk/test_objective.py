@@ -16,6 +16,7 @@ from pipeline.core.keypoint_walk.objective import (
     TURN,
     UNKNOWNS,
     VX,
+    Z0,
     Keypoints,
     Noise,
     Objective,
@@ -29,33 +30,49 @@ from tests.core.keypoint_walk.walkers import clip, prior
 NOISE = Noise(4.0, 2.0)
 
 
-def _case(overground: bool) -> tuple[Objective, np.ndarray, Keypoints]:
+def _case(overground: bool, **more: float) -> tuple[Objective, np.ndarray, Keypoints]:
     sim = clip(40.0, speed=1200.0 if overground else 0.0)
     times = (np.arange(len(sim.pixels)) - (len(sim.pixels) - 1) / 2) / sim.frame_rate_hz
     rng = np.random.default_rng(1)
     keypoints = Keypoints(sim.pixels, (rng.random(sim.pixels.shape[:2]) > 0.1).astype(float))
     starts = find_starts(keypoints.pixels, keypoints.weights, times, sim.focal_px, prior())
-    objective = Objective(prior(), Setting(times, sim.focal_px, overground), starts.starts[0].frequency_hz)
-    x = initial_unknowns(prior(), starts.starts[0], starts.path, sim.focal_px, TRUNK)
+    setting = Setting(times, sim.focal_px, overground, **more)  # type: ignore[arg-type]
+    objective = Objective(prior(), setting, starts.starts[0].frequency_hz)
+    x = np.zeros(objective.unknowns)
+    x[:UNKNOWNS] = initial_unknowns(prior(), starts.starts[0], starts.path, sim.focal_px, TRUNK)
     x[:SIZE] += rng.normal(scale=8.0, size=SIZE)
     sizes = np.array([20, 20, 50, 50, 50, 0.05, 0.03, 0.05, 0.02, 30, 30, 0.05])
-    x[SIZE:] += rng.normal(size=12) * sizes
+    x[SIZE:UNKNOWNS] += rng.normal(size=12) * sizes
+    x[UNKNOWNS:] += rng.normal(size=objective.unknowns - UNKNOWNS) * 0.1
     return objective, x, keypoints
 
 
-@pytest.mark.parametrize("overground", [True, False])
-def test_the_gradient_is_that_of_the_cost(overground: bool) -> None:
-    objective, x, keypoints = _case(overground)
+@pytest.mark.parametrize(
+    ("overground", "more"), [(True, {}), (False, {}), (True, {"focal_sd": 0.35}), (False, {"cosines": 2})]
+)
+def test_the_gradient_is_that_of_the_cost(overground: bool, more: dict[str, float]) -> None:
+    objective, x, keypoints = _case(overground, **more)
     found = objective.quadratic(x, keypoints, NOISE)
     assert found.cost == pytest.approx(objective.cost(x, keypoints, NOISE), rel=1e-12)
-    for index in [0, 26, 27 * 8 + 9, 27 * 13 + 4, SIZE - 1, *range(SIZE, UNKNOWNS)]:
-        step = np.zeros(UNKNOWNS)
-        step[index] = 1e-6 if index in (HEADING, PITCH, PHASE, LOG_F, TURN) else 1e-3
+    for index in [0, 26, 27 * 8 + 9, 27 * 13 + 4, SIZE - 1, *range(SIZE, objective.unknowns)]:
+        step = np.zeros(objective.unknowns)
+        angle = index in (HEADING, PITCH, PHASE, LOG_F, TURN) or ("focal_sd" in more and index >= UNKNOWNS)
+        step[index] = 1e-6 if angle else 1e-3
         numeric = objective.cost(x + step, keypoints, NOISE) - objective.cost(x - step, keypoints, NOISE)
         slope = 2.0 * found.gradient[index]
         assert numeric / (2.0 * step[index]) == pytest.approx(
             slope, rel=1e-4, abs=1e-4 * np.abs(slope) + 1e-3
         )
+
+
+def test_a_step_of_the_focal_length_keeps_the_size_of_the_image() -> None:
+    objective, x, _ = _case(True, focal_sd=0.35)
+    step = np.zeros(len(x))
+    step[-1], step[Z0] = 0.4, 0.4 * x[Z0]  # to first order distance goes as the focal length
+    moved = objective.moved(x, step)
+    assert moved[Z0] / objective.focal_px(moved) == pytest.approx(x[Z0] / objective.focal_px(x), rel=1e-12)
+    step *= 1e-4
+    np.testing.assert_allclose(objective.moved(x, step), x + step, rtol=1e-7, atol=1e-7)
 
 
 def test_the_matrix_is_symmetric_and_positive() -> None:

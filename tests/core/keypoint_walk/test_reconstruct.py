@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.core.keypoint_walk import joint_angles, reconstruct, view_angle_deg
-from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F
 from pipeline.core.keypoint_walk.verdict import Verdict, judge
 from pipeline.synthetic.keypoints import DetectorError, SimulatedKeypoints
 from pipeline.validation import InvalidInput
@@ -30,6 +30,27 @@ def test_view_cadence_and_walk_are_found(heading: float) -> None:
     assert judge(found).verdict != Verdict.not_a_walk
     truth = joint_angles(sim.positions_mm, np.array([0.0, 1.0, 0.0]))
     assert np.degrees(np.sqrt(((found.posterior.angles_rad - truth)[:, :2] ** 2).mean())) < 9.0
+
+
+def test_a_wrong_focal_length_moves_the_view_less_if_it_is_an_unknown() -> None:
+    sim = clip(90.0)
+    told = 2.5 * sim.focal_px
+    given = sim.pixels + np.array([0.5 * sim.focal_px, 0.0])  # off the middle, where the view depends on it
+    known = clip(90.0).focal_px
+    headings = []
+    for focal, sd in ((known, 0.0), (told, 0.0), (told, FOCAL_SD)):
+        found = reconstruct(
+            given,
+            np.ones(given.shape[:2]),
+            sim.frame_rate_hz,
+            focal,
+            prior(),
+            both_labellings=False,
+            focal_sd=sd,
+        )
+        headings.append(np.degrees(found.fit.x[HEADING]))
+    assert found.focal_px < 0.75 * told
+    assert abs(headings[2] - headings[0]) < 0.5 * abs(headings[1] - headings[0])
 
 
 def test_labels_exchanged_throughout_are_found() -> None:
@@ -84,6 +105,7 @@ def test_somebody_who_stands_does_not_walk() -> None:
     ("change", "sentence"),
     [
         (lambda pixels: pixels[:5], "the clip is too short"),
+        (lambda pixels: pixels[:14], "the clip is shorter than half a stride"),
         (lambda pixels: -pixels, "nobody stands upright"),
         (lambda pixels: pixels * np.nan, "fewer than four joints"),
         (lambda pixels: pixels[:, :10], "pixels must have shape"),

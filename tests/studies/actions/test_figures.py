@@ -318,6 +318,22 @@ def test_variance_left_is_below_linear_and_the_means_are_those_of_the_curves(mad
     np.testing.assert_array_equal(stages["variance_left"][:4], performances["variance_left"])
 
 
+def test_intervals_of_means_are_over_people_and_hold_the_means(made: Path) -> None:
+    for name, table, means in (
+        ("mozerov2006_warp_error", "table", ("error_frames", "error_moving_frames")),
+        ("mozerov2006_fig3", "table_model", ("mean",)),
+    ):
+        columns = read(made, name, table)
+        for mean in means:
+            low, high = columns[f"{mean}_low"], columns[f"{mean}_high"]
+            # Of synthetic bends the first samples are all but the same: there, rounding is left.
+            assert (low <= columns[mean] + 1e-9).all()
+            assert (columns[mean] <= high + 1e-9).all()
+            assert (high > low).mean() > 0.9
+    tracked, each = (read(made, "mozerov2006_tracking", t) for t in ("table", "table_performances"))
+    assert np.isnan(tracked["error_mm_low"]).all() == (len(set(each["person"])) == 1)
+
+
 # --- recorded ---------------------------------------------------------------------------------------------
 
 

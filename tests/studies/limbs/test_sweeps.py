@@ -237,6 +237,22 @@ def test_the_bins_of_the_scatter_hold_all_trials(smoke_results: Path) -> None:
     assert (bins["reconstructibility_from"] < bins["reconstructibility_to"]).all()
 
 
+def test_a_limb_that_hangs_by_the_adjusted_radius_does_not_depend_on_a_radius_too_small(
+    smoke_results: Path,
+) -> None:
+    """Whatever only reads its length off the rays is as near at every small scale: the null of figure 3c."""
+    table = tables.read(smoke_results / "synthetic" / "smoke" / "park2011_fig3c" / "table_trials.csv")
+    small = (table["adjust"] == REFINED) & (table["radius_scale"] < 0.5)
+    spread: dict[str, list[float]] = {"hanging_error": [], "adjusted_hanging_error": []}
+    for column, of_trials in spread.items():
+        for camera in set(table["camera"]):
+            for trial in set(table["trial"]):
+                here = small & (table["camera"] == camera) & (table["trial"] == trial)
+                of_trials.append(float(np.ptp(table[column][here])))
+    assert max(spread["adjusted_hanging_error"]) < 1e-6
+    assert max(spread["hanging_error"]) > 0.05
+
+
 # --- options ----------------------------------------------------------------------------------------------
 
 

@@ -32,7 +32,8 @@ from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.presentation import entity_name
+from pipeline.studies.presentation import entity_name, interval_words
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.validation import require_range
 
@@ -73,6 +74,7 @@ class ActionModelFigure(Figure):
         distances = {"n": n.ravel(), "m": m.ravel(), "distance": action.distances.ravel()}
         sample, component = np.indices(action.model.mean.shape)
         without = action_model.learn(action.linear)
+        low, high = interval_over_people(inputs.dataset.person, action.synchronized)
         model = {
             "sample": sample.ravel(),
             "component": component.ravel() + 1,
@@ -81,6 +83,8 @@ class ActionModelFigure(Figure):
             "floored": action.model.floored.ravel(),
             "mean_linear": without.mean.ravel(),
             "standard_deviation_linear": without.standard_deviation.ravel(),
+            "mean_low": low.ravel(),
+            "mean_high": high.ravel(),
         }
         timing = {
             "what": timings.what,
@@ -128,7 +132,13 @@ class ActionModelFigure(Figure):
                 dashed(y=model["mean_linear"] + unsynchronized),
                 edge(y=model["mean"] - reach, label=f"±{bound:g} standard deviations"),
                 edge(y=model["mean"] + reach),
-                edge(y=model["mean"], label="mean performance", colour="orange", width=1.1),
+                edge(
+                    y=model["mean"],
+                    band=(model["mean_low"], model["mean_high"]),
+                    label="mean performance",
+                    colour="orange",
+                    width=1.1,
+                ),
             ]
             for alignment, title, abscissa in COLUMNS:
                 of_model = alignment == "model"
@@ -157,8 +167,8 @@ class ActionModelFigure(Figure):
             letters=False,
             panel_size=(1.83, 1.56),
             caption=f"{inputs.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, "
-            "and the performances of (b); none is an interval of the mean. Grey, the bounds learnt without "
-            "synchronization, by linear normalisation.",
+            "and the performances of (b). Grey, the bounds learnt without synchronization, by linear normalisation. "
+            + interval_words(np.unique(inputs.dataset.person).size, bands="Orange band"),
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -197,7 +207,15 @@ class ActionModelFigure(Figure):
                 model = tables["table_model"].query("component == @k")
                 samples, mean = model["sample"].to_numpy(), model["mean"].to_numpy()
                 sd, where = model["standard_deviation"].to_numpy(), f"curves/dimension_{k}"
-                rec.curve(f"{where}/mean", samples, mean, sd=sd, label="mean performance", colour="orange")
+                rec.curve(
+                    f"{where}/mean",
+                    samples,
+                    mean,
+                    sd=sd,
+                    interval=(model["mean_low"], model["mean_high"]),
+                    label="mean performance",
+                    colour="orange",
+                )
                 for side, reach in (("lower", -bound), ("upper", bound)):
                     entity = f"{where}/{side}_bound"
                     rec.curve(entity, samples, mean + reach * sd, label=f"{reach:+g} sd", colour="grey")

@@ -14,6 +14,8 @@ from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.presentation import interval_words
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 
 METHODS = {
@@ -75,6 +77,11 @@ class TrackingError(Figure):
             performances=("error_mm", "size"),
         )
         mean["error_sd_mm"] = mean["error_sd_mm"].fillna(0.0)  # of a single performance
+        ends = {
+            key: interval_over_people(rows["person"].to_numpy(), rows["error_mm"].to_numpy())
+            for key, rows in over
+        }
+        mean[["error_mm_low", "error_mm_high"]] = np.array([ends[key] for key in mean.index])
         return {"table": tidy(mean.reset_index(), by=CONDITION), "table_performances": each}
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
@@ -82,8 +89,8 @@ class TrackingError(Figure):
         from pipeline import pictures
 
         table, sweep = tables["table"], inputs.sweep
-        table = table.assign(error_se_mm=table["error_sd_mm"] / np.sqrt(table["performances"]))
-        top = 1.05 * float((table["error_mm"] + table["error_se_mm"]).max())
+        top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
+        people = tables["table_performances"]["person"].nunique()
         panels = []
         for way in sweep.leave_out:
             for varied, (column, label, named) in PANELS.items():
@@ -94,7 +101,7 @@ class TrackingError(Figure):
                     pictures.Panel(
                         x=column,
                         y="error_mm",
-                        band="error_se_mm",
+                        band=("error_mm_low", "error_mm_high"),
                         where=where,
                         legend=named if way == sweep.leave_out[0] else (),
                         xlabel=label,
@@ -115,10 +122,9 @@ class TrackingError(Figure):
             styles=METHODS,
             columns=len(PANELS),
             caption=f"{inputs.caption} Mean distance of the joints, relative to the pelvis, over "
-            f"{len(sweep.tracked)} performances, each by a model learnt without it (or without its person). Bands: ±1 "
-            f"standard error, performances of a person taken for independent. Where not varied: {usual} particles, "
-            f"noise {noise:g} mm, nothing hidden. Prior: the "
-            "action model; no prior: a random walk with the same diffusion, or with steps as large as in the data; "
+            f"{len(sweep.tracked)} performances, each by a model learnt without it (or without its person). "
+            f"{interval_words(people)} Where not varied: {usual} particles, noise {noise:g} mm, nothing hidden. Prior: "
+            "the action model; no prior: a random walk with the same diffusion, or with steps as large as in the data; "
             "mean: the mean performance alone. Dotted line: the true postures, projected into the aSpace.",
         )
 

@@ -23,6 +23,8 @@ from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
+from pipeline.studies.presentation import interval_words
+from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 
 PENALTIES = {
@@ -73,7 +75,7 @@ class WarpError(Figure):
                 "stage": alignment,
                 "penalty": "",
                 "smoothness": np.nan,
-                **_summary(action, off[alignment].mean(axis=1), moving[alignment]),
+                **_summary(inputs, off[alignment].mean(axis=1), moving[alignment]),
             }
             for alignment in REFERENCES
         ]
@@ -82,7 +84,7 @@ class WarpError(Figure):
             row = {
                 "penalty": sweep.penalties[p],
                 "smoothness": sweep.smoothness[mu],
-                **_summary(action, sweep.error_frames[s, p, mu], sweep.error_moving_frames[s, p, mu]),
+                **_summary(inputs, sweep.error_frames[s, p, mu], sweep.error_moving_frames[s, p, mu]),
             }
             starts.append({"start": sweep.starts[s], **row})
             if sweep.starts[s] == options_of(inputs).start:
@@ -121,6 +123,9 @@ class WarpError(Figure):
                     ylabel=label,
                     xscale="log",
                     ylim=(0.0, 1.25 * float(swept[column].max())),
+                    series=pictures.intervals(
+                        swept, x="smoothness", y=column, by="penalty", styles=PENALTIES
+                    ),
                     references=levels,
                 )
             )
@@ -133,8 +138,11 @@ class WarpError(Figure):
             styles=PENALTIES,
             xlabel="Smoothness µ (mean squared deviations of a frame)",
             caption=f"{inputs.caption} Errors of the frame that is matched with a sample of the median sequence: (a) "
-            "over the samples at which that moves, (b) over all. Bands: ±1 standard deviation over performances, no "
-            "interval of their mean.",
+            "over the samples at which that moves, (b) over all. Light bands: ±1 standard deviation over performances. "
+            + interval_words(
+                np.unique(np.delete(inputs.dataset.person, inputs.model.median)).size,
+                bands="Bands within them",
+            ),
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -200,11 +208,14 @@ def _level(table: pd.DataFrame, alignment: str, column: str) -> float:
     return float(table.loc[table["stage"] == alignment, column].iloc[0])
 
 
-def _summary(action: Action, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
-    """Mean and standard deviation over performances (M,)."""
+def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:
+    """Mean, with its interval over people, and standard deviation over performances (M,)."""
     summary = {}
+    person = np.delete(inputs.dataset.person, inputs.model.median)
     for name, errors in (("error", everywhere), ("error_moving", moving)):
-        others = np.delete(errors, action.median)
+        others = np.delete(errors, inputs.model.median)
+        low, high = interval_over_people(person, others)
         summary[f"{name}_frames"] = float(others.mean())
         summary[f"{name}_sd_frames"] = float(sd(others, 0))
+        summary |= {f"{name}_frames_low": float(low), f"{name}_frames_high": float(high)}
     return summary

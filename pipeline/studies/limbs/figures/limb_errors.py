@@ -14,30 +14,26 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
-from pipeline.core.limb_chain import WALKER14
+from pipeline import pictures
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.limb_on_sphere import record_on_sphere
 from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
 from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
-    BANDS_OF_TRIALS,
-    EYE_MM,
     LEAST,
-    OUTSIDE,
-    RADIUS_MM,
-    path_bones,
+    median_intervals,
     quartile_columns,
-    sphere,
     trial_columns,
 )
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.radius_scale import RadiusErrors, RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrors, RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
+from pipeline.studies.presentation import interval_words
 from pipeline.studies.study import Figure
 
 RootInputs = FigureInputs[LimbStretches, BasisFit, RootErrors]
@@ -46,12 +42,17 @@ RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
 NULLS = ("hanging_error", "mean_pose_error")
 """Errors of limbs that do nothing, as `nulls.limb_errors`."""
 
-NULL_MEDIANS = {f"{name}_median": (name, "median") for name in NULLS}
+ADJUSTED_NULL = "adjusted_hanging_error"
+"""The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
 
-NULL_LINES = {"hanging_error": "hangs straight down", "mean_pose_error": "mean pose"}
+NULL_MEDIANS = {f"{name}_median": name for name in NULLS}
+
+RADIUS_NULL_MEDIANS = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": ADJUSTED_NULL}
+
+NULL_LABELS = ("hangs straight down", "mean pose")
 
 NULL_WORDS = (
-    "Grey, medians of what does nothing: a limb of the assumed length that hangs straight down (dotted), and one that "
+    "Grey, medians of what does nothing: a limb of the {length} length that hangs straight down (dotted), and one that "
     "keeps its true mean direction (dashed)."
 )
 
@@ -112,8 +113,9 @@ class RootErrorFigure(Figure):
                 share_above_parent_error=("above_parent", "mean"),
                 limb_error_median=("limb_error", "median"),
                 error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **NULL_MEDIANS,
+                **{name: (column, "median") for name, column in NULL_MEDIANS.items()},
             ),
+            {"child_error_median": "child_error_ratio", **NULL_MEDIANS},
             ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"],
         )
 
@@ -136,7 +138,17 @@ class RootErrorFigure(Figure):
                     y="child_error_median",
                     band=("child_error_low", "child_error_high"),
                     ylabel="3D error / limb length",
-                    series=[parent, *_null_lines(tables["table_points"], "root_error_ratio")],
+                    series=[
+                        *pictures.intervals(
+                            tables["table_cameras"],
+                            x="root_error_ratio",
+                            y="child_error_median",
+                            by="camera",
+                            styles=styles,
+                        ),
+                        parent,
+                        *_null_lines(tables["table_points"], "root_error_ratio"),
+                    ],
                 ),
                 panel(y="child_error_sd", ylabel="Its standard deviation"),
             ],
@@ -149,8 +161,8 @@ class RootErrorFigure(Figure):
             columns=2,
             caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
-            + f"; band: quartiles; dotted: the error of the parent itself. {NULL_WORDS} (b) Over trials. "
-            + BANDS_OF_TRIALS,
+            + f"; light band: quartiles of the trials from the {first} one; dotted: the error of the parent itself. "
+            f"{_interval_words(tables)} {NULL_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
     def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
@@ -159,12 +171,18 @@ class RootErrorFigure(Figure):
         parent = tables["table_points"].assign(camera="parent")
         parent["child_error_median"] = parent["root_error_ratio"]
         curves = pd.concat([table, parent], ignore_index=True)
-        _record(
+        record_on_sphere(
             inputs,
             folder,
             {
                 "root_error_per_mille": np.rint(1000 * curves["root_error_ratio"]),
                 "child_error": curves["child_error_median"],
+                **{
+                    f"child_error_{end}": curves[f"child_error_median_{end}"].where(
+                        curves["camera"] != "parent"
+                    )
+                    for end in ("low", "high")
+                },
                 "camera": curves["camera"],
             },
             by="camera",
@@ -187,7 +205,7 @@ class RadiusScaleFigure(Figure):
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         measured = (
             "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
-            "objective", "lower_bound", *NULLS,
+            "objective", "lower_bound", *NULLS, ADJUSTED_NULL,
         )  # fmt: skip
         sweep = inputs.sweep
         swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
@@ -200,16 +218,27 @@ class RadiusScaleFigure(Figure):
                 **quartile_columns("limb_error", "limb_error"),
                 adjusted_share=("adjusted_share", "mean"),
                 error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **NULL_MEDIANS,
+                **{name: (column, "median") for name, column in RADIUS_NULL_MEDIANS.items()},
             ),
-            ["limb_error", "error_up_to_mirror", "radius_ratio"],
+            {"limb_error_median": "limb_error", **RADIUS_NULL_MEDIANS},
+            ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL],
         )
 
     def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Draw the error against the scale of the radius, a panel to a camera."""
         options, table = cast(RadiusScaleSweep, inputs.experiment.sweep), tables["table_cameras"]
-        ends = [f"limb_error_{end}" for end in ("median", "low", "high")]
+        ends = [f"limb_error_{end}" for end in ("median", "low", "high", "median_low", "median_high")]
+        table = table.assign(**{end: table[end].clip(lower=LEAST) for end in ends})
         first = options.ways[0]
+        styles: dict[str, pictures.Style] = {
+            adjust: pictures.Style(
+                adjust.replace("_", " "),
+                ADJUST_COLOURS[adjust],
+                line="solid" if adjust is first else "dashed",
+                banded=adjust is first,
+            )
+            for adjust in options.ways
+        }
         panels = [
             pictures.Panel(
                 y=ends[0],
@@ -219,46 +248,53 @@ class RadiusScaleFigure(Figure):
                 xscale="log",
                 yscale="log",
                 references=[("x", 1.0, ""), ("x", 10.0, "")],
-                series=_null_lines(
-                    table[(table["camera"] == camera) & (table["adjust"] == first)], "radius_scale"
-                ),
+                series=[
+                    *pictures.intervals(
+                        table,
+                        x="radius_scale",
+                        y=ends[0],
+                        by="adjust",
+                        styles=styles,
+                        where={"camera": camera},
+                    ),
+                    *_null_lines(
+                        table[(table["camera"] == camera) & (table["adjust"] == first)],
+                        "radius_scale",
+                        (ADJUSTED_NULL, "mean_pose_error"),
+                    ),
+                ],
             )
             for camera in options.cameras
         ]
         pictures.draw_lines(
             stem,
             panels,
-            table.assign(**{end: table[end].clip(lower=LEAST) for end in ends}),
+            table,
             x="radius_scale",
             by="adjust",
-            styles={
-                adjust: pictures.Style(
-                    adjust.replace("_", " "),
-                    ADJUST_COLOURS[adjust],
-                    line="solid" if adjust is first else "dashed",
-                    banded=adjust is first,
-                )
-                for adjust in options.ways
-            },
+            styles=styles,
             xlabel="Assumed radius / true radius",
             legend="figure",
             columns=2,
             caption=f"{inputs.caption} {_trials(options)} Lines: median for each way of adjusting the radius to rays "
             "that miss the sphere (global: as long as the farthest ray asks for; robust: as 95 % of the rays ask for; "
             "per frame: longer in a frame alone), and refined: from the first of these, with the trajectory, as in "
-            "the paper; band: quartiles of the first. Upright dotted lines: the true radius, and ten times that. "
-            + f"{NULL_WORDS} {BANDS_OF_TRIALS}",
+            "the paper; light band: quartiles of the trials of the first. Upright dotted lines: the true radius, and "
+            f"ten times that. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
         )
 
     def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """Log the median error before the first camera over the scale, and the limb that is shown."""
         table = tables["table_points"]
-        _record(
+        record_on_sphere(
             inputs,
             folder,
             {
                 "log10_scale_per_mille": np.rint(1000 * np.log10(table["radius_scale"])),
-                "log10_limb_error": np.log10(table["limb_error_median"].clip(lower=LEAST)),
+                **{
+                    f"log10_limb_error{end}": np.log10(table[f"limb_error_median{end}"].clip(lower=LEAST))
+                    for end in ("", "_low", "_high")
+                },
                 "adjust": table["adjust"],
             },
             by="adjust",
@@ -288,11 +324,19 @@ def _every_trial(
 
 
 def _tables(
-    sweep: SweptErrors, every: pd.DataFrame, over_trials: pd.DataFrame, errors: Sequence[str]
+    sweep: SweptErrors,
+    every: pd.DataFrame,
+    over_trials: pd.DataFrame,
+    medians: Mapping[str, str],
+    errors: Sequence[str],
 ) -> dict[str, pd.DataFrame]:
-    """Every trial before the first camera, errors before all; over trials before the first, and before all."""
-    first, cameras = sweep.cameras[0], over_trials.reset_index()
+    """Every trial before the first camera, errors before all; over trials before the first, and before all.
+
+    Of those medians that are named, by the column that they are of, with intervals over clips.
+    """
     swept = [name for name in over_trials.index.names if name != "camera"]
+    intervals = median_intervals(every, over_trials.index.names, medians)
+    first, cameras = sweep.cameras[0], over_trials.join(intervals).reset_index()
     return {
         "table": every[every["camera"] == first],
         "table_trials": every[["trial", "clip", "limb", "camera", *swept, *errors, *NULLS]],
@@ -301,14 +345,20 @@ def _tables(
     }
 
 
-def _null_lines(table: pd.DataFrame, x: str) -> list[pictures.Series]:
-    """Medians of limbs that do nothing, over what is swept."""
+def _null_lines(table: pd.DataFrame, x: str, names: Sequence[str] = NULLS) -> list[pictures.Series]:
+    """Medians of limbs that do nothing, over what is swept: one that hangs, and one in its mean pose."""
     return [
         pictures.Series(
             x=table[x].to_numpy(), y=table[f"{name}_median"].to_numpy(), label=label, colour="null", line=line
         )
-        for (name, label), line in zip(NULL_LINES.items(), ("dotted", "dashed"), strict=True)
+        for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
     ]
+
+
+def _interval_words(tables: Mapping[str, pd.DataFrame]) -> str:
+    """What the bands are that lie close to the medians, for captions."""
+    clips = tables["table_trials"]["clip"].nunique()
+    return interval_words(clips, of="median", over="clips", bands="Bands along the lines")
 
 
 def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:
@@ -318,42 +368,3 @@ def _trials(sweep: RootErrorSweep | RadiusScaleSweep) -> str:
         f"{sweep.trials} limbs at every point, {sweep.distance_mm / 1000:g} m from the camera, {noise}. Error: mean "
         "distance over the limb's length."
     )
-
-
-def _record(
-    inputs: RootInputs | RadiusInputs,
-    folder: Path,
-    table: Mapping[str, pd.Series],
-    *,
-    by: str,
-    styles: Mapping[str, pictures.Style],
-    plot: str,
-) -> None:
-    """Log the second column of a table over the first, which is the timeline, and the limb that is shown."""
-    sweep: SweptErrors = inputs.sweep
-    timeline, y, *_ = table
-    shown = int(sweep.shown[0])
-    truth, found = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
-    globe, wires = sphere()
-    at = np.unique(table[timeline])
-    bones, index = path_bones(truth.shape[1]), {timeline: at}
-    with inputs.recording(
-        folder,
-        f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
-        f"`{inputs.samples[sweep.stretch[shown]]}`, {Camera(sweep.cameras[0]).words}: the trial whose errors are "
-        "nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
-        "the truth, orange the estimate at the value at the cursor, drawn "
-        f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
-        timeline=timeline,
-    ) as rec:
-        rec.curves(dict(table), x=timeline, y=y, by=by, styles=styles)
-        rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)
-        rec.skeleton("world/estimate", found, bones, index=index, colour="orange", thickness_mm=6.0)
-        rec.skeleton("world/sphere", globe, wires, index={timeline: at[:1]}, thickness_mm=1.0)
-        rec.blueprint(
-            recordings.Columns(
-                recordings.Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)),
-                recordings.Rows(recordings.Plot(name=plot, headroom=0.3), recordings.Notes(), shares=(3, 2)),
-                shares=(1, 1),
-            )
-        )

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline import pictures, recordings
+from pipeline.core.bootstrap import weighted_medians
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
@@ -34,6 +35,8 @@ from pipeline.studies.limbs.reconstructibility import (
     ReconstructibilitySweep,
 )
 from pipeline.studies.limbs.scores import SUCCESS
+from pipeline.studies.presentation import interval_words
+from pipeline.studies.replicated import interval_over_clusters
 from pipeline.studies.study import Figure
 
 EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
@@ -118,7 +121,7 @@ class LimbScatter(Figure):
                 by=["camera", "trial"],
             ),
             "table_bins": _bins(eta, error, sweep.taken_impostor.ravel()),
-            "table_running": _running(eta, error),
+            "table_running": _running(eta, error, np.tile(np.array(inputs.samples)[sweep.stretch], cameras)),
             "table_correlation": _correlations(sweep),
             "table_refinement": pd.DataFrame(starts),
             "table_matrices": tidy(
@@ -143,6 +146,7 @@ class LimbScatter(Figure):
         line = pictures.Series(
             x=running["reconstructibility"].clip(lower=1e-2),
             y=running["limb_error_median"],
+            band=(running["limb_error_median_low"], running["limb_error_median_high"]),
             colour="black",
         )
         reading = "" if options.reading is Reading.vector else " of angles, as printed"
@@ -165,6 +169,7 @@ class LimbScatter(Figure):
                 references=[("x", MARGIN_GREEN_ABOVE, "")],
             ),
         ]
+        words = interval_words(table["clip"].nunique(), of="running median", over="clips", bands="Band")
         green = table[table["confidence"] == "green"]
         right = (
             f": {100 * (green['limb_error'] < SUCCESS).mean():.0f} % of those {len(green)} err by less than "
@@ -181,7 +186,7 @@ class LimbScatter(Figure):
             columns=2,
             caption=f"{inputs.caption} {options.trials} limbs, each before {len(cameras)} cameras at "
             f"{options.distance_mm / 1000:g} m. Error: mean distance of relative trajectories over the limb's length. "
-            "(a) Line: running median; dotted: $\\eta_a$ = 1; rank correlation "
+            f"(a) Line: running median. {words} Dotted: $\\eta_a$ = 1; rank correlation "
             f"{overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b) What can "
             f"be known without the truth; dotted: {MARGIN_GREEN_ABOVE:g}, above which a limb is called green{right}. "
             f"{100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
@@ -276,20 +281,32 @@ def _bins(eta: np.ndarray, error: np.ndarray, impostor: np.ndarray) -> pd.DataFr
     return bins.reset_index()
 
 
-def _running(values: np.ndarray, error: np.ndarray) -> pd.DataFrame:
-    """Median and quartiles of the error of the trials that are nearest in rank, at every trial."""
+def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.DataFrame:
+    """Median and quartiles of the error of the trials that are nearest in rank, at every trial.
+
+    The interval of the median is over the clips that these trials are of.
+    """
     order = np.argsort(values, kind="stable")
     count = len(values)
     width = min(count, max(5, count // WINDOW))
     starts = np.clip(np.arange(count) - width // 2, 0, count - width)
-    nearest = error[order][starts[:, None] + np.arange(width)]
-    low, middle, high = np.quantile(nearest, [0.25, 0.5, 0.75], axis=1)
+    rows = order[starts[:, None] + np.arange(width)]
+    low, middle, high = np.quantile(error[rows], [0.25, 0.5, 0.75], axis=1)
+    # Neighbours share their trials at both ends.
+    windows, window = np.unique(starts, return_inverse=True)
+    ends = [
+        interval_over_clusters(clip[at], error[at], weighted_medians)
+        for at in (order[start : start + width] for start in windows)
+    ]
+    median_low, median_high = np.array(ends)[window].T
     return pd.DataFrame(
         {
             "reconstructibility": values[order],
             "limb_error_median": middle,
             "limb_error_low": low,
             "limb_error_high": high,
+            "limb_error_median_low": median_low,
+            "limb_error_median_high": median_high,
         }
     )
 

@@ -11,14 +11,15 @@ import numpy as np
 import pandas as pd
 
 from pipeline import pictures, recordings
+from pipeline.core.bootstrap import weighted_means, weighted_medians
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import BANDS_OF_TRIALS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
-from pipeline.studies.presentation import lift
+from pipeline.studies.presentation import interval_words, lift
+from pipeline.studies.replicated import interval_over_clusters
 from pipeline.studies.study import Figure
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
@@ -35,6 +36,14 @@ OF_SKELETONS = (
     "mean_pose_error_mm", "hanging_imputed_error_mm", "mean_pose_imputed_error_mm",
 )  # fmt: skip
 """What the table takes from the sweep as it is."""
+
+DRAWN = (
+    "relative_error_mean", "relative_error_up_to_mirror_mean", "hanging_relative_error_mean",
+    "mean_pose_relative_error_mean", "imputed_error_mm_median", "seen_error_mm_median",
+)  # fmt: skip
+"""Means and medians over skeletons that have an interval over clips."""
+
+STATISTICS = {"mean": weighted_means, "median": weighted_medians}
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
@@ -81,6 +90,11 @@ class MissingDataFigure(Figure):
             },
             "limb_error_up_to_mirror_median": np.median(sweep.limb_error_up_to_mirror, axis=2).ravel(),
         }
+        for name in DRAWN:
+            column, _, statistic = name.rpartition("_")
+            values = np.moveaxis(getattr(sweep, column), 2, 0)
+            low, high = interval_over_clusters(rows["clip"], values, STATISTICS[statistic])
+            points |= {f"{name}_low": low.ravel(), f"{name}_high": high.ravel()}
         return {
             "table_hinges": tidy(
                 {
@@ -119,6 +133,7 @@ class MissingDataFigure(Figure):
         }
         dashed = {p: replace(style, label="", line="dashed") for p, style in styles.items()}
         lines = partial(pictures.series, x="percent", by="pattern")
+        intervals = partial(pictures.intervals, x="percent", by="pattern")
         published = pictures.Series(
             x=np.array([100.0 * PUBLISHED_FRACTION]),
             y=np.array([PUBLISHED_ERROR]),
@@ -141,14 +156,17 @@ class MissingDataFigure(Figure):
         ]
         missing = table[np.isfinite(table["imputed_error_mm_median"])]
         high = table["relative_error_mean"] + table["relative_error_sd"]
-        errors_mm = table[["imputed_error_mm_median", "seen_error_mm_median"]]
+        errors_mm = table[
+            [f"{name}_mm_median{end}" for name in ("imputed_error", "seen_error") for end in ("", "_high")]
+        ]
         pictures.draw_lines(
             stem,
             [
                 panel(
                     series=[
                         *lines(table, y="relative_error_mean", band="relative_error_sd", styles=styles),
-                        *lines(table, y="relative_error_up_to_mirror_mean", styles=dashed),
+                        *intervals(table, y="relative_error_mean", styles=styles),
+                        *intervals(table, y="relative_error_up_to_mirror_mean", styles=dashed),
                         *still,
                         published,
                     ],
@@ -158,11 +176,15 @@ class MissingDataFigure(Figure):
                 panel(
                     series=[
                         *(
-                            lines(missing, y="imputed_error_mm_median", styles=imputed)
+                            [
+                                *lines(missing, y="imputed_error_mm_median", styles=imputed),
+                                *intervals(missing, y="imputed_error_mm_median", styles=imputed),
+                            ]
                             if len(missing)
                             else []
                         ),
                         *lines(table, y="seen_error_mm_median", styles=seen),
+                        *intervals(table, y="seen_error_mm_median", styles=seen),
                     ],
                     ylabel="3D error of a joint (mm)",
                     ylim=(0.0, 1.08 * float(np.nanmax(errors_mm))),
@@ -173,10 +195,16 @@ class MissingDataFigure(Figure):
             f"{', '.join(camera.words for camera in options.cameras)}; noise of {options.noise_px:g} px, errors of "
             f"{100 * options.length_error:g} % of every length and of {options.root_error_mm:g} mm of the root's "
             "trajectory. (a) Mean over skeletons with points missing at random or in runs of frames, in coordinates of "
-            "the recording, on whose origin it depends; band: ±1 standard deviation; dashed: when of every limb and "
-            "its mirror the better one is taken; grey: skeletons that do nothing, on the same root, hanging straight "
-            "down (dotted) or in their true mean pose (dashed); dot: the paper's 13 % at 5 %. (b) Median over "
-            f"skeletons, of points that were missing and of those that were seen. {BANDS_OF_TRIALS}",
+            "the recording, on whose origin it depends; light band: ±1 standard deviation over skeletons; dashed: when "
+            "of every limb and its mirror the better one is taken; grey: skeletons that do nothing, on the same root, "
+            "hanging straight down (dotted) or in their true mean pose (dashed); dot: the paper's 13 % at 5 %. "
+            "(b) Median over skeletons, of points that were missing and of those that were seen. "
+            + interval_words(
+                tables["table"]["clip"].nunique(),
+                of="mean or median",
+                over="clips",
+                bands="Bands along the lines",
+            ),
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:

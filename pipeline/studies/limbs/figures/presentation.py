@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pipeline.core.bootstrap import weighted_medians
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
+from pipeline.studies.replicated import interval_over_clusters
 
 ADJUST_NAMES = {
     "refined": "refined with the trajectory",
@@ -55,12 +57,6 @@ def sphere(
     return RADIUS_MM * np.concatenate(circles)[None], joined
 
 
-BANDS_OF_TRIALS = (
-    "Bands are of single trials: how sure a median or mean is, over clips, is told by the verdicts alone."
-)
-"""For captions: a table of trials has no interval of what is drawn through them."""
-
-
 def path_bones(frames: int) -> list[tuple[int, int]]:
     """Return the pairs of successive frames of a path."""
     return [(f, f + 1) for f in range(frames - 1)]
@@ -78,6 +74,34 @@ def quartile_columns(name: str, column: str) -> dict[str, Any]:
     """
     ends = {"median": 0.5, "low": 0.25, "high": 0.75}
     return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
+
+
+def median_intervals(trials: pd.DataFrame, by: Sequence[str], medians: Mapping[str, str]) -> pd.DataFrame:
+    """Return 95 % intervals over clips of medians over trials: all trials of a clip are drawn together.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        With a column ``clip``.
+    by : sequence of str
+        Columns that tell apart what is aggregated; the index of the result.
+    medians : mapping of str to str
+        Name of a median → column that it is of.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``<name>_low`` and ``<name>_high`` of every median; NaN where all trials are of one clip.
+    """
+    ends = {}
+    for key, rows in trials.groupby(list(by)):
+        values = rows[list(medians.values())].to_numpy(dtype=float)
+        low, high = interval_over_clusters(rows["clip"].to_numpy(), values, weighted_medians)
+        ends[key] = np.stack([low, high], axis=1).ravel()
+    columns = [f"{name}_{end}" for name in medians for end in ("low", "high")]
+    return pd.DataFrame.from_dict(ends, orient="index", columns=columns).set_axis(
+        pd.MultiIndex.from_tuples(list(ends), names=list(by))
+    )
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from pipeline import pictures, recordings
 from pipeline.core import anatomical, camera, fourier
@@ -70,7 +70,7 @@ class BarCoverage(Figure):
             error, sd = np.abs(sweep.error_mm[m]), sweep.sd_mm[m]  # (P, A, 15, K)
             z = np.moveaxis(error / sd, 2, -1)  # (P, A, K, 15)
             learnt = anatomical.multipliers_without(z, anatomical.GROUP_OF_JOINT, LEVELS)
-            textbook = np.broadcast_to(norm.ppf(0.5 + LEVELS / 2.0), learnt.shape)
+            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
             for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
                 of_joint = multipliers[:, anatomical.GROUP_OF_JOINT]  # (P, 15, L)
                 keys = {"method": method, "bars": kind}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from pipeline import pictures, recordings
 from pipeline.core import anatomical, statistics
@@ -61,7 +61,7 @@ class ViewPosterior(Figure):
             ]
             z = (off[m] / sweep.sd_deg[m])[..., None]  # (P, A, 1)
             learnt = anatomical.multipliers_without(z, np.zeros(1, dtype=int), LEVELS)[:, 0]
-            textbook = np.broadcast_to(norm.ppf(0.5 + LEVELS / 2.0), learnt.shape)
+            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
             for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
                 for number, level in enumerate(LEVELS.tolist()):
                     half = multipliers[:, None, number] * sweep.sd_deg[m]

@@ -1,0 +1,67 @@
+"""Intervals in tables: the same as those that verdicts rest on, and none where only one person or clip was drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+
+from pipeline.core.bootstrap import percentile_interval, weighted_means, weighted_medians
+from pipeline.studies import measures
+from pipeline.studies.limbs.figures.presentation import median_intervals
+from pipeline.studies.replicated import Statistic, interval_over_clusters, interval_over_people, replicate
+from tests.strategies import seeds
+
+
+def trials(rng: np.random.Generator, clips: int) -> pd.DataFrame:
+    """Errors of trials under two conditions: clips differ more than their trials."""
+    clip = rng.integers(0, clips, size=60)
+    clip[:clips] = range(clips)
+    error = rng.normal(5.0, 1.0, size=clips)[clip] + rng.normal(0.0, 0.1, size=60)
+    return pd.DataFrame(
+        {
+            "clip": [f"clip_{c}" for c in [*clip, *clip]],
+            "scale": 1.0,
+            "camera": np.repeat(["still", "shaky"], 60),
+            "error": [*error, *(error + 1.0)],
+        }
+    )
+
+
+@given(seeds)
+@settings(max_examples=5)
+def test_a_column_of_a_table_has_the_interval_that_a_verdict_on_it_rests_on(seed: int) -> None:
+    table = trials(np.random.default_rng(seed), 7)
+    found = median_intervals(table, ["camera", "scale"], {"error_median": "error"}).droplevel("scale")
+    drawn = replicate(["figure/table_trials"], {"figure/table_trials": table})
+    assert drawn is not None
+    for camera in ("still", "shaky"):
+        replicates = measures.median(drawn["figure/table_trials"], "error", f"camera == '{camera}'")
+        ends = percentile_interval(np.asarray(replicates))
+        assert found.loc[camera].tolist() == pytest.approx([float(end) for end in ends], rel=1e-12)
+    low, high = found.loc["still", ["error_median_low", "error_median_high"]]
+    assert low <= table.loc[table["camera"] == "still", "error"].median() <= high
+    np.testing.assert_allclose(found.loc["shaky"], found.loc["still"] + 1.0, rtol=1e-12)
+
+
+@given(seeds)
+@settings(max_examples=5)
+def test_all_rows_of_a_clip_are_drawn_together(seed: int) -> None:
+    values = np.random.default_rng(seed).normal(size=(12, 2))
+    clip = np.array(["a", "b", "c", "d"])
+    for statistic in (weighted_means, weighted_medians):
+        once = interval_over_clusters(clip, values[:4], statistic)
+        thrice = interval_over_clusters(np.repeat(clip, 3), np.repeat(values[:4], 3, axis=0), statistic)
+        np.testing.assert_allclose(once, thrice, rtol=1e-12)
+
+
+@pytest.mark.parametrize("statistic", [weighted_means, weighted_medians])
+def test_one_clip_alone_has_no_interval_nor_has_what_is_not_known(statistic: Statistic) -> None:
+    values = np.arange(12.0).reshape(6, 2)
+    assert np.isnan(interval_over_clusters(np.full(6, "a"), values, statistic)).all()
+    values[2, 1] = np.nan
+    low, high = interval_over_clusters(np.array(list("aabbcc")), values, statistic)
+    assert low[0] < high[0]
+    assert np.isnan([low[1], high[1]]).all()
+    assert np.isnan(interval_over_people(np.full(6, "a"), values)).all()
