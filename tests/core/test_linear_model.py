@@ -110,8 +110,15 @@ def test_there_are_never_more_components_than_walkers_less_one(
     assert model.components.shape == (kept, 225)
     assert model.eigenvalues.shape == (kept,)
     whole = linear_model.fit(samples, count)
-    np.testing.assert_array_equal(model.components, whole.components[:kept])
-    assert model.total_variance == whole.total_variance
+    # A few of many are computed in another way than all.
+    np.testing.assert_allclose(
+        model.eigenvalues, whole.eigenvalues[:kept], rtol=1e-9, atol=1e-12 * whole.eigenvalues[0]
+    )
+    assert model.total_variance == pytest.approx(whole.total_variance, rel=1e-12)
+    below = whole.eigenvalues[kept] if kept < count - 1 else -np.inf
+    if model.eigenvalues[-1] - below > 1e-3 * whole.eigenvalues[0]:  # of equal ones either is as good
+        first = whole.components[:kept]
+        np.testing.assert_allclose(model.components.T @ model.components, first.T @ first, rtol=0, atol=1e-10)
     if asked >= count - 1:  # then every walker is a sum of eigenwalkers
         k = (samples - model.mean) @ model.components.T
         np.testing.assert_allclose(model.mean + k @ model.components, samples, rtol=0, atol=1e-8)

@@ -155,8 +155,25 @@ def ray_sphere(
     >>> hits.far.tolist(), hits.near.tolist()
     ([[-3.0, 0.0, 4.0]], [[-3.0, 0.0, -4.0]])
     """
+    return on_sphere(cast_rays(cameras, pixels, parents), radius, adjust=adjust)
+
+
+def on_sphere(rays: Rays, radius: float, *, adjust: Adjustment = Adjustment.per_frame) -> RayHits:
+    """Both points of rays that are known, as by `ray_sphere`: the same rays serve every radius.
+
+    Parameters
+    ----------
+    rays : Rays
+    radius : float
+        r, mm.
+    adjust : {"per_frame", "global", "robust"}
+
+    Raises
+    ------
+    InvalidInput
+        If the radius is no length, or no ray meets the sphere in front of its camera.
+    """
     require_range("radius", radius, at_least=0.0, unit="mm")
-    rays = cast_rays(cameras, pixels, parents)
     distance = rays.distance
     given = np.isfinite(distance)
     reachable = rays.ahead > -_half(radius, distance)  # False where NaN

@@ -94,12 +94,11 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
     q = (M @ parents[given, :, None])[..., 0] + p4
     left = M[:, :2] - x[:, :, None] * M[:, 2:]
     right = q[:, 2:] * x - q[:, :2]
-    along = np.cross(
-        left[:, 0], left[:, 1]
-    )  # det M times M^-1 (x, 1): away from the camera whatever P's sign
+    # det M times M^-1 (x, 1): away from the camera whatever P's sign.
+    along = _cross(left[:, 0], left[:, 1])
     size = np.linalg.norm(along, axis=1)
     v = along / size[:, None]
-    m = (right[:, :1] * np.cross(left[:, 1], v) + right[:, 1:] * np.cross(v, left[:, 0])) / size[:, None]
+    m = (right[:, :1] * _cross(left[:, 1], v) + right[:, 1:] * _cross(v, left[:, 0])) / size[:, None]
     depth = (M[:, 2] * m).sum(axis=1) + q[:, 2]
     ahead = np.where(parallel, np.inf, depth * size / np.where(parallel, 1.0, det))
     at_joint = np.hypot(np.linalg.norm(m, axis=1), ahead) < _AT_JOINT_MM
@@ -110,6 +109,12 @@ def cast_rays(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> R
     rays = Rays(*(np.full((len(given), *shape), np.nan) for shape in ((3,), (3,), ())))
     rays.middle[given], rays.direction[given], rays.ahead[given] = m, v, ahead
     return rays
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Vector products (n, 3); of short arrays several times as fast as numpy's."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -124,7 +129,7 @@ def _by_frame(cameras: np.ndarray, pixels: np.ndarray, parents: np.ndarray) -> t
 
 def _determinant(M: np.ndarray, p4: np.ndarray, parallel: np.ndarray, frames: np.ndarray) -> np.ndarray:
     """det M (n,) of the cameras of these frames, after refusing those that have no rays."""
-    across = np.cross(M[:, 0], M[:, 1])
+    across = _cross(M[:, 0], M[:, 1])
     det = (across * M[:, 2]).sum(axis=1)
     sizes = np.linalg.norm(M, axis=2)
     flat = np.linalg.norm(across, axis=1) <= _NO_CENTRE * sizes[:, 0] * sizes[:, 1]

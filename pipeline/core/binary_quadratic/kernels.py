@@ -33,6 +33,9 @@ FEWEST_SWEEPS, MOST_SWEEPS = 2, 20
 
 EPS = float(np.finfo(float).eps)
 
+REFRESH = 8
+"""Boxes after which the derivatives are summed anew: those between carry them along, as the sweeps of one box do."""
+
 LAST_SWEEPS = 2000
 """Where only relaxed frames are left there is nothing to branch on: they are descended to the end."""
 
@@ -178,19 +181,20 @@ def curvature(basis, half_chord):  # type: ignore[no-untyped-def]
 
 
 @compiled_with_free_sums
-def relax(p, held, values, z, half, cutoff, fewest, most, allowance, trail, length):  # type: ignore[no-untyped-def]
+def relax(p, held, values, z, half, known, cutoff, fewest, most, allowance, trail, length):  # type: ignore[no-untyped-def]
     """The least J over the box, about: (a lower bound over the whole box, J, sweeps, frames on the trail).
 
     Frames whose `held` is 0 range over -1 … +1, the others stay.  Coordinate descent from `values`, which it
-    overwrites, with `z` and `half`.  J is convex: from any point, converged or not,
-    ``J(t) >= J(s) - 2 sum(|half_i| + half_i s_i)`` over the box, and ``4 |half_i|`` more where t_i has the sign
-    of half_i.  A sign that this lifts to `cutoff` is held at the other one, and put on the trail.
+    overwrites, with `z` and `half`; `known` is J of the values, or NaN where it and `half` are to be computed.
+    J is convex: from any point, converged or not, ``J(t) >= J(s) - 2 sum(|half_i| + half_i s_i)`` over the box, and
+    ``4 |half_i|`` more where t_i has the sign of half_i.  A sign that this lifts to `cutoff` is held at the other
+    one, and put on the trail.
 
     It ends when the bound reaches `cutoff`; after `fewest` sweeps, when J is below it, so that no bound can reach
     it; when nothing moves; or after `most` sweeps.
     """
     basis, middle, half_chord, kind, bent, table = p.basis, p.middle, p.half_chord, p.kind, p.bent, p.table
-    following = slopes(p, values, z, half)
+    following = slopes(p, values, z, half) if np.isnan(known) else known
     sweeps = 0
     while True:
         here = following
@@ -453,6 +457,8 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
     kind, bent = p.kind, p.bent
     frames = len(kind)
     trial = np.empty(frames)
+    relaxed = np.nan
+    carried = 0
     while budget > 0 and counts[STATE] != DONE:
         depth = counts[DEPTH]
         if counts[STATE] == LEAVE:
@@ -475,13 +481,19 @@ def search_boxes(p, tree, best, found, gap, allowance, budget):  # type: ignore[
         counts[NODES] += 1
         cutoff = best[0] - max(gap * abs(best[0]), 2.0 * allowance)
         left = False
+        carried += 1
+        if carried >= REFRESH or len(p.table) == 0:
+            relaxed = np.nan
+            carried = 0
         for i in range(frames):
-            if held[i] != 0:
+            if held[i] == 0:
+                left = left or kind[i] != RELAXED
+            elif values[i] != held[i]:
+                if carried > 0:
+                    relaxed += move(p, i, held[i] - values[i], z, half)
                 values[i] = held[i]
-            elif kind[i] != RELAXED:
-                left = True
         bound, relaxed, sweeps, counts[TRAIL] = relax(
-            p, held, values, z, half, cutoff, FEWEST_SWEEPS if left else LAST_SWEEPS,
+            p, held, values, z, half, relaxed, cutoff, FEWEST_SWEEPS if left else LAST_SWEEPS,
             MOST_SWEEPS if left else LAST_SWEEPS, allowance, trail, counts[TRAIL],
         )  # fmt: skip
         budget -= sweeps + 1
@@ -682,7 +694,9 @@ def enter_leaf(p, signs, z, best, found, gap, allowance, ends):  # type: ignore[
     if relaxed:
         half = np.empty(frames)
         trail = np.empty(frames, dtype=np.int64)
-        bound = relax(p, held, values, z, half, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0)[0]
+        bound = relax(
+            p, held, values, z, half, np.nan, cutoff, LAST_SWEEPS, LAST_SWEEPS, allowance, trail, 0
+        )[0]
     here = cost(p, values, z)
     # Half of what is not looked for: what is better by less may be rounding.
     if here < 0.5 * (best[0] + cutoff):

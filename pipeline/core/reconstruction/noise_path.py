@@ -6,6 +6,8 @@ of them.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from pipeline.core import errors
@@ -59,7 +61,7 @@ class NoisePath:
         parts = np.stack([self._wx.T @ white.bx, cross + cross.T, self._wy.T @ white.by])
         quadratic = np.tensordot(self._turn, parts, axes=1)
         self._rotated = np.swapaxes(self._vectors, 1, 2) @ quadratic @ self._vectors
-        nodes, self._between = _interpolation(noise_variances)
+        nodes, self._between = _interpolation(tuple(noise_variances.tolist()))
         self._inverse = spectrum.inverse(nodes)
 
     def error(self, sample: np.ndarray) -> np.ndarray:
@@ -114,13 +116,15 @@ def error_path(
     return NoisePath(model, view_angles_rad, noise_variances).error(sample)
 
 
-def _interpolation(noise_variances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+@functools.lru_cache(maxsize=4)
+def _interpolation(wanted_variances: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Values of sigma² (K,) that determine a path, and what each weighs at the S wanted ones, (K, S).
 
     As a function of t = log sigma² a path is analytic but for poles at log s ± i pi, s an eigenvalue of A, all
     at least pi away from the real axis.  Its Chebyshev series over t in a ± L therefore falls by a factor
     rho = pi / L + sqrt(1 + (pi / L)²) a term, whatever the model, and so many terms reach rounding.
     """
+    noise_variances = np.array(wanted_variances)
     low, high = np.log(noise_variances.min()), np.log(noise_variances.max())
     half = max((high - low) / 2.0, 1e-3)
     count = int(np.ceil(_TERMS / np.log(np.pi / half + np.hypot(1.0, np.pi / half)))) + 4

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, TrajectoryBasis, TrajectoryBasisByRule
-from pipeline.core.articulation import Adjustment, ray_sphere
+from pipeline.core.articulation import Adjustment, cast_rays, on_sphere
 from pipeline.core.refinement import refine
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.studies.limbs import nulls
@@ -102,6 +102,8 @@ class _Ways:
     ) -> None:
         self.sweep, self.trial, self.basis = sweep, trial, basis
         self.pixels = trial.images + sweep.noise_px * trial.noise
+        self.rays = cast_rays(trial.view.matrix, self.pixels, trial.parent)
+        self.nothing: dict[float, dict[str, float]] = {}
         self.choices: dict[float, LimbChoice] = {}
         self.scores: dict[tuple[float, bool], dict[str, Any]] = {}
 
@@ -109,7 +111,7 @@ class _Ways:
         """Return the errors at a scale of the assumed radius, and of limbs that do nothing with it."""
         sweep, trial, refined = self.sweep, self.trial, way == REFINED
         adjust = sweep.adjusts[0] if refined else Adjustment(way)
-        hits = ray_sphere(trial.view.matrix, self.pixels, trial.parent, scale * trial.length, adjust=adjust)
+        hits = on_sphere(self.rays, scale * trial.length, adjust=adjust)
         key = hits.radius, refined
         if hits.radius not in self.choices:
             ratio = hits.radius / trial.length
@@ -117,13 +119,19 @@ class _Ways:
         if key not in self.scores:
             choice = self.choices[hits.radius]
             self.scores[key] = self._refined(choice) if refined else self._chosen(choice)
-        adjusted = nulls.limb_errors(trial, scale=hits.radius / trial.length)
+        adjusted = self._of_nothing(hits.radius / trial.length)
         return {
             **self.scores[key],
-            **nulls.limb_errors(trial, scale=scale),
+            **self._of_nothing(scale),
             "adjusted_hanging_error": adjusted["hanging_error"],
             "adjusted_share": float(hits.adjusted.mean()),
         }
+
+    def _of_nothing(self, scale: float) -> dict[str, float]:
+        """Return the errors of limbs that do nothing, computed once for each scale."""
+        if scale not in self.nothing:
+            self.nothing[scale] = nulls.limb_errors(self.trial, scale=scale)
+        return self.nothing[scale]
 
     def _chosen(self, choice: LimbChoice) -> dict[str, Any]:
         return {
