@@ -28,9 +28,12 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
     angle = 2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float)
     columns = np.empty((*angle.shape, 1 + 2 * harmonics))
     columns[..., 0] = 1.0
+    sine, cosine = np.sin(angle), np.cos(angle)
+    s, c = sine, cosine
     for h in range(1, harmonics + 1):
-        np.sin(h * angle, out=columns[..., 2 * h - 1])
-        np.cos(h * angle, out=columns[..., 2 * h])
+        if h > 1:  # the addition theorem costs a fraction of another sine and cosine
+            s, c = s * cosine + c * sine, c * cosine - s * sine
+        columns[..., 2 * h - 1], columns[..., 2 * h] = s, c
     return columns
 
 
@@ -62,9 +65,8 @@ def single_frequency_power(frequencies_hz: np.ndarray, times_s: np.ndarray, sign
     """
     frames = len(times_s)
     step = float(times_s[-1] - times_s[0]) / max(frames - 1, 1)
-    ones = np.ones(frames)
     sine_cosine = _transform(frequencies_hz, step, signal - signal.mean())
-    mean, twice = _transform(frequencies_hz, step, ones), _transform(2.0 * frequencies_hz, step, ones)
+    mean, twice = _of_ones(frequencies_hz, step, frames), _of_ones(2.0 * frequencies_hz, step, frames)
     # Products of the columns sin and cos about their means, by the double angle.
     ss = (frames - twice.real) / 2.0 - mean.imag**2 / frames
     cc = (frames + twice.real) / 2.0 - mean.real**2 / frames
@@ -84,6 +86,12 @@ def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) ->
     turn = 2j * np.pi * step_s * frequencies_hz[:, None] * np.arange(block)
     within = np.exp(turn) @ rows.reshape(block, block).T
     return (within * np.exp(block * turn)).sum(axis=1)
+
+
+def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarray:
+    """As `_transform` of a signal that is one throughout: a geometric series."""
+    half = np.pi * step_s * frequencies_hz
+    return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
 
 def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2) -> float:
