@@ -6,6 +6,7 @@ end with it.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -82,6 +83,7 @@ def make_side_by_side(
         with suppress(OSError):  # it has just died, which is read from its pipe
             pipe.send(jobs[figure])
 
+    gc.freeze()  # or a collection in a worker writes to what it shares with this process, which is then copied
     try:
         for slot in range(processes):
             begin(slot, None)

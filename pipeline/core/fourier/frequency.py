@@ -6,6 +6,8 @@ searched.  Why not an FFT: clips are not whole numbers of cycles.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
@@ -26,15 +28,15 @@ def design(frequency_hz: float | np.ndarray, times_s: np.ndarray, harmonics: int
     Frequencies (C, 1) give (C, T, 1 + 2H).
     """
     angle = 2.0 * np.pi * frequency_hz * np.asarray(times_s, dtype=float)
-    columns = np.empty((*angle.shape, 1 + 2 * harmonics))
-    columns[..., 0] = 1.0
+    rows = np.empty((*angle.shape[:-1], 1 + 2 * harmonics, angle.shape[-1]))
+    rows[..., 0, :] = 1.0
     sine, cosine = np.sin(angle), np.cos(angle)
     s, c = sine, cosine
     for h in range(1, harmonics + 1):
         if h > 1:  # the addition theorem costs a fraction of another sine and cosine
             s, c = s * cosine + c * sine, c * cosine - s * sine
-        columns[..., 2 * h - 1], columns[..., 2 * h] = s, c
-    return columns
+        rows[..., 2 * h - 1, :], rows[..., 2 * h, :] = s, c
+    return rows.swapaxes(-1, -2)
 
 
 def cycle_basis(phase_rad: np.ndarray, blocks: int) -> np.ndarray:
@@ -83,9 +85,15 @@ def _transform(frequencies_hz: np.ndarray, step_s: float, signal: np.ndarray) ->
     block = int(np.ceil(np.sqrt(len(signal))))
     rows = np.zeros(block * block)
     rows[: len(signal)] = signal
-    turn = 2j * np.pi * step_s * frequencies_hz[:, None] * np.arange(block)
-    within = np.exp(turn) @ rows.reshape(block, block).T
-    return (within * np.exp(block * turn)).sum(axis=1)
+    fine, coarse = _exponentials(frequencies_hz.tobytes(), step_s, block)
+    return ((fine @ rows.reshape(block, block).T) * coarse).sum(axis=1)
+
+
+@lru_cache(maxsize=4)  # clips of a data set often have the same length and rate
+def _exponentials(frequencies_hz: bytes, step_s: float, block: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return exp(i w a) and exp(i w b) for the times a within a block and b of whole blocks, complex (C, block)."""
+    turn = 2j * np.pi * step_s * np.frombuffer(frequencies_hz)[:, None] * np.arange(block)
+    return np.exp(turn), np.exp(block * turn)
 
 
 def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarray:
