@@ -9,7 +9,7 @@ import pandas as pd
 from pipeline.clips.options import SyntheticData
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.stages.artefacts import stored
+from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
@@ -36,6 +36,8 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
     # Figures that begin together share the work: one makes populations from the first on, others from the middle.
     begin = 0 if isinstance(experiment.sweep, NoSweep) else count // 2
     order = [*range(begin, count), *range(begin)]
+    if begin:  # first what figures share, so that none waits until another has swept it
+        map_processes(lambda number: _samples(experiment, number, store), order, experiment.workers)
     made = dict(zip(order, map_processes(one, order, experiment.workers), strict=True))
     return {
         name.removesuffix("_people") + "_populations": pd.concat(
@@ -52,12 +54,15 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
-    dataset, model, sweep = experiment.dataset.shared(), experiment.model, experiment.sweep.coarser()
-    seed = int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
-    request = experiment.data.request(dataset.corpus, experiment.skeleton, seed, 1)
-    kept = stored(
+def _seed(experiment: Experiment, number: int) -> int:
+    return int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
+
+
+def _samples(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
+    """Return the data set of one population, which all figures of the walks share."""
+    dataset = experiment.dataset.shared()
+    request = experiment.data.request(dataset.corpus, experiment.skeleton, _seed(experiment, number), 1)
+    return stored(
         store,
         "population",
         {"clips": request.options, "dataset": dataset},
@@ -66,6 +71,12 @@ def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[A
         result=result_type(dataset.build),
         source=type(dataset).__module__,
     )
+
+
+def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
+    """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
+    model, sweep, seed = experiment.model, experiment.sweep.coarser(), _seed(experiment, number)
+    kept = _samples(experiment, number, store)
     samples = experiment.dataset.of_shared(kept.value)
     if isinstance(sweep, NoSweep):
         learnt = model.learn(samples, workers=1)
