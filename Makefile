@@ -100,8 +100,8 @@ format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff check --fix .
 	@$(VENV)/bin/ruff format .
 
-test: $(DEV) ## the tests, on every core; make test ARGS=tests/core for some
-	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(ARGS)
+test: $(DEV) ## the tests, on every core, in three minutes; ALL=1: the thorough ones, too; ARGS=tests/core: some
+	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(if $(ALL)$(ARGS),,-m "not thorough") $(ARGS)
 
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)

@@ -14,6 +14,8 @@ import pytest
 from pipeline.cli.compose import compose
 from pipeline.storage import tables
 
+pytestmark = pytest.mark.thorough
+
 ROOT = Path(__file__).resolve().parent.parent
 TUTORIAL = (ROOT / "tutorial.py").read_text(encoding="utf-8")
 

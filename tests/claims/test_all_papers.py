@@ -10,6 +10,8 @@ import pytest
 from pipeline import papers
 from pipeline.studies.ledger import Tables, judge
 
+pytestmark = pytest.mark.thorough
+
 FEW_ENOUGH = {
     "zhang2004_twenty_eight_components",
     "zhang2007_thirty_components",

@@ -10,10 +10,13 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import pytest
 
 from pipeline.core.limb_chain import WALKER14
 from pipeline.studies.ledger import Tables
 from tests.claims import holding
+
+pytestmark = pytest.mark.thorough
 
 assert_holds = partial(holding.assert_holds, paper="park2011")
 

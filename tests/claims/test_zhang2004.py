@@ -10,9 +10,12 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import pytest
 
 from pipeline.studies.ledger import Tables
 from tests.claims import holding
+
+pytestmark = pytest.mark.thorough
 
 assert_holds = partial(holding.assert_holds, paper="zhang2004")
 

@@ -667,6 +667,7 @@ def test_a_readers_own_files_survive_another_run(say: Callable, tmp_path: Path) 
     assert leftovers(tmp_path) == []
 
 
+@pytest.mark.thorough
 def test_claims_of_an_edited_table_are_refused_and_the_file_is_named(say: Callable, tmp_path: Path) -> None:
     arguments = ["scale=smoke", f"results={tmp_path}"]
     figure = "experiment=zhang2007_fig2"
@@ -756,6 +757,7 @@ FULL_DISK = """
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the size of files")
 def test_a_recording_cut_short_by_a_full_disk_is_not_published(tmp_path: Path) -> None:
     """The viewer's library writes in a thread of its own and only logs what goes wrong there."""
@@ -804,6 +806,7 @@ def interrupted(module: str, function: str, number: int, *arguments: str) -> tup
         return process.returncode, err
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(tmp_path: Path) -> None:
     arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
@@ -822,6 +825,7 @@ def test_ctrl_c_in_the_middle_ends_in_one_sentence_and_keeps_what_was_finished(t
     assert "ingest dataset model " in done.stdout, "the next run goes on from there"
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_a_run_that_was_killed_while_it_published_resumes(tmp_path: Path) -> None:
     arguments = ["experiment=zhang2007_fig5", *QUICK, f"results={tmp_path}"]
@@ -851,6 +855,7 @@ def test_ctrl_c_while_options_are_read_is_no_traceback(
     assert_one_sentence(said.err, "interrupted")
 
 
+@pytest.mark.thorough
 def test_claims_and_archive_ask_only_for_what_the_data_set_has() -> None:
     from pipeline.cli.commands import built_figures, figures_for
 
@@ -884,6 +889,7 @@ def has_launcher(name: str) -> bool:
     return importlib.util.find_spec(f"hydra_plugins.hydra_{name}_launcher") is not None
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "launcher",
     [

@@ -16,6 +16,8 @@ from pipeline.papers import Estimate, Evidence, Outcome, Verdict
 from pipeline.storage import tables
 from pipeline.validation import InvalidInput
 
+pytestmark = pytest.mark.thorough
+
 GROUPS = papers.read_mapping(CONF / "sensitivity.yaml")
 
 

@@ -25,6 +25,8 @@ from pipeline.storage.sealed_folders import is_complete
 from pipeline.studies.walks.known_view import KnownView
 from tests.processes import WAIT_S, started
 
+pytestmark = pytest.mark.thorough
+
 QUICK = ("scale=smoke", "figure.picture=false", "figure.recording=false")
 needs_fork = pytest.mark.skipif(not CAN_FORK, reason="workers are forks, which know what a test has replaced")
 

@@ -20,6 +20,8 @@ from pipeline.storage.store import Store
 from pipeline.studies.walks.phase_sources import PHASES, Observed2d
 from tests.stages.run import Stages, smoke, stages, stored_stages
 
+pytestmark = pytest.mark.thorough
+
 FOUND = {"frequency_hz", *PHASES}
 """What only a view's own phase brings with it."""
 

@@ -18,6 +18,8 @@ from pipeline.cli.summary import Outcome
 from pipeline.storage import source_code, tables
 from pipeline.studies.experiment import Experiment
 
+pytestmark = pytest.mark.thorough
+
 STAGES = ("ingest", "dataset", "model", "sweep")
 
 

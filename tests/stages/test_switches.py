@@ -18,6 +18,8 @@ from tests.own_files import write_table
 from tests.stages.run import Stages, smoke
 from tests.stages.run import stages as made
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
