@@ -25,6 +25,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
 from pipeline import mappings
+from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
 from pipeline.clips.options import FolderData, RecordedData, SyntheticData
 from pipeline.processes import processes_for
@@ -67,36 +68,6 @@ def _from_scale(field: Field, sizes: dict[str, Any]) -> Any:
     assert field.default is MISSING, f"{field.name}: the scale sets it"
     values = {name: f"${{scale.{size}}}" if isinstance(size, str) else size for name, size in sizes.items()}
     return values.get("value", values)
-
-
-_WORDS = {
-    "data.path", "data.pattern", "data.person", "data.mirror", "data.raw", "data.table", "data.name", "results",
-    "skeleton.mapping",
-}  # fmt: skip
-"""Options that are text as the user's shell passes it: paths, patterns, names."""
-
-
-def quoted(overrides: Sequence[str]) -> list[str]:
-    """Return overrides in Hydra's grammar: text with letters or signs of its own is quoted, a mapping is an option.
-
-    Examples
-    --------
-    >>> quoted(["data.path=/daten/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
-    ["data.path='/daten/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
-    """
-    return [_quoted(item) for item in overrides]
-
-
-def _quoted(item: str) -> str:
-    key, equals, value = item.partition("=")
-    if key == "skeleton" and equals:
-        key = "skeleton.mapping"
-    if key not in _WORDS or re.fullmatch(r"[A-Za-z0-9_./,:-]*|(['\"]).*\1|\$\{.*\}", value, re.DOTALL):
-        return f"{key}{equals}{value}"
-    # A backslash only counts before a quote, and the last one stands before the closing quote.
-    inner = re.sub(r"(\\*)'", r"\1\1\\'", value)
-    inner = re.sub(r"(\\+)$", r"\1\1", inner)
-    return f"{key}='{inner}'"
 
 
 def compose(overrides: Sequence[str]) -> Experiment:

@@ -6,7 +6,7 @@
   python -m pipeline -m experiment=FIGURE model.components=10,20,30        variants (Hydra multirun)
 
   python -m pipeline fetch [data=optical]                 download the recordings of data/sources.csv
-  python -m pipeline reconstruct input.path=FILE_OR_FOLDER [input.frame_rate_hz=30] [output.path=DIR]
+  python -m pipeline reconstruct FILE_OR_FOLDER [input.frame_rate_hz=30] [output.path=DIR]
                                                           a 3D walk from 2D keypoints of one camera
   python -m pipeline model [data=optical] [output=DIR]    train the model that reconstructs walks
   python -m pipeline report [data=...] [scale=...]        one page over all figures, results/DATA/SCALE/index.html

@@ -12,6 +12,7 @@ from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 from rich.text import Text
 
+from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF
 from pipeline.cli.summary import open_console
 from pipeline.reconstruct import model_file, words
@@ -29,13 +30,15 @@ def _options(kind: type[Options], overrides: Sequence[str]) -> Options:
     ConfigStore.instance().store(name="command", node=kind)
     GlobalHydra.instance().clear()
     with hydra.initialize_config_dir(version_base="1.3", config_dir=str(CONF), job_name="pipeline"):
-        composed = hydra.compose("command", overrides=list(overrides))
+        composed = hydra.compose("command", overrides=quoted(overrides))
     found: Options = OmegaConf.to_object(composed)  # type: ignore[assignment]
     return found
 
 
 def reconstruct(arguments: Sequence[str]) -> int:
     """Reconstruct a walk from keypoints; return 0 also if it was none, which the summary says."""
+    if arguments and "=" not in arguments[0]:  # a file or folder alone, as other commands take it
+        arguments = [f"input.path={arguments[0]}", *arguments[1:]]
     _, summary, folder = run(_options(Reconstruct, arguments))
     out = open_console()
 

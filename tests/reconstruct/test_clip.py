@@ -287,14 +287,16 @@ def test_words_for_every_heading() -> None:
 
 def test_the_command_prints_what_was_found(say: Callable[..., object], model: Path, tmp_path: Path) -> None:
     sim = clip(60.0, ERROR)
-    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    folder = tmp_path / "müller, (1)"  # as people name folders
+    folder.mkdir()
+    path = alphapose(folder / "a.json", in_layout(sim, "coco17"))
     said = say(
-        "reconstruct", f"input.path={path}", "input.frame_rate_hz=30", "input.width=1920", "input.height=1080",
-        f"input.focal_px={sim.focal_px}", f"model_folder={model}", f"output.path={tmp_path / 'out'}",
+        "reconstruct", str(path), "input.frame_rate_hz=30", "input.width=1920", "input.height=1080",
+        f"input.focal_px={sim.focal_px}", f"model_folder={model}", f"output.path={folder / 'out'}",
     )  # fmt: skip
     assert said.status == 0, said.err  # type: ignore[attr-defined]
     assert "seen from" in said.out  # type: ignore[attr-defined]
-    written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    written = json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8"))
     _, summary = pipeline.reconstruct(
         path, frame_rate_hz=30, width=1920, height=1080, focal_px=sim.focal_px, model_folder=model
     )

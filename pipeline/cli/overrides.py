@@ -1,0 +1,35 @@
+"""Overrides as people type them in a shell, put into Hydra's grammar."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+_WORDS = {
+    "data.path", "data.pattern", "data.person", "data.mirror", "data.raw", "data.table", "data.name", "results",
+    "skeleton.mapping", "input.path", "output.path", "model_folder",
+}  # fmt: skip
+"""Options that are text as the user's shell passes it: paths, patterns, names."""
+
+
+def quoted(overrides: Sequence[str]) -> list[str]:
+    """Return overrides in Hydra's grammar: text with letters or signs of its own is quoted, a mapping is an option.
+
+    Examples
+    --------
+    >>> quoted(["data.path=/daten/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
+    ["data.path='/daten/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
+    """
+    return [_quoted(item) for item in overrides]
+
+
+def _quoted(item: str) -> str:
+    key, equals, value = item.partition("=")
+    if key == "skeleton" and equals:
+        key = "skeleton.mapping"
+    if key not in _WORDS or re.fullmatch(r"[A-Za-z0-9_./,:-]*|(['\"]).*\1|\$\{.*\}", value, re.DOTALL):
+        return f"{key}{equals}{value}"
+    # A backslash only counts before a quote, and the last one stands before the closing quote.
+    inner = re.sub(r"(\\*)'", r"\1\1\\'", value)
+    inner = re.sub(r"(\\+)$", r"\1\1", inner)
+    return f"{key}='{inner}'"
