@@ -99,7 +99,8 @@ def report(arguments: Sequence[str]) -> int:
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
-    from pipeline.report import shown_variants, write_page
+    from pipeline.report.document import write_page
+    from pipeline.report.variants import shown_variants
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
@@ -139,7 +140,8 @@ def readme(arguments: Sequence[str]) -> int:
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
-        from pipeline.report import draw_first_screen, read_published
+        from pipeline.report.first_screen import draw_first_screen
+        from pipeline.report.published import read_published
 
         config, folder = _results_folder(arguments)
         figures = figures_for(arguments)
@@ -211,7 +213,7 @@ def keep(arguments: Sequence[str]) -> int:
     chosen = [only] if only else figures
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):
-        from pipeline.report import keep_light
+        from pipeline.report.light import keep_light
 
         target = root / "light" / config.data.name
         kinds = keep_light(folder, target, chosen, current=current, **facts)

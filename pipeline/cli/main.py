@@ -322,7 +322,7 @@ def _run(arguments: Sequence[str]) -> int:
 def _compare(run: Path) -> None:
     """Put the variants of a multirun that are finished side by side, and say where."""
     from pipeline.cli.summary import open_console
-    from pipeline.report import compare_variants
+    from pipeline.report.variants import compare_variants
 
     if run.is_dir() and (written := compare_variants(run)):
         open_console().print("compared in " + ", ".join(map(str, written)), soft_wrap=True)

@@ -10,7 +10,7 @@ import pytest
 
 from pipeline.cli import verify as module
 from pipeline.cli.main import command
-from pipeline.report import keep_light
+from pipeline.report.light import keep_light
 from pipeline.storage.sealed_folders import digest
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant, view_errors
