@@ -23,6 +23,7 @@ from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.core.reconstruction import Gram, require_noise_variance
 from pipeline.core.viewpoint.published import best_candidate, from_one_start
 from pipeline.core.viewpoint.search import global_minimum
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_choice, require_finite
 
 FULL_CIRCLE = (-np.pi, np.pi)
@@ -31,6 +32,7 @@ _GRID_STEP_RAD = {"global": np.pi / 90, "published": np.pi / 180}
 """2 degrees where the best cell is refined, and the 1 degree of appendix B where it is not."""
 
 
+@shortened
 @dataclass(frozen=True)
 class ViewEstimate:
     """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).

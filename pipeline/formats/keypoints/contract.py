@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.formats.contract import damaged
+from pipeline.shortened import shortened
 
 LARGEST_PX = 1e6
 
 
+@shortened
 @dataclass(frozen=True)
 class Detections:
     """2D keypoints of one video, as a file holds them: any number of people in any frame.
