@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.clips.options import SyntheticData
+from pipeline.ingestion.data import SyntheticData
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.stages.artefacts import Stored, stored

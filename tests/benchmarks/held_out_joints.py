@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.cli.compose import compose
 from pipeline.clips import missing_joints
-from pipeline.clips.walks import WALKS
+from pipeline.clips.kinds import WALKS
 from pipeline.skeleton import LOWER_BODY, WALKER15
 from pipeline.validation import InvalidInput
 from tests.benchmarks.tables import Row

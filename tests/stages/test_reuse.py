@@ -180,8 +180,8 @@ def test_a_word_changed_anywhere_recomputes_nothing(
             ("sweep",),
         ),  # by way of the anatomical method, which also finds views
         (("core/reconstruction/known_view.py",), STAGES),  # estimates missing joints as well
-        (("studies/walks/model.py",), ("model", "sweep")),
-        (("studies/walks/dataset.py",), ("dataset", "model", "sweep")),
+        (("studies/eigenwalkers/model.py",), ("model", "sweep")),
+        (("studies/eigenwalkers/samples.py",), ("dataset", "model", "sweep")),
         (("clips/walks.py",), STAGES),
     ],
 )

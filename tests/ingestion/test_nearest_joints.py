@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.clips.nearest_joints import propose
 from pipeline.core import walking
+from pipeline.ingestion.nearest_joints import propose
 from pipeline.skeleton import WALKER15, MotionCapture
 from pipeline.synthetic import walkers
 
