@@ -17,7 +17,9 @@ from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.ingestion import nearest_joints
 from pipeline.ingestion.corpus import joints_of
 from pipeline.ingestion.data import FolderData
-from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
+from pipeline.skeleton.mapped_joints import up_axis
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput, require_choice
 
 OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject")

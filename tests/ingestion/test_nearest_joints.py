@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from pipeline.core import walking
 from pipeline.ingestion.nearest_joints import propose
-from pipeline.skeleton import WALKER15, MotionCapture
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 
 HZ = 40.0
