@@ -32,7 +32,7 @@ def run(experiment: Experiment, store: Store) -> Stored[Clips]:
             [],
             request.make,
             result=corpus.result,
-            source=request.source,
+            sources=[request.source],
         )
     except NoUsableClips as refusal:
         path = Path(experiment.results) / experiment.data.name / experiment.scale.name / "refused_clips.csv"
