@@ -18,7 +18,8 @@ from pipeline import fit, from_view, joints, read, represent, to_dataframe, to_x
 from pipeline.core import camera, errors, fourier
 from pipeline.formats import c3d
 from pipeline.formats.points import trc
-from pipeline.skeleton import WALKER15, MotionCapture
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput
 from tests.pages import blocks

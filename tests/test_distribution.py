@@ -77,12 +77,8 @@ def test_the_citation_file_keeps_its_format_and_names_the_four_papers() -> None:
 def _in_sdist(path: str, rules: list[list[str]]) -> bool:
     """Whether a tracked file goes into the source distribution: modules and what setuptools always adds, else rules."""
     first = path.split("/")[0]
-    always = re.fullmatch(
-        r"pipeline/.*\.py|pyproject\.toml|setup\.py|README\.md|LICENSE|MANIFEST\.in", path
-    )
-    data = re.fullmatch(
-        r"pipeline/(py\.typed|reconstruct/walkers/[^/]+|report/page/[^/]+)", path
-    )
+    always = re.fullmatch(r"pipeline/.*\.py|pyproject\.toml|setup\.py|README\.md|LICENSE|MANIFEST\.in", path)
+    data = re.fullmatch(r"pipeline/(py\.typed|reconstruct/walkers/[^/]+|report/page/[^/]+)", path)
     for command, *patterns in rules:
         if command == "graft" and first in patterns:
             return True

@@ -19,7 +19,7 @@ from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets, split_named
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
-from pipeline.clips.options import RecordedData
+from pipeline.ingestion.data import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.storage.sealed_folders import MANIFEST, read_manifest
 from pipeline.studies import published

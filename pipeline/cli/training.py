@@ -8,7 +8,7 @@ from pathlib import Path
 from pipeline.cli.compose import compose
 from pipeline.cli.options import filled
 from pipeline.cli.output import tell
-from pipeline.clips.walks import WALKS, Walks
+from pipeline.clips.kinds import WALKS, Walks
 from pipeline.reconstruct import model_file
 from pipeline.reconstruct.training import Training, train
 

@@ -19,7 +19,7 @@ from pipeline.cli.compose import compose, quoted
 from pipeline.cli.errors import sentence
 from pipeline.cli.main import destination
 from pipeline.cli.presets import presets
-from pipeline.clips.options import FolderData
+from pipeline.ingestion.data import FolderData
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import Figure, Grid
