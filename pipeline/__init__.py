@@ -62,7 +62,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       evaluation, ledger     measures by name; verdicts on the papers' claims
       interventions          runs that test explanations of the ledger
       replicated             tables with people drawn again, or of several populations
-      published              published numbers and the README's tables
+      published              published numbers and the tables that quote them
       presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure; further populations
     report/                the page over all figures, with players that compute in the browser; the only jinja2
