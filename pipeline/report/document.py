@@ -111,9 +111,7 @@ def _render(
         for name, figure in results.figures.items()
     }
     shown = [
-        entries.paper_entry(papers.PAPERS[key], results, layout, figures)
-        for key in papers.PAPERS
-        if key in of_papers
+        entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
     packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
     numbers, moved = entries.published_rows(results), sensitivity.moved_by_switches(results)
