@@ -15,7 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline import mappings, papers, skeleton
-from pipeline.cli.compose import compose, quoted, sentence
+from pipeline.cli.compose import compose, quoted
+from pipeline.cli.errors import sentence
 from pipeline.cli.main import destination
 from pipeline.cli.presets import presets
 from pipeline.ingestion.data import FolderData

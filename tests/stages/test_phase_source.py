@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.cli.compose import sentence
+from pipeline.cli.errors import sentence
 from pipeline.cli.figures import make_figure
 from pipeline.clips.kinds import Walks
 from pipeline.core import camera, errors, fourier, reconstruction, viewpoint
