@@ -1,7 +1,7 @@
 """Putting the page together: what each paper and each figure shows, from the published folders.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/report.yaml`` the sentences on the papers and
-which columns are drawn as curves.
+`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers,
+``conf/report.yaml`` which columns are drawn as curves.
 """
 
 from __future__ import annotations

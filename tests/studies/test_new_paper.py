@@ -1,4 +1,4 @@
-"""A paper with one figure on an existing corpus: five new files and a line in the registry, and the tests hold."""
+"""A paper with one figure on an existing corpus: five new files and the registry, and the tests hold."""
 
 from __future__ import annotations
 
