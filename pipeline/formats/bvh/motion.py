@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.budget import require_points
 from pipeline.formats.bvh.hierarchy import BvhSkeleton, forward_kinematics, read_hierarchy
-from pipeline.formats.contract import damaged, motion_capture, require_proportion
+from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import millimetres_in, number, read_numbers, read_text, read_vector
 from pipeline.skeleton import MotionCapture
 
@@ -51,7 +52,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     declared, interval, first = _motion_header(lines, motion, path.name)
     labels = [f"{joint.name}.{channel}" for joint in joints for channel in joint.channels]
     rows = _rows(lines, first, labels, path.name)
-    require_proportion(len(rows), len(joints), len(text), path.name)
+    require_points(len(rows), len(joints), path.name)
     notes = [f"A BVH file declares no unit of length; its numbers were read as {units}.", *odd]
 
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]

@@ -196,6 +196,8 @@ def _markers(
     at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
     count = len(at) // 3 or len(named)
     width = max(len(_trimmed(cells)) for _, cells in rows)
+    if len(named) < count and max(width, 2 + 3 * len(named)) <= 2 + 3 * len(named):
+        count, at = len(named), at[: 3 * len(named)]  # more axes than names, but no numbers under them
     # Blank columns may stand in all lines, in the header alone or in the numbers alone.
     if len(at) != 3 * count or at[0] < 2 or not any(len(cells) > at[-1] for _, cells in rows):
         at = list(range(2, 2 + 3 * count))

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from pipeline.formats.contract import harmless
 from pipeline.formats.points import trc
 from pipeline.skeleton import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
@@ -248,7 +249,7 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
 NAMES = (
     st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=12)
     .filter(lambda name: name == name.strip() and name.isprintable())
-    .filter(lambda name: name == name.strip('"'))
+    .filter(lambda name: name == name.strip('"') and name == harmless(name))
 )
 
 
@@ -263,7 +264,7 @@ def test_what_is_written_is_read_back_to_the_bit(
 ) -> None:
     coordinate = st.floats(-1e9, 1e9)
     positions = data.draw(hnp.arrays(float, (frames, len(names), 3), elements=coordinate))
-    positions[data.draw(hnp.arrays(bool, (frames, len(names))))] = np.nan
+    positions[1:][data.draw(hnp.arrays(bool, (frames - 1, len(names))))] = np.nan
     path = tmp_path_factory.getbasetemp() / "round_trip.trc"
     trc.write(path, names, positions, rate)
     motion = trc.read(path)
