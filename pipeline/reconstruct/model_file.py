@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
-from pipeline.core.keypoint_walk.calibration import Calibration
+from pipeline.core.keypoint_walk.calibration import ANGLE_KINDS, GROUPS, LEVELS, Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.formats.arrays import load_npz
 from pipeline.formats.budget import read_one
@@ -109,10 +109,12 @@ def _load(folder: Path) -> TrainedModel:
         "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
         "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
         "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
+        "joint_multipliers": (len(GROUPS), 3, len(LEVELS)), "angle_multipliers": (len(ANGLE_KINDS), len(LEVELS)),
     }  # fmt: skip
     for name, shape in shapes.items():
-        require_finite(name, require_shape(name, arrays.get(name), shape))
-    require_shape("eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
+        place = f"model.npz, {name}"
+        require_finite(place, require_shape(place, arrays.get(name), shape))
+    require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
     rest = Moments(
         mean=arrays["mean"],
         covariance=np.empty((0, 0)),
@@ -120,7 +122,7 @@ def _load(folder: Path) -> TrainedModel:
         pair_variance=arrays["pair_variance"],
         aperiodic_variance=arrays["aperiodic_variance"],
         log_frequency=arrays["log_frequency"],
-        walkers=require_range("walkers", manifest["walkers"], at_least=1, whole=True),
+        walkers=require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True),
     )
     compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
     calibration = Calibration(arrays["joint_multipliers"], arrays["angle_multipliers"])
