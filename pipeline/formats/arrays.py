@@ -14,7 +14,7 @@ import numpy as np
 from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 _OWN, _AMASS = ("names", "positions_mm"), ("marker_labels", "marker_data")
 """Arrays of names and of positions: as exported here, and in AMASS and its like, in metres."""

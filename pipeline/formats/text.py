@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.formats.budget import MOST, PER_BYTE, require_memory
 from pipeline.formats.contract import LARGEST, damaged, read_bytes
-from pipeline.skeleton import MILLIMETRES
+from pipeline.skeleton.recorded import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:

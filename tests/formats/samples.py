@@ -103,7 +103,20 @@ def npy(original: bytes, rng: np.random.Generator) -> bytes:
     stream = io.BytesIO(original)
     np.lib.format.read_magic(stream)
     shape, order, dtype = np.lib.format.read_array_header_1_0(stream)
-    types = ("<f8", "<f2", "|u1", ">i8", "|O", "<c16", "|b1", "<U0", "<U9999", "<M8[s]", "[('a', '<f8')]", "x")
+    types = (
+        "<f8",
+        "<f2",
+        "|u1",
+        ">i8",
+        "|O",
+        "<c16",
+        "|b1",
+        "<U0",
+        "<U9999",
+        "<M8[s]",
+        "[('a', '<f8')]",
+        "x",
+    )
     sizes = (0, 1, 2, 3, -1, 10**6, 2**40, 10**30)
     shape = tuple(int(rng.choice(np.array(sizes, object))) if rng.random() < 0.4 else n for n in shape)
     kind = str(rng.choice(types)) if rng.random() < 0.5 else dtype.str
@@ -164,10 +177,14 @@ def packed(**arrays: object) -> bytes:
 
 def _motion() -> list[Sample]:
     skeleton = {"asf_by_hand.asf": (FIXTURES / "asf_by_hand.asf").read_bytes()}
-    files = {path.name: path.read_bytes() for path in sorted(FIXTURES.iterdir()) if path.suffix in formats.READERS}
+    files = {
+        path.name: path.read_bytes() for path in sorted(FIXTURES.iterdir()) if path.suffix in formats.READERS
+    }
     files |= {"csv_nexus.csv": NEXUS_WITH_DEVICES.encode(), "csv_optitrack.csv": OPTITRACK.encode()}
     files["npz_amass.npz"] = packed(
-        marker_labels=np.array(["LANK", "RANK"]), marker_data=np.ones((3, 2, 3)), mocap_framerate=np.array(120.0)
+        marker_labels=np.array(["LANK", "RANK"]),
+        marker_data=np.ones((3, 2, 3)),
+        mocap_framerate=np.array(120.0),
     )
     found = []
     for name, data in files.items():
@@ -225,7 +242,12 @@ def _model() -> list[Sample]:
         aperiodic_variance=ones((15, 3)), log_frequency=ones(2), joint_multipliers=ones((8, 3, 3)),
         angle_multipliers=ones((4, 3)),
     )  # fmt: skip
-    manifest = {"version": model_file.VERSION, "sha256": hashlib.sha256(data).hexdigest(), "walkers": 9, "note": "x"}
+    manifest = {
+        "version": model_file.VERSION,
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "walkers": 9,
+        "note": "x",
+    }
     files = {"model/model.npz": data, "model/manifest.json": json.dumps(manifest).encode()}
     return [
         Sample(name, files, f"model/{name}", model_file.load, "model", DAMAGE[Path(name).suffix])

@@ -9,7 +9,7 @@ import pytest
 
 from pipeline import formats
 from pipeline.formats.budget import LEAST, PER_BYTE
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract
 from tests.formats.samples import SAMPLES, Sample
@@ -19,7 +19,9 @@ C3D = sorted(FIXTURES.glob("*.c3d"))
 
 
 def test_every_reader_of_motion_has_a_sample() -> None:
-    assert {Path(sample.opened).suffix for sample in SAMPLES if sample.read is formats.read} == set(formats.READERS)
+    assert {Path(sample.opened).suffix for sample in SAMPLES if sample.read is formats.read} == set(
+        formats.READERS
+    )
 
 
 @pytest.mark.parametrize("sample", SAMPLES, ids=[sample.name for sample in SAMPLES])

@@ -17,7 +17,7 @@ from pipeline.formats.acclaim.sections import text_without_comments
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import read_numbers
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import require_range
 
 FRAME_RATE_HZ = 120.0

@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from pipeline import formats
 from pipeline.formats.contract import harmless
 from pipeline.formats.points import csv
-from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 

@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from pipeline.formats.contract import harmless
 from pipeline.formats.points import trc
-from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 
