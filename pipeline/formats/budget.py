@@ -31,7 +31,8 @@ def read_one(path: str | Path, reader: Callable[..., Content], **options: object
     ----------
     path : str or Path
     reader : callable
-        Called as ``reader(path, **options)``.
+    options : object
+        Passed on to the reader.
 
     Raises
     ------

@@ -149,7 +149,8 @@ def json_tree(original: bytes, rng: np.random.Generator) -> bytes:
         return text(original, rng)
     tree = [json.loads(original)]
     others = (
-        None, True, -1, 0, 1e308, 10**400, "", "x", "9" * 30, "9" * 5000, [], {}, [[]], [1, 2, 3], {"x": 1}, [None] * 51,
+        None, True, -1, 0, 1e308, 10**400, "", "x", "9" * 30, "9" * 5000, [], {}, [[]], [1, 2, 3], {"x": 1},
+        [None] * 51,
     )  # fmt: skip
     node, key = tree, 0
     for _ in range(rng.integers(0, 9)):

@@ -62,3 +62,21 @@ def test_what_is_no_archive_is_refused(tmp_path: Path) -> None:
         path.write_bytes(content)
         with pytest.raises(InvalidInput, match=r"expected a whole \.npz file"):
             formats.read(path)
+
+
+@pytest.mark.parametrize("labels", [np.array(["LANK", "RANK"]), np.array([b"LANK", b"RANK"])])
+@pytest.mark.parametrize("rate", ["mocap_framerate", "mocap_frame_rate"])
+def test_the_markers_of_amass(labels: np.ndarray, rate: str, tmp_path: Path) -> None:
+    path = tmp_path / "stageii.npz"
+    markers = np.arange(1.0, 19.0).reshape(3, 2, 3).astype(np.float32)
+    markers[1, 0], markers[2, 1] = 0.0, np.nan
+    body = {"poses": np.zeros((3, 156)), "trans": np.zeros((3, 3)), "gender": np.array("neutral")}
+    np.savez(path, marker_data=markers, marker_labels=labels, **{rate: np.array(120.0)}, **body)
+    motion = formats.read(path)
+    check_contract(motion)
+    assert (motion.names, motion.frame_rate_hz, motion.units) == (("LANK", "RANK"), 120.0, "m")
+    assert motion.units_assumed
+    assert motion.valid.tolist() == [[True, True], [False, True], [True, False]]
+    np.testing.assert_array_equal(motion.positions_mm[0], [[1000, 2000, 3000], [4000, 5000, 6000]])
+    assert not formats.read(path, units="mm").units_assumed
+    np.testing.assert_array_equal(formats.read(path, units="mm").positions_mm[0, 0], [1, 2, 3])

@@ -310,3 +310,19 @@ def test_utf16_as_spreadsheets_write_it(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read(tmp_path, made().encode("utf-16")).positions_mm, EXPECTED)
     with pytest.raises(InvalidInput, match="not UTF-16"):
         read(tmp_path, made().encode("utf-16") + b"\x00")
+
+
+def test_more_markers_are_declared_than_named(tmp_path: Path) -> None:
+    axes = "\t\tX1\tY1\tZ1\tX2\tY2\tZ2"
+    more = "".join(f"\tX{k}\tY{k}\tZ{k}" for k in (3, 4))
+    for text in (
+        made(markers="4"),
+        made(markers="4").replace(axes, axes + more),
+        made(tuple(row.replace("\n", "\t7\t8\t9\t7\t8\t9\n") for row in ROWS), markers="4"),
+    ):
+        motion = read(tmp_path, text)
+        assert motion.names == ("Head Top", "Hip")
+        np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
+        assert "The file declares 4 markers and names 2; the names count." in motion.notes
+    with pytest.raises(InvalidInput, match="another number of cells"):
+        read(tmp_path, made(tuple(row.replace("\n", "\t7\t8\t9\n") for row in ROWS), markers="4"))
