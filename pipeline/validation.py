@@ -137,8 +137,22 @@ def require_range(
         ]
         words = ("a whole number " if whole else "") + " and ".join(bounds) + (f" {unit}" if unit else "")
         received = f"{value:g}" if number else repr(value)
+        if number and any(float(received) == bound != value for bound in (at_least, above, at_most, below)):
+            received = repr(float(value))
         raise InvalidInput(f"must be {words.strip() or 'a finite number'}", where=name, received=received)
     return value
+
+
+def told_apart(value: float, bound: float, decimals: int) -> str:
+    """Return a number with as many decimals as tell it from a bound, and at least so many.
+
+    Examples
+    --------
+    >>> told_apart(0.18, 0.15, 2), told_apart(0.1503, 0.15, 2), told_apart(59.98, 60, 0)
+    ('0.18', '0.1503', '59.98')
+    """
+    places = range(decimals, decimals + 15)
+    return next((text for n in places if float(text := f"{value:.{n}f}") != bound), f"{value:.{decimals}f}")
 
 
 def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:

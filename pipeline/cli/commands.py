@@ -285,6 +285,8 @@ def look(arguments: Sequence[str]) -> int:
     units=m               of a file that does not state its unit: mm, cm, m, in, ft
     frame_rate_hz=100     of a file that does not state its rate
     subject=…             who, in a file of several people
+    static=standing.trc   a standing trial, whose markers of knees and ankles clusters of the walk carry along;
+                          found by itself if its name begins with the person's and holds the word static
     """
     out = open_console()
 

@@ -12,9 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.spatial.distance import pdist
 
 _FLAT = 1e-3
 """Second singular value of a cluster, relative to the first, below which its points lie on a line."""
+
+_FRAMES = 100
+"""Frames, evenly over a clip, in which distances are measured."""
 
 _APART_MM = 1e9
 """Change of distance of two points that were never seen together."""
@@ -84,17 +88,17 @@ def rigid_clusters(
     """
     if positions.shape[1] < 3:
         return []
-    i, j = np.triu_indices(positions.shape[1], 1)
-    distance = np.linalg.norm(positions[:, i] - positions[:, j], axis=-1)
-    seen = np.isfinite(distance)
-    count = np.maximum(seen.sum(axis=0), 1)
-    kept = (
-        np.where(seen, distance, 0.0).sum(axis=0) / count
-        if reference is None
-        else np.linalg.norm(reference[i] - reference[j], axis=-1)
-    )
-    change = np.sqrt(np.where(seen, (distance - kept) ** 2, 0.0).sum(axis=0) / count)
-    change = np.where(seen.any(axis=0) & np.isfinite(change), change, _APART_MM)
+    times, lengths, squares = (np.zeros(positions.shape[1] * (positions.shape[1] - 1) // 2) for _ in range(3))
+    for frame in positions[:: max(1, len(positions) // _FRAMES)]:
+        distance = pdist(frame)
+        seen = np.isfinite(distance)
+        times += seen
+        lengths += np.where(seen, distance, 0.0)
+        squares += np.where(seen, distance**2, 0.0)
+    mean, square = lengths / np.maximum(times, 1), squares / np.maximum(times, 1)
+    kept = mean if reference is None else pdist(reference)
+    change = np.sqrt(np.maximum(square - 2 * kept * mean + kept**2, 0.0))
+    change = np.where((times > 0) & np.isfinite(change), change, _APART_MM)
     group = fcluster(linkage(change, "complete"), tolerance_mm, "distance")
     groups = [np.flatnonzero(group == g).tolist() for g in np.unique(group)]
-    return [members for members in groups if len(members) >= 3]
+    return sorted(members for members in groups if len(members) >= 3)
