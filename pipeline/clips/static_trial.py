@@ -1,7 +1,7 @@
 """Static trials: markers of knees and ankles that somebody wore while standing, carried along by clusters in a walk.
 
 Laboratories that track segments by technical clusters stick markers on knees and ankles for a standing trial alone.
-Each of these markers is rigid with the segment above it: with the nearest cluster of its side whose middle is higher.
+Each of these markers is rigid with the segment above its joint, and so with the cluster beside that segment.
 """
 
 from __future__ import annotations
@@ -18,24 +18,37 @@ import numpy as np
 from pipeline import formats, mappings
 from pipeline.core.rigid import fit_rigid_motion, rigid_clusters
 from pipeline.mappings.proposal import PART_NAMES
-from pipeline.skeleton import MotionCapture, SourceMapping, plain_name, up_axis
+from pipeline.skeleton import (
+    WALKER15,
+    MotionCapture,
+    SourceMapping,
+    SourcePoints,
+    map_joints,
+    plain_name,
+    up_axis,
+    with_z_up,
+)
 from pipeline.validation import InvalidInput
 
 STILL_MM = 25.0
-"""Root mean square motion of the median point, up to which somebody stands still."""
+"""Root mean square motion that three quarters of the points of somebody who stands still do not exceed."""
 
 SLACK_MM = 10.0
 """Root mean square change of the distances of points that are taken to be rigid with one segment."""
 
-REACH_MM = 400.0
-"""Distance of a marker from the middle of the cluster that carries it: no longer than an adult's thigh."""
+AT_JOINT_MM = 100.0
+"""Distance from a joint, in the standing trial, up to which a marker marks it."""
 
 MOST_TRIED = 10
 """Other recordings of a person that are tried where none is named a static trial."""
 
+_SIDES = {"l": "left", "r": "right"}
+_SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+"""Segments by their upper and lower joints."""
+
 _NAMED = re.compile(r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE)
-_SEGMENTS = ("thigh", "upleg", "upperleg", "shin", "shank", "lowerleg")
-_JOINT_WORDS = {word for words in PART_NAMES.values() for word in words}.difference(_SEGMENTS)
+_SEGMENT_WORDS = ("thigh", "upleg", "upperleg", "shin", "shank", "lowerleg")
+_JOINT_WORDS = {word for words in PART_NAMES.values() for word in words}.difference(_SEGMENT_WORDS)
 
 
 def candidates(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
@@ -121,12 +134,12 @@ def _posture(
 
 
 def moves_mm(motion: MotionCapture) -> float:
-    """Return how far the median point moves about its median place, rms, mm; infinity if nothing was seen."""
+    """Return how far points move about their median places, rms, mm: three quarters of them no more."""
     positions = motion.positions_mm[:, motion.valid.any(axis=0)]
     if not positions.size:
         return np.inf
     off = ((positions - np.nanmedian(positions, axis=0)) ** 2).sum(axis=-1)
-    return float(np.median(np.sqrt(np.nanmean(off, axis=0))))
+    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75))
 
 
 def carry(
@@ -153,37 +166,40 @@ def carry(
     if not fit.usable:
         lacking = ", ".join(fit.lacking[:4])
         raise InvalidInput("the static trial gives no legs and pelvis", where=name, received=f"no {lacking}")
-    up = str(up_axis(posture, fit.mapping))
-    place = posture.positions_mm[0]
-    height = place[:, "xyz".index(up[-1])] * (-1.0 if up[0] == "-" else 1.0)
+    place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
+    joints = dict(zip(WALKER15.joints, map_joints(posture, fit.mapping, missing=True)[0][0], strict=True))
+    source = SourcePoints(posture, fit.mapping.points)
     seen = motion.valid.any(axis=0)
     there = {plain_name(point): k for k, point in enumerate(posture.names)}
     here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
     names, positions, told = [], [], []
     for side, other in ("lr", "rl"):
-        ours = [point for point in there if point[0] == side and other + point[1:] in there]
-        shared = [point for point in ours if point in here]
-        static, moving = [there[point] for point in shared], [here[point] for point in shared]
-        groups = rigid_clusters(motion.positions_mm[:, moving], SLACK_MM, place[static])
-        carried: dict[int, list[int]] = {}
-        for k in (there[point] for point in ours if point not in here):
-            away = [
-                np.linalg.norm(place[members].mean(axis=0) - place[k])
-                if height[members].mean() > height[k]
-                else np.inf
-                for members in (np.array(static)[group] for group in groups)
+        shared = [point for point in there if point[0] == side and other + point[1:] in there and point in here]
+        static, moving = np.array([[there[point], here[point]] for point in shared], dtype=int).reshape(-1, 2).T
+        ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
+        groups: dict[int, list[int]] = {}
+        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK_MM, place[static]):
+            groups.setdefault(_beside(place[static[group]].mean(axis=0), ends), group)
+        for n, (_, lower) in enumerate(_SEGMENTS):
+            rule = source.rule_of(joint := f"{_SIDES[side]}_{lower}", fit.mapping)
+            points = [source.index(point) for point in (rule[0] if rule else ())]
+            points = [
+                k
+                for k in points
+                if plain_name(posture.names[k]) not in here
+                and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT_MM
             ]
-            if away and min(away) <= REACH_MM:
-                carried.setdefault(int(np.argmin(away)), []).append(k)
-        for g, points in carried.items():
-            members = [moving[n] for n in groups[g]]
-            found = fit_rigid_motion(place[[static[n] for n in groups[g]]], motion.positions_mm[:, members])
+            if not points or n not in groups:
+                continue
+            group = groups[n]
+            found = fit_rigid_motion(place[static[group]], motion.positions_mm[:, moving[group]])
             residual = found.residual_mm[np.isfinite(found.residual_mm)]
             if len(residual):
                 positions.append(found.carry(place[points]))
                 names += [posture.names[k] for k in points]
-                listed = (", ".join(of[k] for k in ks) for of, ks in ((posture.names, points), (motion.names, members)))
-                told.append("{} by {} (residual {:.1f} mm)".format(*listed, np.sqrt(np.mean(residual**2))))
+                by = ", ".join(motion.names[k] for k in moving[group])
+                rms = np.sqrt(np.mean(residual**2))
+                told.append(f"{', '.join(names[-len(points):])} by {by} (residual {rms:.1f} mm)")
     if not names:
         expected = "three points of a thigh or shank that are in both trials"
         raise InvalidInput("no cluster of the walk carries a marker of the static trial", where=name, expected=expected)
@@ -196,6 +212,15 @@ def carry(
         valid=np.isfinite(together).all(axis=-1),
         notes=(*motion.notes, f"Carried along from the static trial {name}: {'; '.join(told)}."),
     )
+
+
+def _beside(point: np.ndarray, ends: np.ndarray) -> int:
+    """Return the number of the segment (S, 2, 3) that a point lies beside, between its ends; -1 if it does of none."""
+    along = ends[:, 1] - ends[:, 0]
+    share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
+    away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)
+    away = np.where((share > 0) & (share < 1), away, np.inf)  # NaN lies between no ends
+    return int(away.argmin()) if np.isfinite(away).any() else -1
 
 
 def technical_clusters(motion: MotionCapture) -> list[list[int]]:
@@ -213,7 +238,7 @@ def technical_clusters(motion: MotionCapture) -> list[list[int]]:
             members = [points[n] for n in group]
             plain = [plain_name(motion.names[k]) for k in members]
             stem = os.path.commonprefix(plain)
-            between = re.sub("|".join(_SEGMENTS), "", stem)  # an ankle stands in every shank
+            between = re.sub("|".join(_SEGMENT_WORDS), "", stem)  # an ankle stands in every shank
             if len(set(plain)) == len(plain) and stem not in plain and not any(w in between for w in _JOINT_WORDS):
                 found.append(members)
     return found

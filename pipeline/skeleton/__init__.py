@@ -11,7 +11,7 @@ file that points up.  Names of points match without case, separators and prefixe
 """
 
 from pipeline.skeleton.joints import POSTURE12, WALKER15, LimbTree, Skeleton
-from pipeline.skeleton.mapped_joints import LOWER_BODY, map_joints, up_axis
+from pipeline.skeleton.mapped_joints import LOWER_BODY, map_joints, up_axis, with_z_up
 from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.skeleton.source_points import SourcePoints, plain_name
@@ -32,4 +32,5 @@ __all__ = [
     "map_joints",
     "plain_name",
     "up_axis",
+    "with_z_up",
 ]
