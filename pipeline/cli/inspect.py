@@ -18,7 +18,7 @@ from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import FolderData, Steady
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import walking
-from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
+from pipeline.skeleton import MotionCapture, SourceMapping, plain_name, up_axis
 from pipeline.validation import InvalidInput, require_choice
 
 OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject", "static")
@@ -152,7 +152,8 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list
     if fit.points:
         lacking = ", ".join(fit.lacking[:6]) or "points of legs and pelvis"
         lines[0] += f"; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
-    if clusters := static_trial.technical_clusters(motion):
+    clusters = static_trial.technical_clusters(motion)
+    if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # of both sides
         names = "; ".join(", ".join(motion.names[k] for k in group) for group in clusters[:4])
         lines += [
             f"clusters that move rigidly with a segment and mark no joint: {names}" + "; …" * (len(clusters) > 4),
@@ -251,7 +252,7 @@ def _of_walk(
     )
     if walk.positions is None:
         reason = _found(walk.row["reason"])
-        if static_trial.moves_mm(motion) <= static_trial.STILL_MM:
+        if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
             reason = "nobody moves; it may be the static trial of other recordings"
         found.lines.append(f"not usable as a walk: {reason}")
         found.lines.append(f"next: {_after_refusal(reason, path, _run(path, options, found.mapping))}")
@@ -287,8 +288,8 @@ def _after_refusal(reason: str, path: Path, run: str) -> str:
                 f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
             )
         return again
-    if bound := re.search(r"data\.steady\.\w+=\S+", reason):
-        return f"if it is a walk all the same: {run} {bound[0]}"
+    if bounds := re.findall(r"data\.steady\.\w+=\S+", reason):
+        return f"if it is a walk all the same: {run} {' '.join(bounds)}"
     return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
 
 

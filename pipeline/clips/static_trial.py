@@ -9,15 +9,15 @@ from __future__ import annotations
 import functools
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from pipeline import formats, mappings
+from pipeline.core import walking
 from pipeline.core.rigid import fit_rigid_motion, rigid_clusters
-from pipeline.mappings.proposal import PART_NAMES
 from pipeline.skeleton import (
     WALKER15,
     MotionCapture,
@@ -28,16 +28,16 @@ from pipeline.skeleton import (
     up_axis,
     with_z_up,
 )
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, told_apart
 
-STILL_MM = 25.0
-"""Root mean square motion that three quarters of the points of somebody who stands still do not exceed."""
+STILL = 0.02
+"""Root mean square motion of three quarters of the points of somebody who stands still, at most, to the body's size."""
 
-SLACK_MM = 10.0
-"""Root mean square change of the distances of points that are taken to be rigid with one segment."""
+SLACK = 0.012
+"""Root mean square change of the distances of points of one segment, at most, to the length of the legs: 10 mm."""
 
-AT_JOINT_MM = 100.0
-"""Distance from a joint, in the standing trial, up to which a marker marks it."""
+AT_JOINT = 0.12
+"""Distance, to the length of the legs, from a joint of the standing trial up to which a marker marks it: 100 mm."""
 
 MOST_TRIED = 10
 """Other recordings of a person that are tried where none is named a static trial."""
@@ -47,8 +47,7 @@ _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow"
 """Segments by their upper and lower joints."""
 
 _NAMED = re.compile(r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE)
-_SEGMENT_WORDS = ("thigh", "upleg", "upperleg", "shin", "shank", "lowerleg")
-_JOINT_WORDS = {word for words in PART_NAMES.values() for word in words}.difference(_SEGMENT_WORDS)
+_AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
 
 
 def candidates(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
@@ -113,9 +112,9 @@ def read(path: Path, *, units: str | None = None, frame_rate_hz: float | None = 
         stamp = path.stat().st_mtime_ns
     except OSError as error:
         raise InvalidInput("cannot be read", where=path.name, received=error.strerror or "") from None
-    posture, moved = _posture(path, stamp, units, frame_rate_hz)
-    if moved > STILL_MM:
-        expected, received = f"points within {STILL_MM:g} mm", f"{moved:.0f} mm"
+    posture, share = _posture(path, stamp, units, frame_rate_hz)
+    if share > STILL:
+        expected, received = f"points within {STILL:.0%} of the body's size", f"{told_apart(100 * share, 100 * STILL, 0)} %"
         raise InvalidInput("nobody stands still in the static trial", where=path.name, expected=expected, received=received)
     return posture
 
@@ -130,16 +129,22 @@ def _posture(
     place = np.nanmedian(motion.positions_mm[:, seen], axis=0)
     names = tuple(motion.names[k] for k in seen)
     posture = replace(motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), dtype=bool))
-    return posture, moves_mm(motion)
+    return posture, moves(motion.positions_mm)
 
 
-def moves_mm(motion: MotionCapture) -> float:
-    """Return how far points move about their median places, rms, mm: three quarters of them no more."""
-    positions = motion.positions_mm[:, motion.valid.any(axis=0)]
+def _size(positions: np.ndarray) -> float:
+    """Extent of a body along its longest axis, in the frame of (T, P, 3) that shows most of its points."""
+    fullest = positions[np.isfinite(positions).all(axis=-1).sum(axis=1).argmax()]
+    return float(np.ptp(fullest[np.isfinite(fullest).all(axis=-1)], axis=0).max())
+
+
+def moves(positions: np.ndarray) -> float:
+    """Return how far points (T, P, 3) move about their median places, rms, to the body's size: three quarters no more."""
+    positions = positions[:, np.isfinite(positions).all(axis=-1).any(axis=0)]
     if not positions.size:
         return np.inf
     off = ((positions - np.nanmedian(positions, axis=0)) ** 2).sum(axis=-1)
-    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75))
+    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75)) / max(_size(positions), np.finfo(float).tiny)
 
 
 def carry(
@@ -167,7 +172,10 @@ def carry(
         lacking = ", ".join(fit.lacking[:4])
         raise InvalidInput("the static trial gives no legs and pelvis", where=name, received=f"no {lacking}")
     place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
-    joints = dict(zip(WALKER15.joints, map_joints(posture, fit.mapping, missing=True)[0][0], strict=True))
+    mapped, _ = map_joints(posture, fit.mapping, missing=True)
+    joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
+    leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
+    factor, _ = mappings.rescaled(posture, fit.mapping, leg)
     source = SourcePoints(posture, fit.mapping.points)
     seen = motion.valid.any(axis=0)
     there = {plain_name(point): k for k, point in enumerate(posture.names)}
@@ -178,7 +186,7 @@ def carry(
         static, moving = np.array([[there[point], here[point]] for point in shared], dtype=int).reshape(-1, 2).T
         ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
         groups: dict[int, list[int]] = {}
-        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK_MM, place[static]):
+        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):
             groups.setdefault(_beside(place[static[group]].mean(axis=0), ends), group)
         for n, (_, lower) in enumerate(_SEGMENTS):
             rule = source.rule_of(joint := f"{_SIDES[side]}_{lower}", fit.mapping)
@@ -187,7 +195,7 @@ def carry(
                 k
                 for k in points
                 if plain_name(posture.names[k]) not in here
-                and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT_MM
+                and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT * leg
             ]
             if not points or n not in groups:
                 continue
@@ -198,7 +206,7 @@ def carry(
                 positions.append(found.carry(place[points]))
                 names += [posture.names[k] for k in points]
                 by = ", ".join(motion.names[k] for k in moving[group])
-                rms = np.sqrt(np.mean(residual**2))
+                rms = factor * np.sqrt(np.mean(residual**2))
                 told.append(f"{', '.join(names[-len(points):])} by {by} (residual {rms:.1f} mm)")
     if not names:
         expected = "three points of a thigh or shank that are in both trials"
@@ -229,16 +237,21 @@ def technical_clusters(motion: MotionCapture) -> list[list[int]]:
     Such are R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear, or LSK1, LSK2, LSK3; none marks a joint.
     """
     alike: dict[str, list[int]] = {}
-    for k, name in enumerate(map(plain_name, motion.names)):
-        if name[:1] in ("l", "r") and motion.valid[:, k].any():
+    plain = [plain_name(name) for name in motion.names]
+    for k, name in enumerate(plain):
+        if name[:1] in ("l", "r") and not _AT_A_JOINT.search(name) and motion.valid[:, k].any():
             alike.setdefault(name[:3], []).append(k)
-    found = []
-    for points in alike.values():
-        for group in rigid_clusters(motion.positions_mm[:, points], SLACK_MM):
-            members = [points[n] for n in group]
-            plain = [plain_name(motion.names[k]) for k in members]
-            stem = os.path.commonprefix(plain)
-            between = re.sub("|".join(_SEGMENT_WORDS), "", stem)  # an ankle stands in every shank
-            if len(set(plain)) == len(plain) and stem not in plain and not any(w in between for w in _JOINT_WORDS):
-                found.append(members)
-    return found
+    slack = SLACK / 2 * _size(motion.positions_mm) if alike else 0.0  # a body is two legs high
+    groups = [
+        [points[n] for n in group]
+        for points in alike.values()
+        for group in rigid_clusters(motion.positions_mm[:, points], slack)
+    ]
+    return [group for group in groups if _stem(plain[k] for k in group)]
+
+
+def _stem(names: Iterable[str]) -> str:
+    """What all of several different names begin with; empty if one of them is no more than that."""
+    listed = list(names)
+    stem = os.path.commonprefix(listed)
+    return "" if stem in listed or len(set(listed)) < len(listed) else stem

@@ -168,19 +168,21 @@ def _steady_part(
             expected=f"{steady.cycles:g} strides",
             received=told_apart(row["strides"], steady.cycles, 2),
         )
-    if (share := row["fundamental_share"]) < (least := steady.fundamental_share):
+    share, least = row["fundamental_share"], steady.fundamental_share
+    left, most = series.residual_fraction, steady.residual_share
+    taken = [f"data.steady.fundamental_share={np.floor(100 * share) / 100:g}"] if share < least else []
+    taken += [f"data.steady.residual_share={np.ceil(100 * left) / 100:g}"] if left > most else []
+    if share < least:
         raise InvalidInput(
             "the fundamental frequency looks wrong: it holds too little of the variance",
             expected=f"{least:g} or more",
-            received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz;"
-            f" data.steady.fundamental_share={np.floor(100 * share) / 100:g} takes it all the same",
+            received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz; taken with {' '.join(taken)}",
         )
-    if (share := series.residual_fraction) > (most := steady.residual_share):
+    if left > most:
         raise InvalidInput(
             f"not periodic: two harmonics leave too much of the variance, {worst}",
             expected=f"{most:g} or less",
-            received=f"{told_apart(share, most, 2)};"
-            f" data.steady.residual_share={np.ceil(100 * share) / 100:g} takes it all the same",
+            received=f"{told_apart(left, most, 2)}; taken with {taken[0]}",
         )
     return level
 
@@ -241,7 +243,7 @@ def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[Prepar
             "the fundamental frequency is far from the other walkers'",
             expected=f"within a factor of {ratio:g} for the leg length",
             received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {told_apart(off, ratio**np.sign(off - 1), 2)};"
-            f" data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g} takes it all the same",
+            f" taken with data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g}",
         )
         return PreparedClip(walk.row | {"verdict": "refused", "reason": str(reason)})
 
