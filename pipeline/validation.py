@@ -144,7 +144,7 @@ def require_range(
 
 
 def told_apart(value: float, bound: float, decimals: int) -> str:
-    """Return a number with as many decimals as tell it from a bound, and at least so many.
+    """Return a number with as many decimals as show on which side of a bound it is, and at least so many.
 
     Examples
     --------
@@ -152,7 +152,11 @@ def told_apart(value: float, bound: float, decimals: int) -> str:
     ('0.18', '0.1503', '59.98')
     """
     places = range(decimals, decimals + 15)
-    return next((text for n in places if float(text := f"{value:.{n}f}") != bound), f"{value:.{decimals}f}")
+    texts = (f"{value:.{n}f}" for n in places)
+    return next(
+        (t for t in texts if (float(t) > bound, float(t) < bound) == (value > bound, value < bound)),
+        repr(value),
+    )
 
 
 def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:

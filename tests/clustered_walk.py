@@ -18,7 +18,9 @@ TECHNICAL = {
     "Shank": {"Upper": (45, 20, 300), "Front": (5, 50, 240), "Rear": (45, -25, 190)},
 }
 """Markers of each cluster: lateral, forwards and up from the lower end of the segment, mm."""
-ANATOMICAL = [f"{side}.{part}.{end}" for side in SIDES for part in ("Knee", "Ankle") for end in ("Lat", "Med")]
+ANATOMICAL = [
+    f"{side}.{part}.{end}" for side in SIDES for part in ("Knee", "Ankle") for end in ("Lat", "Med")
+]
 _HALF_WIDTH = {"Knee": 50.0, "Ankle": 36.0}
 
 
@@ -45,7 +47,11 @@ def markers(joints: np.ndarray) -> dict[str, np.ndarray]:
     def stuck(origin: np.ndarray, axes: np.ndarray, *place: float) -> np.ndarray:
         return origin + axes @ np.array(place, dtype=float)
 
-    made = {"V.Sacral": stuck(at("pelvis"), pelvis, 0, -90, 60), "Sternum": at("sternum"), "Top.Head": at("head")}
+    made = {
+        "V.Sacral": stuck(at("pelvis"), pelvis, 0, -90, 60),
+        "Sternum": at("sternum"),
+        "Top.Head": at("head"),
+    }
     for side, sign in SIDES.items():
         long = {"R": "right", "L": "left"}[side]
         made[f"{side}.ASIS"] = stuck(at("pelvis"), pelvis, sign * 125, 80, 70)
@@ -59,8 +65,12 @@ def markers(joints: np.ndarray) -> dict[str, np.ndarray]:
             for name, which in (("Lat", 1.0), ("Med", -1.0)):
                 width = _HALF_WIDTH[lower.title()]
                 made[f"{side}.{lower.title()}.{name}"] = stuck(end, axes, sign * which * width, 0, 0)
-        foot = _frame(across, _unit(axes[..., 2]) + [0, 0, 1.0])
-        for name, place in (("Heel", (0, -60, -50)), ("Midfoot.Sup", (0, 60, -10)), ("Toe.Tip", (0, 170, -50))):
+        foot = _frame(across, _unit(axes[..., 2]) + np.array([0, 0, 1.0]))
+        for name, place in (
+            ("Heel", (0, -60, -50)),
+            ("Midfoot.Sup", (0, 60, -10)),
+            ("Toe.Tip", (0, 170, -50)),
+        ):
             made[f"{side}.{name}"] = stuck(end, foot, *place)
     return made
 
@@ -81,14 +91,20 @@ def trials(
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Return the markers, y up, of a walk and of a standing trial, all of both: callers leave out what they like."""
     made = walkers.walking_population(
-        np.random.default_rng(seed), male=1, female=0, duration_s=seconds, frame_rate_hz=HZ, marker_noise_mm=0.0
+        np.random.default_rng(seed),
+        male=1,
+        female=0,
+        duration_s=seconds,
+        frame_rate_hz=HZ,
+        marker_noise_mm=0.0,
     )
     joints = made.positions_mm[0] + np.arange(made.positions_mm.shape[1])[:, None, None] / HZ * [0, 1200.0, 0]
     random = np.random.default_rng(seed)
 
     def as_filmed(markers_of: dict[str, np.ndarray], frames: int) -> dict[str, np.ndarray]:
         return {
-            name: np.broadcast_to(place, (frames, 3))[:, [1, 2, 0]] + random.normal(scale=noise_mm, size=(frames, 3))
+            name: np.broadcast_to(place, (frames, 3))[:, [1, 2, 0]]
+            + random.normal(scale=noise_mm, size=(frames, 3))
             for name, place in markers_of.items()
         }
 

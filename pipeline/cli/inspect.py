@@ -156,7 +156,8 @@ def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list
     if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # of both sides
         names = "; ".join(", ".join(motion.names[k] for k in group) for group in clusters[:4])
         lines += [
-            f"clusters that move rigidly with a segment and mark no joint: {names}" + "; …" * (len(clusters) > 4),
+            f"clusters that move rigidly with a segment and mark no joint: {names}"
+            + "; …" * (len(clusters) > 4),
             f"next: python -m pipeline inspect {shlex.quote(str(path))} static=STANDING_TRIAL   (with knees and ankles;"
             " found by itself if its name begins with the person's and holds the word static)",
         ]

@@ -7,9 +7,8 @@ Each of these markers is rigid with the segment above its joint, and so with the
 from __future__ import annotations
 
 import functools
-import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,7 +45,9 @@ _SIDES = {"l": "left", "r": "right"}
 _SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 """Segments by their upper and lower joints."""
 
-_NAMED = re.compile(r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE)
+_NAMED = re.compile(
+    r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
+)
 _AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
 
 
@@ -114,8 +115,13 @@ def read(path: Path, *, units: str | None = None, frame_rate_hz: float | None = 
         raise InvalidInput("cannot be read", where=path.name, received=error.strerror or "") from None
     posture, share = _posture(path, stamp, units, frame_rate_hz)
     if share > STILL:
-        expected, received = f"points within {STILL:.0%} of the body's size", f"{told_apart(100 * share, 100 * STILL, 0)} %"
-        raise InvalidInput("nobody stands still in the static trial", where=path.name, expected=expected, received=received)
+        expected, received = (
+            f"points within {STILL:.0%} of the body's size",
+            f"{told_apart(100 * share, 100 * STILL, 0)} %",
+        )
+        raise InvalidInput(
+            "nobody stands still in the static trial", where=path.name, expected=expected, received=received
+        )
     return posture
 
 
@@ -128,7 +134,9 @@ def _posture(
     seen = np.flatnonzero(motion.valid.any(axis=0))
     place = np.nanmedian(motion.positions_mm[:, seen], axis=0)
     names = tuple(motion.names[k] for k in seen)
-    posture = replace(motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), dtype=bool))
+    posture = replace(
+        motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), dtype=bool)
+    )
     return posture, moves(motion.positions_mm)
 
 
@@ -139,12 +147,14 @@ def _size(positions: np.ndarray) -> float:
 
 
 def moves(positions: np.ndarray) -> float:
-    """Return how far points (T, P, 3) move about their median places, rms, to the body's size: three quarters no more."""
+    """Return how far three quarters of points (T, P, 3) move at most, rms about their places, to the body's size."""
     positions = positions[:, np.isfinite(positions).all(axis=-1).any(axis=0)]
     if not positions.size:
         return np.inf
     off = ((positions - np.nanmedian(positions, axis=0)) ** 2).sum(axis=-1)
-    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75)) / max(_size(positions), np.finfo(float).tiny)
+    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75)) / max(
+        _size(positions), np.finfo(float).tiny
+    )
 
 
 def carry(
@@ -177,13 +187,17 @@ def carry(
     leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
     factor, _ = mappings.rescaled(posture, fit.mapping, leg)
     source = SourcePoints(posture, fit.mapping.points)
-    seen = motion.valid.any(axis=0)
+    seen = np.asarray(motion.valid.any(axis=0))
     there = {plain_name(point): k for k, point in enumerate(posture.names)}
     here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
     names, positions, told = [], [], []
     for side, other in ("lr", "rl"):
-        shared = [point for point in there if point[0] == side and other + point[1:] in there and point in here]
-        static, moving = np.array([[there[point], here[point]] for point in shared], dtype=int).reshape(-1, 2).T
+        shared = [
+            point for point in there if point[0] == side and other + point[1:] in there and point in here
+        ]
+        static, moving = (
+            np.array([[there[point], here[point]] for point in shared], dtype=int).reshape(-1, 2).T
+        )
         ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
         groups: dict[int, list[int]] = {}
         for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):
@@ -207,10 +221,12 @@ def carry(
                 names += [posture.names[k] for k in points]
                 by = ", ".join(motion.names[k] for k in moving[group])
                 rms = factor * np.sqrt(np.mean(residual**2))
-                told.append(f"{', '.join(names[-len(points):])} by {by} (residual {rms:.1f} mm)")
+                told.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
     if not names:
         expected = "three points of a thigh or shank that are in both trials"
-        raise InvalidInput("no cluster of the walk carries a marker of the static trial", where=name, expected=expected)
+        raise InvalidInput(
+            "no cluster of the walk carries a marker of the static trial", where=name, expected=expected
+        )
     kept = [k for k, point in enumerate(motion.names) if seen[k] or point not in names]
     together = np.concatenate([motion.positions_mm[:, kept], *positions], axis=1)
     return replace(
@@ -238,20 +254,14 @@ def technical_clusters(motion: MotionCapture) -> list[list[int]]:
     """
     alike: dict[str, list[int]] = {}
     plain = [plain_name(name) for name in motion.names]
-    for k, name in enumerate(plain):
-        if name[:1] in ("l", "r") and not _AT_A_JOINT.search(name) and motion.valid[:, k].any():
-            alike.setdefault(name[:3], []).append(k)
+    for k in np.flatnonzero(motion.valid.any(axis=0)):
+        if plain[k][:1] in ("l", "r") and not _AT_A_JOINT.search(plain[k]):
+            alike.setdefault(plain[k][:3], []).append(int(k))
     slack = SLACK / 2 * _size(motion.positions_mm) if alike else 0.0  # a body is two legs high
     groups = [
         [points[n] for n in group]
         for points in alike.values()
         for group in rigid_clusters(motion.positions_mm[:, points], slack)
     ]
-    return [group for group in groups if _stem(plain[k] for k in group)]
-
-
-def _stem(names: Iterable[str]) -> str:
-    """What all of several different names begin with; empty if one of them is no more than that."""
-    listed = list(names)
-    stem = os.path.commonprefix(listed)
-    return "" if stem in listed or len(set(listed)) < len(listed) else stem
+    # Where one name begins all the others, it may be a joint: LeftLeg, LeftLegTwist1, …
+    return [g for g in groups if not any(all(plain[j].startswith(plain[k]) for j in g) for k in g)]

@@ -43,7 +43,7 @@ LARGEST_SLOPE, STEP_MM = 0.1, 150.0
 _PELVIS = WALKER15.index("pelvis")
 
 BAD_JOINT_SHARE = 0.4
-"""Share of what two harmonics leave that a bad joint has, at least; of 105 recorded walks one has more, 0.46 of little."""
+"""Share of what two harmonics leave that a bad joint has, at least: of 105 recorded walks one has more, of little."""
 
 EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
@@ -242,7 +242,7 @@ def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[Prepar
         reason = InvalidInput(
             "the fundamental frequency is far from the other walkers'",
             expected=f"within a factor of {ratio:g} for the leg length",
-            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {told_apart(off, ratio**np.sign(off - 1), 2)};"
+            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {told_apart(off, ratio ** np.sign(off - 1), 2)};"
             f" taken with data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g}",
         )
         return PreparedClip(walk.row | {"verdict": "refused", "reason": str(reason)})

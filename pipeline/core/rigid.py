@@ -20,6 +20,9 @@ _FLAT = 1e-3
 _FRAMES = 100
 """Frames, evenly over a clip, in which distances are measured."""
 
+_MOST_POINTS = 500
+"""More points are a surface: their distances take memory that grows with the square of their number."""
+
 _APART_MM = 1e9
 """Change of distance of two points that were never seen together."""
 
@@ -75,7 +78,7 @@ def fit_rigid_motion(reference: np.ndarray, positions: np.ndarray) -> RigidMotio
 def rigid_clusters(
     positions: np.ndarray, tolerance_mm: float, reference: np.ndarray | None = None
 ) -> list[list[int]]:
-    """Return groups of three or more points, all of whose distances stay the same.
+    """Return groups of three or more points, all of whose distances stay the same; none of a surface of many.
 
     Parameters
     ----------
@@ -86,7 +89,7 @@ def rigid_clusters(
     reference : (P, 3), optional
         Posture in which the points have the distances they are to keep; by default their mean over the clip.
     """
-    if positions.shape[1] < 3:
+    if not 3 <= positions.shape[1] <= _MOST_POINTS:
         return []
     times, lengths, squares = (np.zeros(positions.shape[1] * (positions.shape[1] - 1) // 2) for _ in range(3))
     for frame in positions[:: max(1, len(positions) // _FRAMES)]:

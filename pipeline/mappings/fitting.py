@@ -116,6 +116,8 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
     factor = _UNITS.get(unit, assumed) / assumed
     legs = leg_mm * factor
     why = (
-        f"as {mapping.name} has it" if mapping.units else f"which makes legs of {legs:.{0 if legs >= 100 else 2}f} mm"
+        f"as {mapping.name} has it"
+        if mapping.units
+        else f"which makes legs of {legs:.{0 if legs >= 100 else 2}f} mm"
     )
     return factor, f"The file states no unit; its numbers are taken as {unit}, {why}."

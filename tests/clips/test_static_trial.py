@@ -78,7 +78,9 @@ def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
 
 def test_a_marker_that_was_stuck_elsewhere_leaves_the_cluster() -> None:
     walk, static = trials()
-    posture = recorded({name: place[:1] + (40.0 if name == "R.Thigh.Front" else 0.0) for name, place in static.items()})
+    posture = recorded(
+        {name: place[:1] + (40.0 if name == "R.Thigh.Front" else 0.0) for name, place in static.items()}
+    )
     with_three = without(walk, ANATOMICAL)
     carried = static_trial.carry(recorded(with_three), posture, "static.trc", KNOWN)
     assert not {"R.Knee.Lat", "R.Knee.Med"} & set(carried.names)
@@ -102,7 +104,9 @@ def test_a_static_trial_that_is_none_is_refused(tmp_path: Path) -> None:
     posture = recorded({name: place[:1] for name, place in static.items()})
     with pytest.raises(InvalidInput, match="gives no legs and pelvis"):
         static_trial.carry(recorded(clustered), recorded(without(clustered, [])), "static.trc", KNOWN)
-    unclustered = {name: place for name, place in clustered.items() if "Thigh" not in name and "Shank" not in name}
+    unclustered = {
+        name: place for name, place in clustered.items() if "Thigh" not in name and "Shank" not in name
+    }
     with pytest.raises(InvalidInput, match="no cluster of the walk carries"):
         static_trial.carry(recorded(unclustered), posture, "static.trc", KNOWN)
 
@@ -113,7 +117,9 @@ def test_statics_are_told_by_name_by_folder_or_tried() -> None:
         Path("lab/ben_1.c3d"): "ben", Path("lab/ben_2.c3d"): "ben", Path("lab/local_1.c3d"): "local",
         Path("eve/walk.c3d"): "walk", Path("eve/static.c3d"): "static",
     }  # fmt: skip
-    found = {path.name: [other.name for other in others] for path, others in static_trial.candidates(files).items()}
+    found = {
+        path.name: [other.name for other in others] for path, others in static_trial.candidates(files).items()
+    }
     assert found["anna_walk1.c3d"] == found["anna_2.c3d"] == ["anna_Static01.c3d"]
     assert found["ben_1.c3d"] == ["ben_2.c3d"]
     assert found["local_1.c3d"] == []
@@ -126,7 +132,10 @@ def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> 
     for seed, (who, name) in enumerate(statics.items()):
         walk, static = trials(seed, noise_mm=0.4)
         for n in (1, 2):
-            save(tmp_path / who / f"{who}_{n}.trc", {k: v[20 * n :] for k, v in without(walk, ANATOMICAL).items()})
+            save(
+                tmp_path / who / f"{who}_{n}.trc",
+                {k: v[20 * n :] for k, v in without(walk, ANATOMICAL).items()},
+            )
         save(tmp_path / who / name, static)
     request = FolderData(name="folder", path=str(tmp_path)).request(WALKS, Skeleton(mapping="auto"), 1, 1)
     walks = request.make()
@@ -171,7 +180,11 @@ def test_inspect_takes_a_static_trial_and_guesses_no_joint_from_clusters(tmp_pat
 
 @pytest.mark.parametrize(
     "names",
-    [("RTH1", "RTH2", "RTH3"), ("R.Thigh.Upper", "R.Thigh.Front", "R.Thigh.Rear"), ("LSK_a", "LSK_b", "LSK_c")],
+    [
+        ("RTH1", "RTH2", "RTH3"),
+        ("R.Thigh.Upper", "R.Thigh.Front", "R.Thigh.Rear"),
+        ("LSK_a", "LSK_b", "LSK_c"),
+    ],
 )
 def test_points_of_a_cluster_are_known_by_moving_together(names: tuple[str, ...]) -> None:
     walk, _ = trials()
@@ -183,7 +196,9 @@ def test_points_of_a_cluster_are_known_by_moving_together(names: tuple[str, ...]
     assert static_trial.technical_clusters(loose) == []
 
 
-@pytest.mark.parametrize("names", [("LKNE1", "LKNE2", "LKNE3"), ("LeftLeg", "LeftLegTwist1", "LeftLegTwist2")])
+@pytest.mark.parametrize(
+    "names", [("LKNE1", "LKNE2", "LKNE3"), ("LeftLeg", "LeftLegTwist1", "LeftLegTwist2")]
+)
 def test_points_at_a_joint_are_no_technical_cluster(names: tuple[str, ...]) -> None:
     walk, _ = trials()
     ends = (walk[f"R.Thigh.{end}"] for end in ("Upper", "Front", "Rear"))

@@ -25,19 +25,25 @@ def test_rotation_and_residual_are_those_of_scipy(seed: int, points: int, noise:
         # Noise may leave two turns that fit equally well: then the residuals agree all the same.
         assert found.residual_mm[t] == pytest.approx(distance / np.sqrt(points), abs=1e-4)
         if noise < 30:
-            np.testing.assert_allclose(found.carry(reference)[t] - moved[t].mean(axis=0), theirs.apply(here), atol=1e-4)
+            np.testing.assert_allclose(
+                found.carry(reference)[t] - moved[t].mean(axis=0), theirs.apply(here), atol=1e-4
+            )
     assert np.linalg.det(found.rotation) == pytest.approx(1.0)
 
 
 def test_points_that_are_not_seen_take_no_part() -> None:
     random = np.random.default_rng(1)
     reference = random.normal(scale=60.0, size=(4, 3))
-    moved = np.stack([Rotation.from_rotvec([0, 0, t]).apply(reference) + [t, 0, 9] for t in (0.1, 0.5, 1.0, 2.0)])
+    moved = np.stack(
+        [Rotation.from_rotvec([0, 0, t]).apply(reference) + np.array([t, 0, 9]) for t in (0.1, 0.5, 1.0, 2.0)]
+    )
     whole = fit_rigid_motion(reference, moved)
     moved[1, 0] = np.nan  # three are enough
     moved[2, :2] = np.nan  # two are not
     found = fit_rigid_motion(reference, moved)
-    np.testing.assert_allclose(found.carry(reference)[[0, 1, 3]], whole.carry(reference)[[0, 1, 3]], atol=1e-9)
+    np.testing.assert_allclose(
+        found.carry(reference)[[0, 1, 3]], whole.carry(reference)[[0, 1, 3]], atol=1e-9
+    )
     assert np.isnan(found.carry(reference)[2]).all()
     assert np.isnan(found.residual_mm).tolist() == [False, False, True, False]
 
@@ -50,7 +56,7 @@ def test_points_on_a_line_fix_no_turn_about_it() -> None:
 def test_points_of_one_segment_are_one_cluster() -> None:
     """Two segments about a hinge; the point at the hinge keeps its distances to both, and may be of either."""
     random = np.random.default_rng(3)
-    upper, lower = random.normal(scale=50, size=(2, 4, 3)) + [[[0, 0, 200]], [[0, 0, -200]]]
+    upper, lower = random.normal(scale=50, size=(2, 4, 3)) + np.array([[[0, 0, 200]], [[0, 0, -200]]])
     bend = Rotation.from_rotvec(np.linspace(-0.6, 0.6, 40)[:, None] * [1.0, 0, 0])
     below = np.stack([turn.apply(lower) for turn in bend])
     stray = random.normal(scale=300, size=(40, 1, 3))

@@ -45,10 +45,12 @@ def uneven_legs(positions: np.ndarray) -> list[str]:
     lengths = [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1) for side in (_LEFT, _RIGHT)]
     told = []
     for n, segment in enumerate(("thigh", "shank")):
-        left, right = (float(np.median(of[np.isfinite(of)])) for of in (side[:, n] for side in lengths))
-        if max(left, right) > (1 + UNEVEN) * min(left, right):
+        seen = [of[np.isfinite(of)] for of in (side[:, n] for side in lengths)]
+        left, right = (float(np.median(of)) if len(of) else 0.0 for of in seen)
+        if all(map(len, seen)) and max(left, right) > (1 + UNEVEN) * min(left, right):
             told.append(
-                f"the left {segment} is {left:.0f} mm long, the right {right:.0f}: is a marker or a name on the wrong place?"
+                f"The left {segment} is {left:.0f} mm long, the right {right:.0f}:"
+                " is a marker or a name in the wrong place?"
             )
     return told
 
