@@ -289,7 +289,7 @@ def _after_refusal(reason: str, path: Path, run: str) -> str:
                 f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
             )
         return again
-    if bounds := re.findall(r"data\.steady\.\w+=\S+", reason):
+    if bounds := re.findall(r"data\.steady\.\w+=[\d.]+", reason):
         return f"if it is a walk all the same: {run} {' '.join(bounds)}"
     return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
 
