@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.clips.kinds import PreparedClip, RawClip, report_row
-from pipeline.clips.options import FolderData, Heading, Locomotion, Skeleton, Steady, SyntheticData
-from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, steady_walk, synthetic_walks
+from pipeline.clips.kinds import WALKS, Walks
+from pipeline.clips.options import Heading, Locomotion, Skeleton, Steady
+from pipeline.clips.usable import PreparedClip, RawClip, report_row
+from pipeline.clips.walks import REPORT_COLUMNS, steady_walk, synthetic_walks
 from pipeline.core import fourier, walking
 from pipeline.formats.points import trc
+from pipeline.ingestion.data import FolderData, SyntheticData
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
 

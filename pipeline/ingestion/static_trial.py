@@ -17,16 +17,11 @@ import numpy as np
 from pipeline import formats, mappings
 from pipeline.core import walking
 from pipeline.core.rigid import fit_rigid_motion, rigid_clusters
-from pipeline.skeleton import (
-    WALKER15,
-    MotionCapture,
-    SourceMapping,
-    SourcePoints,
-    map_joints,
-    plain_name,
-    up_axis,
-    with_z_up,
-)
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints, up_axis, with_z_up
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import SourcePoints, plain_name
 from pipeline.validation import InvalidInput, told_apart
 
 STILL = 0.02

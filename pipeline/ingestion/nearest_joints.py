@@ -16,10 +16,13 @@ import numpy as np
 
 from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
-from pipeline.clips.static_trial import technical_clusters
 from pipeline.core import fourier
+from pipeline.ingestion.static_trial import technical_clusters
 from pipeline.mappings.proposal import NOT_A_PLACE, PART_NAMES
-from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, UpAxis, plain_name
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
+from pipeline.skeleton.source_points import plain_name
 
 PHASES, FRAMES, ROUNDS, HEADINGS, PROMISING = 8, 24, 4, 12, 4
 NEIGHBOURS_MM = 160.0

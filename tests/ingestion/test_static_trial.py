@@ -9,11 +9,14 @@ import pytest
 
 from pipeline import mappings
 from pipeline.cli.inspect import inspect
-from pipeline.clips import nearest_joints, static_trial
-from pipeline.clips.options import FolderData, Skeleton
-from pipeline.clips.walks import WALKS
+from pipeline.clips.kinds import WALKS
+from pipeline.clips.options import Skeleton
 from pipeline.formats.points import trc
-from pipeline.skeleton import WALKER15, MotionCapture, map_joints
+from pipeline.ingestion import nearest_joints, static_trial
+from pipeline.ingestion.data import FolderData
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.clustered_walk import ANATOMICAL, HZ, trials, without
 
