@@ -53,7 +53,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     labels = [f"{joint.name}.{channel}" for joint in joints for channel in joint.channels]
     rows, words = _rows(lines, first, labels, path.name)
     require_points(len(rows), len(joints), path.name)
-    notes = [f"A BVH file declares no unit of length; its numbers were read as {units}.", *odd]
+    notes = [*odd]
 
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
     if any("," in piece for piece in numbers):
