@@ -13,9 +13,8 @@ from types import SimpleNamespace
 import pytest
 
 from pipeline.cli import pool
-from pipeline.cli.commands import COMMANDS
 from pipeline.cli.inspect import inspect
-from pipeline.cli.main import main
+from pipeline.cli.main import COMMANDS, main
 from pipeline.processes import CAN_FORK
 from pipeline.storage import sealed_folders
 from pipeline.validation import InvalidInput
