@@ -39,13 +39,16 @@ def defects() -> list[Defect]:
         return [Defect(**row) for row in csv.DictReader(stream)]
 
 
+def git(*arguments: str) -> str:
+    """What a git command says of this tree."""
+    return subprocess.run(["git", *arguments], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+
+
 def chosen(words: Sequence[str]) -> list[Defect]:
     """The rows that the command line asks for."""
     rows = defects()
     if len(words) == 1 and words[0].isdigit():
-        commit = subprocess.run(
-            ["git", "rev-parse", "HEAD"], cwd=ROOT, check=True, capture_output=True
-        ).stdout
+        commit = git("rev-parse", "HEAD")
         return random.Random(commit).sample(rows, min(int(words[0]), len(rows)))
     return [row for row in rows if not words or any(word in row.file for word in words)]
 
@@ -64,9 +67,8 @@ def caught(tree: Path, defect: Defect, number: int) -> bool:
     whole, before = path.read_text(encoding="utf-8"), path.stat()
     try:
         path.write_text(whole.replace(defect.old, defect.new), encoding="utf-8")
-        os.utime(
-            path, (number, number)
-        )  # Python and numba tell by the time whether what they compiled is stale
+        # Python and numba tell by the time whether what they compiled is stale.
+        os.utime(path, (number, number))
         return status(tree, defect.tests.split()) != 0
     finally:
         path.write_text(whole, encoding="utf-8")
@@ -78,9 +80,10 @@ def main(words: Sequence[str]) -> int:
     rows = chosen(words)
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
-        unwanted = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__")
-        shutil.copytree(ROOT, tree, ignore=unwanted)
-        shutil.copytree(ROOT / "results", tree / "results", ignore=shutil.ignore_patterns("[!pa]*", "*.rrd"))
+        for name in git("ls-files", "-co", "--exclude-standard").splitlines():
+            if (ROOT / name).is_file():
+                (tree / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, tree / name)
         if status(tree, sorted({test for row in rows for test in row.tests.split()})):
             print("the tests fail with nothing planted", file=sys.stderr)
             return 2
