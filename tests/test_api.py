@@ -86,27 +86,39 @@ def test_numpy_is_not_loaded_before_somebody_asks() -> None:
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
-@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
-def test_the_wheel_works_in_an_empty_folder(tmp_path: Path) -> None:
-    source, empty, installed = tmp_path / "source", tmp_path / "empty", tmp_path / "installed"
+def build(source: Path, to: Path, umask: int) -> Path:
+    """Build a wheel of what is tracked, copied and built under a umask."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    for name in listed.splitlines():
-        (source / name).parent.mkdir(parents=True, exist_ok=True)
-        (source / name).write_bytes((ROOT / name).read_bytes())
+    before = os.umask(umask)
+    try:
+        for name in listed.splitlines():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            (source / name).write_bytes((ROOT / name).read_bytes())
+        pip = [
+            sys.executable,
+            "-m",
+            "pip",
+            "wheel",
+            "--quiet",
+            "--no-deps",
+            "--wheel-dir",
+            str(to),
+            str(source),
+        ]
+        subprocess.run(pip, check=True, env=os.environ | {"SOURCE_DATE_EPOCH": "1700000000"})
+    finally:
+        os.umask(before)
+    (wheel,) = to.glob("*.whl")
+    return wheel
+
+
+@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
+def test_the_wheel_works_in_an_empty_folder_and_has_the_same_bytes_twice(tmp_path: Path) -> None:
+    wheel = build(tmp_path / "source", tmp_path / "one", 0o022)
+    again = build(tmp_path / "copied elsewhere", tmp_path / "two", 0o077)
+    assert again.read_bytes() == wheel.read_bytes()
+    empty, installed = tmp_path / "empty", tmp_path / "installed"
     empty.mkdir()
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "wheel",
-        "--quiet",
-        "--no-deps",
-        "--wheel-dir",
-        str(tmp_path),
-        str(source),
-    ]
-    subprocess.run(pip, check=True)
-    (wheel,) = tmp_path.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(installed)
     assert (installed / "pipeline" / "py.typed").is_file()
     run = [sys.executable, "-m", "pipeline", "experiment=zhang2007_fig2", "scale=smoke"]

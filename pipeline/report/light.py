@@ -1,8 +1,8 @@
 """The light archive: what a person needs of full-scale results, small enough for the repository or a mail.
 
-It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file, recordings
-and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and ``ro-crate-metadata.json``.  What does not fit,
-the largest tables and recordings, is named in ``left_out.csv``.
+It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file and its bill
+of materials, recordings and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and
+``ro-crate-metadata.json``.  What does not fit, the largest tables and recordings, is named in ``left_out.csv``.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pipeline.report.document import TUTORIAL, write_page
 from pipeline.report.published import Published, read_published
 from pipeline.storage import agreement, archive, crate, provenance, tables
 from pipeline.storage import sealed_folders as folders
+from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
 
@@ -70,6 +71,7 @@ def keep_light(
     with Store(target.parent).publish(target) as publication:
         inside = publication.folder
         (inside / lock.name).write_bytes(lock.read_bytes())
+        (inside / SBOM).write_bytes(bill_of_materials(lock, commit))
         if (folder / archive.CLAIMS).is_file():
             (inside / archive.CLAIMS).write_bytes((folder / archive.CLAIMS).read_bytes())
         for name in results.figures:

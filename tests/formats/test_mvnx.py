@@ -23,6 +23,18 @@ def test_the_fixture() -> None:
     assert motion.valid.tolist() == [[True, True], [True, True], [True, False]]
 
 
+def test_of_several_subjects_the_frames_that_all_have_are_read(tmp_path: Path) -> None:
+    subject = WHOLE[WHOLE.index("  <subject") : WHOLE.index("</mvnx>")]
+    last = subject[subject.index('      <frame type="normal" time="16"') : subject.index("    </frames>")]
+    other = subject.replace('label="A"', 'label="B"').replace(last, "").replace("<position>", "<position>9")
+    path = tmp_path / "two.mvnx"
+    path.write_text(WHOLE.replace("</mvnx>", f"{other}</mvnx>"), encoding="utf-8")
+    motion = mvnx.read(path)
+    assert motion.names == ("A:Pelvis", "A:LeftUpperLeg", "B:Pelvis", "B:LeftUpperLeg")
+    assert motion.positions_mm[:, [0, 2], 0].tolist() == [[1000.0, 91000.0], [1500.0, 91500.0]]
+    assert "The subjects have different numbers of frames; the first 2 of each are read." in motion.notes
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

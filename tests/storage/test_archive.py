@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from pipeline.storage import archive
+from pipeline.storage.sbom import bill_of_materials
 from pipeline.storage.sealed_folders import digest
 from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
@@ -79,6 +80,7 @@ def test_an_archive_holds_everything_and_verifies(tmp_path: Path, make: Make, ke
         if not name.endswith(".DS_Store")
     }
     expected["synthetic/requirements.lock"] = b"numpy==2.4.6\n"
+    expected["synthetic/sbom.cdx.json"] = bill_of_materials(source.parents[2] / "requirements.lock", COMMIT)
     found = snapshot(kept)
     sums = found.pop("SHA256SUMS").decode()
     assert found == expected
@@ -300,7 +302,7 @@ def test_a_list_that_cannot_be_understood_is_refused(make: Make, keep: Make, lin
     kept = keep(make())
     with (kept / "SHA256SUMS").open("a") as stream:
         stream.write(line + "\n")
-    with pytest.raises(InvalidInput, match="line 15: the list of checksums cannot be understood"):
+    with pytest.raises(InvalidInput, match="line 16: the list of checksums cannot be understood"):
         archive.verify(kept)
 
 

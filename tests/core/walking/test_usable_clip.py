@@ -10,6 +10,17 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.core.walks import RATE_HZ, overground
 
+# Sizes
+
+
+def test_stature_counts_from_the_lowest_ankle() -> None:
+    positions = np.zeros((100, 15, 3))
+    positions[:, WALKER15.index("head"), 2] = 1600.0
+    positions[:, WALKER15.index("left_ankle"), 2] = np.where(np.arange(100) < 50, 80.0, 300.0)
+    positions[:, WALKER15.index("right_ankle"), 2] = 380.0 - positions[:, WALKER15.index("left_ankle"), 2]
+    assert walking.stature(positions) == 1520.0
+
+
 # Gaps
 
 

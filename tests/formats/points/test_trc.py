@@ -244,6 +244,26 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
     assert len(motion.valid) == 20
     assert np.flatnonzero(~motion.valid.all(axis=1)).tolist() == [5, 6]
     assert motion.notes == ("2 frames have no row and are missing.",)
+    told = read(tmp_path, line(np.delete(np.arange(20) / 100, [5, 6])))  # the rate is that of most steps
+    assert told.frame_rate_hz == 100.0
+    np.testing.assert_array_equal(told.valid, motion.valid)
+
+
+def test_nothing_is_interpolated_across_a_gap_between_uneven_times(tmp_path: Path) -> None:
+    steps = np.random.default_rng(3).uniform(0.008, 0.014, 60)
+    steps[30] = 0.1
+    times = np.cumsum(steps)
+    motion = read(tmp_path, line(times))
+    at = times[0] + np.arange(len(motion.valid)) / motion.frame_rate_hz
+    inside = (at > times[29]) & (at < times[30])
+    assert inside.sum() >= 5
+    np.testing.assert_array_equal(motion.valid[:, 0], ~inside)
+
+
+def test_frames_are_numbered_from_one_and_timed_from_zero(tmp_path: Path) -> None:
+    trc.write(tmp_path / "a.trc", ["a"], np.zeros((3, 1, 3)), 50.0)
+    rows = (tmp_path / "a.trc").read_text(encoding="utf-8").splitlines()[5:]
+    assert [row.split("\t")[:2] for row in rows] == [["1", "0"], ["2", "0.02"], ["3", "0.04"]]
 
 
 NAMES = (
