@@ -281,6 +281,7 @@ def look(arguments: Sequence[str]) -> int:
     PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
 
     write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
+    replace=true          in place of a file that exists
     skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
     units=m               of a file that does not state its unit: mm, cm, m, in, ft
     frame_rate_hz=100     of a file that does not state its rate
@@ -314,6 +315,7 @@ def export_motion(arguments: Sequence[str]) -> int:
     cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
     skeleton=auto                           of a recording: the joints in place of the points
     units=m subject=…                       of a recording that does not state its unit; that has several people
+    replace=true                            a file that exists
     """
     open_console().print(f"written: {export.export(arguments)}", soft_wrap=True)
     return 0
@@ -335,6 +337,7 @@ def point_lights(arguments: Sequence[str]) -> int:
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man
     skeleton=… units=m subject=…        of a recording; subject= of one with several people
+    replace=true                        a file that exists
     """
     target, words = pointlight.make(arguments)
     open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)
@@ -358,3 +361,16 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "pointlight": point_lights,
 }
 """Commands by name."""
+
+WRITES = {
+    "figures": "publication", "status": "", "fetch": "recordings", "reconstruct": "publication", "model": "publication",
+    "report": "beside figures", "claims": "beside figures", "sensitivity": "beside figures", "equations": "",
+    "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
+    "pointlight": "file",
+}  # fmt: skip
+"""How each command writes, empty if it writes nothing; no file of others is ever replaced.
+
+A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; *beside
+figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
+*archive* only grows; *this clone* are the tables and pictures of the README.
+"""

@@ -10,16 +10,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline import formats, mappings
-from pipeline.cli.walkers import number
+from pipeline.cli.walkers import number, yes
 from pipeline.clips import nearest_joints
 from pipeline.clips.corpus import joints_of
 from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import FolderData, Steady
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice
 
-OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject")
+OPTIONS = ("write", "replace", "skeleton", "units", "frame_rate_hz", "subject")
 
 
 @dataclass
@@ -113,7 +114,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
                 f"no mapping fits; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
             )
         if target := options.get("write"):
-            _write(motion, Path(target), found)
+            _write(motion, Path(target), path, found, replace=yes("replace", options.get("replace", "false")))
         elif not fit.usable:
             found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
         yield found
@@ -243,16 +244,12 @@ def _after_refusal(reason: str, path: Path) -> str:
 _UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
 
 
-def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
+def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
         raise InvalidInput("must end in .yaml", where="write", received=target.name)
-    if target.exists():
-        raise InvalidInput("the file exists and is not replaced", where=str(target), expected="another name")
     proposal = nearest_joints.propose(motion, target.stem)
-    try:
-        target.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput("cannot be written", where=str(target), received=error.strerror or "") from None
+    with new_file(target, replace=replace, sources=[source]) as path:
+        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
     found.lines.append(
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names, heights and an average walker"
     )

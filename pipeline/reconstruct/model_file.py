@@ -15,6 +15,8 @@ from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
 from pipeline.core.keypoint_walk.calibration import Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import remove_stale
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
@@ -61,22 +63,21 @@ def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
 
 
 def save(trained: TrainedModel, folder: Path) -> None:
-    """Write a model: the arrays in single precision, and the manifest with their digest."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Publish a model: the arrays in single precision, and the manifest with their digest, both or none."""
     content = io.BytesIO()
     arrays = {name: np.asarray(array, dtype=np.float32) for name, array in _arrays(trained).items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
-    (folder / "model.npz").write_bytes(data)
-    manifest = {
-        "version": VERSION,
-        "sha256": hashlib.sha256(data).hexdigest(),
-        "bytes": len(data),
-        "walkers": trained.compact.rest.walkers,
-        **trained.about,
-    }
-    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-    (folder / "manifest.json").write_text(text, encoding="utf-8")
+    with publish(folder, having="walkers") as publication:
+        (publication.folder / "model.npz").write_bytes(data)
+        publication.manifest(
+            {
+                "version": VERSION,
+                "sha256": hashlib.sha256(data).hexdigest(),
+                "walkers": trained.compact.rest.walkers,
+                **trained.about,
+            }
+        )
 
 
 def load(folder: Path = SHIPPED) -> TrainedModel:
@@ -87,6 +88,8 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
     InvalidInput
         If it is missing, of another version, or not what its manifest says.
     """
+    if not folder.is_dir():  # a training was killed between two renames
+        remove_stale(folder.parent)
     try:
         manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
         data = (folder / "model.npz").read_bytes()
@@ -120,5 +123,6 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
     )
     compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
     calibration = Calibration(arrays["joint_multipliers"], arrays["angle_multipliers"])
-    about = {k: v for k, v in manifest.items() if k not in ("version", "sha256", "bytes", "walkers")}
+    of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
+    about = {k: v for k, v in manifest.items() if k not in of_the_file}
     return TrainedModel(compact, calibration, about)

@@ -17,7 +17,7 @@ from pipeline.report.document import TUTORIAL, write_page
 from pipeline.report.published import Published, read_published
 from pipeline.storage import agreement, archive, crate, provenance, tables
 from pipeline.storage import sealed_folders as folders
-from pipeline.storage.store import Store
+from pipeline.storage.publishing import publish
 from pipeline.validation import InvalidInput
 
 MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 4_200_000, 400_000
@@ -67,7 +67,7 @@ def keep_light(
     for wanted in figures:
         archive.check_figure(folder / wanted, commit=commit, lock=lock, current=wanted in current)
     results = read_published(folder, figures)
-    with Store(target.parent).publish(target) as publication:
+    with publish(target, having="light") as publication:
         inside = publication.folder
         (inside / lock.name).write_bytes(lock.read_bytes())
         if (folder / archive.CLAIMS).is_file():

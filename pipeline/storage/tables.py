@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.storage.sealed_folders import digest, read_manifest, replace_file, writing
+from pipeline.storage.publishing import Replace, new_file
+from pipeline.storage.sealed_folders import digest, read_manifest, writing
 from pipeline.validation import InvalidInput
 
 _INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
@@ -26,7 +27,13 @@ _NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|")
 _SHOWN_DIFFERENCES = 10
 
 
-def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Sequence[str] = ()) -> None:
+def write(
+    path: Path,
+    columns: Mapping[str, Any] | pd.DataFrame,
+    *,
+    sort_by: Sequence[str] = (),
+    replace: Replace | None = None,
+) -> None:
     """Write a table atomically.
 
     Parameters
@@ -37,6 +44,8 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
         booleans or text.
     sort_by : sequence of str
         Columns by which the rows are sorted, stably.
+    replace : bool or callable, optional
+        As for `new_file`; by default a table with the same columns is replaced, and no other file.
 
     Raises
     ------
@@ -62,9 +71,11 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
     frame = pd.DataFrame(arrays)
     if sort_by:
         frame = frame.sort_values(list(sort_by), kind="stable", na_position="last")
-    text = frame.to_csv(index=False, float_format="%.10g", lineterminator="\n")
-    with writing(path):
-        replace_file(path, text.encode())
+    content = frame.to_csv(index=False, float_format="%.10g", lineterminator="\n").encode()
+    header = content[: content.index(b"\n") + 1]
+    ours: Replace = (lambda old: old.startswith(header)) if replace is None else replace
+    with writing(path), new_file(path, replace=ours) as partial:
+        partial.write_bytes(content)
 
 
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
