@@ -275,6 +275,7 @@ def _run(arguments: Sequence[str]) -> int:
 
         return reconstruct(arguments[1:])
     from pipeline.cli.commands import COMMANDS
+    from pipeline.storage.publishing import require_new
     from pipeline.validation import InvalidInput
 
     if arguments[0] == "--version":
@@ -298,10 +299,16 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.compose import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)
-    if not several or any(item.startswith("hydra.sweep.dir=") for item in arguments):
+    given = [Path(item[16:]) for item in arguments if item.startswith("hydra.sweep.dir=")]
+    for folder in given if several else ():
+        if folder.is_dir():  # Hydra writes its own file there
+            require_new(folder / "multirun.yaml", replace=lambda old: old.startswith(b"hydra:"))
+    if not several or given:
         return run_hydra(arguments, _make_one)
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
+    if not results.strip(" \"'"):
+        raise InvalidInput("must name a folder", where="results", received="nothing")
     try:
         return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_one)
     finally:

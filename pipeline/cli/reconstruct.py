@@ -17,6 +17,7 @@ from pipeline.cli.presets import CONF
 from pipeline.cli.summary import open_console
 from pipeline.reconstruct import model_file, words
 from pipeline.reconstruct.writing import Reconstruct, run
+from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.validation import InvalidInput
 
 Options = TypeVar("Options")
@@ -74,7 +75,10 @@ def train_model(arguments: Sequence[str]) -> int:
 
     own = [item for item in arguments if item.startswith(("training.", "output="))]
     rest = [item for item in arguments if item not in own]
-    output = next((item[7:] for item in own if item.startswith("output=")), "")
+    folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
+    if "output=" in own:
+        raise InvalidInput("must name a folder", where="output", received="nothing")
+    require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
     training = _options(Training, [item[9:] for item in own if item.startswith("training.")])
     if not any(item.startswith("data=") for item in rest):
         rest = ["data=optical", *rest]
@@ -84,7 +88,6 @@ def train_model(arguments: Sequence[str]) -> int:
     assert isinstance(walks, Walks)
     out = open_console()
     trained = train(walks, training, lambda words: out.print(Text(words, style="dim"), soft_wrap=True))
-    folder = Path(output) if output else model_file.SHIPPED
     model_file.save(trained, folder)
     out.print(f"{trained.compact.rest.walkers} people; written to {folder}")
     return 0

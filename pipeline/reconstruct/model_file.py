@@ -22,6 +22,8 @@ from pipeline.validation import InvalidInput, require_finite, require_shape
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
 VERSION = 1
+ENTRY = "walkers"
+"""Entry of the manifest by which the folder of a model is known."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +70,13 @@ def save(trained: TrainedModel, folder: Path) -> None:
     arrays = {name: np.asarray(array, dtype=np.float32) for name, array in _arrays(trained).items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
-    with publish(folder, having="walkers") as publication:
+    with publish(folder, having=ENTRY) as publication:
         (publication.folder / "model.npz").write_bytes(data)
         publication.manifest(
             {
                 "version": VERSION,
                 "sha256": hashlib.sha256(data).hexdigest(),
-                "walkers": trained.compact.rest.walkers,
+                ENTRY: trained.compact.rest.walkers,
                 **trained.about,
             }
         )

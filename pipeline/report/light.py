@@ -81,7 +81,7 @@ def keep_light(
         _write_left_out(inside / LEFT_OUT, results, kept | also)
         agreement.write_rule(inside, results.figures)
         drawn = folder.parent.parent / TUTORIAL
-        for path in sorted(drawn.glob("*.svg")) if results.data == "synthetic" else ():
+        for path in sorted(drawn.glob("*/*.svg")) if results.data == "synthetic" else ():
             (inside / TUTORIAL).mkdir(exist_ok=True)
             (inside / TUTORIAL / path.name).write_bytes(path.read_bytes())
         write_page(folder, figures, to=inside, most_bytes=PAGE_BYTES)

@@ -24,7 +24,7 @@ from pipeline import locks
 from pipeline.storage import provenance as provenance_module
 from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
-from pipeline.storage.publishing import publish
+from pipeline.storage.publishing import new_file, publish
 from pipeline.storage.sealed_folders import canonical, complaints_about, is_complete
 from pipeline.storage.store import Artefact
 from pipeline.storage.store import Store as PlainStore
@@ -939,6 +939,156 @@ def test_only_a_folder_with_our_manifest_is_replaced(
     assert begun == (when == "meanwhile")
     assert everything() == expected
     assert leftovers(tmp_path) == []
+
+
+def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
+    (tmp_path / "figure").mkdir()
+    publish_files(tmp_path / "figure", table_csv="1")
+    assert complaints_about(tmp_path / "figure") == []
+
+
+def test_a_folder_of_another_kind_is_kept(tmp_path: Path) -> None:
+    publish_files(tmp_path / "figure", table_csv="1")
+    with pytest.raises(InvalidInput, match="without 'walkers': of another command"):
+        publish(tmp_path / "figure", having="walkers").__enter__()
+    with pytest.raises(InvalidInput, match="must not be inside a published folder"):
+        publish(tmp_path / "figure" / "more").__enter__()
+
+
+@pytest.mark.parametrize("moment", ["manifest", "files", "away"])
+def test_a_publication_between_two_looks_is_no_foreign_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str
+) -> None:
+    """Another process replaces the folder while this one reads its manifest or its files."""
+    figure = tmp_path / "figure"
+    publish_files(figure, table_csv="1")
+    really, calls = sealed_folders.read_manifest, 0
+
+    def another_is_faster() -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 1:
+            publish_files(figure, table_csv="2", table_more_csv="2")
+
+    def read_manifest(folder: Path) -> dict[str, Any]:
+        if folder != figure or calls:
+            return really(folder)
+        if moment == "away":
+            figure.rename(tmp_path / "aside")
+            try:
+                return really(folder)
+            finally:
+                (tmp_path / "aside").rename(figure)
+                another_is_faster()
+        if moment == "manifest":
+            another_is_faster()
+        found = really(folder)
+        if moment == "files":
+            another_is_faster()
+        return found
+
+    with publish(figure) as publication:
+        for name in ("table.csv", "table_more.csv"):
+            (publication.folder / name).write_text("3")
+        publication.manifest({})
+        monkeypatch.setattr(sealed_folders, "read_manifest", read_manifest)
+    assert calls == 1
+    assert (figure / "table_more.csv").read_text() == "3"
+    assert complaints_about(figure) == []
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_a_process_that_nobody_waited_for_does_not_run(tmp_path: Path) -> None:
+    zombie = os.fork()
+    if not zombie:
+        os._exit(0)
+    os.waitid(os.P_PID, zombie, os.WEXITED | os.WNOWAIT)
+    try:
+        left = tmp_path / f".tmp-{zombie}-{sealed_folders._HERE}01234567"
+        left.mkdir()
+        sealed_folders.remove_stale(tmp_path)
+        assert not left.exists()
+    finally:
+        os.waitpid(zombie, 0)
+    assert sealed_folders._is_alive(os.getppid())
+
+
+# --- a file -----------------------------------------------------------------------------------------------
+
+
+def write_file(path: Path, **options: Any) -> None:
+    with new_file(path, **options) as partial:
+        assert partial.name == path.name
+        partial.write_text("new")
+
+
+def test_a_new_file_is_written_and_an_old_one_only_if_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "walk.csv"
+    write_file(path)
+    assert path.read_text() == "new"
+    path.write_text("old")
+    with pytest.raises(InvalidInput, match=r"the file exists, so it is not replaced .*replace=true"):
+        write_file(path)
+    with pytest.raises(InvalidInput, match="did not write it"):
+        write_file(path, replace=lambda old: old == b"ours")
+    assert path.read_text() == "old"
+    for replace in (True, lambda old: old == b"old"):
+        path.write_text("old")
+        write_file(path, replace=replace)
+        assert path.read_text() == "new"
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.csv"]
+
+
+def test_source_link_folder_and_published_file_are_never_replaced(tmp_path: Path) -> None:
+    source, link, other = tmp_path / "walk.csv", tmp_path / "link.csv", tmp_path / "same.csv"
+    source.write_text("mine")
+    link.symlink_to(source)
+    other.hardlink_to(source)
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "nowhere.csv").symlink_to(tmp_path / "not there")
+    publish_files(tmp_path / "figure", table_csv="1")
+    for path, words in (
+        (source, "it is what is read"),
+        (other, "it is what is read"),
+        (link, "symbolic link"),
+        (tmp_path / "nowhere.csv", "symbolic link"),
+        (tmp_path / "folder.csv", "it is no file"),
+        (tmp_path / "figure" / "table.csv", "must not be inside a published folder"),
+        (tmp_path / "figure" / "new.csv", "must not be inside a published folder"),
+        (tmp_path / "no" / "new.csv", "there is no such folder"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            write_file(path, replace=True, sources=[source, tmp_path / "gone"])
+    assert source.read_text() == "mine"
+    assert complaints_about(tmp_path / "figure") == []
+    assert not (tmp_path / "not there").exists()
+
+
+@pytest.mark.parametrize("error", [RuntimeError("no"), KeyboardInterrupt()])
+def test_a_file_that_fails_leaves_the_older(tmp_path: Path, error: BaseException) -> None:
+    path = tmp_path / "walk.csv"
+    path.write_text("old")
+
+    def fail() -> None:
+        with new_file(path, replace=True) as partial:
+            partial.write_text("half")
+            raise error
+
+    with pytest.raises(type(error)):
+        fail()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.csv"]
+
+
+def test_a_file_that_comes_meanwhile_is_kept(tmp_path: Path) -> None:
+    def write() -> None:
+        with new_file(tmp_path / "walk.csv") as partial:
+            partial.write_text("new")
+            (tmp_path / "walk.csv").write_text("mine")
+
+    with pytest.raises(InvalidInput, match="the file exists"):
+        write()
+    assert (tmp_path / "walk.csv").read_text() == "mine"
 
 
 # --- with what it was made -------------------------------------------------------------------------------
