@@ -17,11 +17,11 @@ from typing import Any
 
 import pytest
 
-from pipeline.cli.commands import COMMANDS, WRITES
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.clips.options import RecordedData
+from pipeline.cli.main import COMMANDS, WRITES
 from pipeline.fetch import NEEDED_COLUMNS
+from pipeline.ingestion.data import RecordedData
 from pipeline.reconstruct import model_file
 from pipeline.storage import provenance
 from pipeline.storage.store import Store
@@ -64,7 +64,7 @@ def listed(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def trained(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr("pipeline.reconstruct.training.train", lambda *_: model_file.load())
+    patch.setattr("pipeline.cli.training.train", lambda *_: model_file.load())
 
 
 def switched(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
