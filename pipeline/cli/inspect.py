@@ -12,7 +12,7 @@ from typing import Any
 
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
-from pipeline.cli.walkers import number
+from pipeline.cli.walkers import number, yes
 from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
@@ -24,9 +24,10 @@ from pipeline.skeleton.mapped_joints import up_axis
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import plain_name
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice
 
-OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject", "static")
+OPTIONS = ("write", "replace", "skeleton", "units", "frame_rate_hz", "subject", "static")
 
 
 @dataclass
@@ -126,7 +127,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         else:
             found.lines += _of_no_mapping(motion, fit, path)
         if target := options.get("write"):
-            _write(motion, Path(target), found)
+            _write(motion, Path(target), path, found, replace=yes("replace", options.get("replace", "false")))
         elif not fit.usable:
             found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
         yield found
@@ -302,16 +303,12 @@ def _after_refusal(reason: str, path: Path, run: str) -> str:
 _UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
 
 
-def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
+def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
         raise InvalidInput("must end in .yaml", where="write", received=target.name)
-    if target.exists():
-        raise InvalidInput("the file exists and is not replaced", where=str(target), expected="another name")
     proposal = nearest_joints.propose(motion, target.stem)
-    try:
-        target.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput("cannot be written", where=str(target), received=error.strerror or "") from None
+    with new_file(target, replace=replace, sources=[source]) as path:
+        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
     found.lines.append(
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names, heights and an average walker"
     )
@@ -324,6 +321,7 @@ def look(arguments: Sequence[str]) -> int:
     PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
 
     write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
+    replace=true          in place of a file that exists
     skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
     units=m               of a file that does not state its unit: mm, cm, m, in, ft
     frame_rate_hz=100     of a file that does not state its rate

@@ -18,11 +18,15 @@ from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.formats.arrays import load_npz
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import read_bytes
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import remove_stale
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
 VERSION = 1
+ENTRY = "walkers"
+"""Entry of the manifest by which the folder of a model is known."""
 
 
 @dataclass(frozen=True)
@@ -64,22 +68,21 @@ def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
 
 
 def save(trained: TrainedModel, folder: Path) -> None:
-    """Write a model: the arrays in single precision, and the manifest with their digest."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Publish a model: the arrays in single precision, and the manifest with their digest, both or none."""
     content = io.BytesIO()
     arrays = {name: np.asarray(array, dtype=np.float32) for name, array in _arrays(trained).items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
-    (folder / "model.npz").write_bytes(data)
-    manifest = {
-        "version": VERSION,
-        "sha256": hashlib.sha256(data).hexdigest(),
-        "bytes": len(data),
-        "walkers": trained.compact.rest.walkers,
-        **trained.about,
-    }
-    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-    (folder / "manifest.json").write_text(text, encoding="utf-8")
+    with publish(folder, having=ENTRY) as publication:
+        (publication.folder / "model.npz").write_bytes(data)
+        publication.manifest(
+            {
+                "version": VERSION,
+                "sha256": hashlib.sha256(data).hexdigest(),
+                ENTRY: trained.compact.rest.walkers,
+                **trained.about,
+            }
+        )
 
 
 def load(folder: Path = SHIPPED) -> TrainedModel:
@@ -90,6 +93,8 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
     InvalidInput
         If it is missing, of another version, damaged, or not what its manifest says.
     """
+    if not folder.is_dir():  # a training was killed between two renames
+        remove_stale(folder.parent)
     for name in ("manifest.json", "model.npz"):
         if not (folder / name).is_file():
             raise InvalidInput("no model of walkers", where=str(folder / name), expected="`make model`")
@@ -126,5 +131,6 @@ def _load(folder: Path) -> TrainedModel:
     )
     compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
     calibration = Calibration(arrays["joint_multipliers"], arrays["angle_multipliers"])
-    about = {k: v for k, v in manifest.items() if k not in ("version", "sha256", "bytes", "walkers")}
+    of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
+    about = {k: v for k, v in manifest.items() if k not in of_the_file}
     return TrainedModel(compact, calibration, about)

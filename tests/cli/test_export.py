@@ -172,7 +172,7 @@ def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
     [
         ([], "one source is needed"),
         (["FIGURE", "to=a.xyz"], r"the format is unknown .*ends in \.c3d"),
-        (["FIGURE", "to=no/such/folder/a.c3d"], "to must be in a folder that exists"),
+        (["FIGURE", "to=no/such/folder/a.c3d"], "there is no such folder"),
         (["FIGURE", "to=a.c3d", "walker=ben"], "walker must be anna_1"),
         (
             ["FIGURE", "to=a.c3d", "view_angle_deg=45"],
@@ -228,7 +228,7 @@ def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path
         list(inspect([str(tmp_path / "odd.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
     list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
     assert (tmp_path / "my_lab.yaml").is_file()
-    with pytest.raises(InvalidInput, match="the file exists and is not replaced"):
+    with pytest.raises(InvalidInput, match="the file exists, so it is not replaced"):
         list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
 
 
