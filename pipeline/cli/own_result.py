@@ -28,9 +28,8 @@ def own_result(folder: Path) -> str:
     of, unit = MEASURES[measure]
     methods = [name for name in dict.fromkeys(table["method"].tolist()) if not name[-1].isdigit()]
     means = {name: float(np.nanmean(table[measure][table["method"] == name])) for name in methods}
-    parts = [
-        f"{_WORDS.get(n, n.replace('_', ' '))} {means[n]:.3g}{unit}" for n in sorted(means, key=means.get)
-    ]  # type: ignore[arg-type]
+    ordered = sorted(methods, key=lambda name: means[name])
+    parts = [f"{_WORDS.get(name, name.replace('_', ' '))} {means[name]:.3g}{unit}" for name in ordered]
     clips = tables.read(folder / "table_ingest.csv")
     people = set(clips["person"][clips["verdict"] == "kept"].tolist()) if "person" in clips else set()
     return f"{folder.name}: error of {of}: {', '.join(parts)}" + (f"; {len(people)} people" if people else "")
