@@ -1,7 +1,7 @@
 """Putting the page together: what each paper and each figure shows, from the published folders.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/report.yaml`` the sentences on the papers and
-which columns are drawn as curves.
+`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers,
+``conf/report.yaml`` which columns are drawn as curves.
 """
 
 from __future__ import annotations
@@ -111,9 +111,7 @@ def _render(
         for name, figure in results.figures.items()
     }
     shown = [
-        entries.paper_entry(papers.PAPERS[key], results, layout, figures)
-        for key in papers.PAPERS
-        if key in of_papers
+        entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
     packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
     numbers, moved = entries.published_rows(results), sensitivity.moved_by_switches(results)
