@@ -34,6 +34,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       articulated_trajectory a whole skeleton from the root to the leaves
       keypoint_walk          from keypoints of one camera to a 3D walk with error bars
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
+      rigid                  rigid motion of clusters of points
       likeness               whether two recordings may show one person
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
