@@ -29,17 +29,13 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     """
     data, notes = read_bytes(path), []
     if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        try:
-            data = data.decode("utf-16").encode()
-        except UnicodeDecodeError as error:
-            raise damaged(
-                "the text is not UTF-16, as it begins", f"{path.name}, byte {error.start}"
-            ) from None
+        data = data.decode("utf-16").encode()
     if (at := data.find(0)) >= 0:
         raise damaged("this is not a text file", f"{path.name}, byte {at}", received="a zero byte")
     if len(data) > MOST // PER_BYTE:  # below that, no words are so short that they take more
         words = data.translate(_WORDS).count(b"x ")
-        require_memory(_TEXT * len(data) + _WORD * words, path.name)
+        what = "the file is too large: export a shorter part of the trial"
+        require_memory(_TEXT * len(data) + _WORD * words, path.name, what)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
