@@ -104,7 +104,7 @@ class Style:
     line : str
         ``solid``, ``dashed``, ``dotted`` or ``points``; in pictures only.
     banded : bool
-        Whether the band around the line is drawn, if there is one.
+        Whether the band of the spread is drawn, if there is one.
     width : float
         Factor on the usual width of lines.
     opacity : float

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import Any
 
 from pipeline.palette import Style
 
@@ -23,10 +23,8 @@ TRIED = {**METHODS, "anatomical": Style("anatomical", "green")}
 
 CURVES = {**TRIED, **NULLS}
 
-UNNAMED = {name: replace(style, label="") for name, style in TRIED.items()}
-"""For a second band around the same lines."""
-
 BARS = ("as computed", "calibrated")
 """Error bars by the textbook, and with multipliers learnt from other people."""
 
-VIEW_AXIS = "Viewpoint (degree)"
+VIEW: dict[str, Any] = {"x": "view_angle_deg", "x_label": "view angle", "x_unit": "°", "ticks": 30}
+"""The abscissa of charts over the view angle."""
