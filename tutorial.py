@@ -15,7 +15,9 @@ import numpy as np
 import pandas as pd
 
 from pipeline import pictures
+from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, errors, fourier, linear_model, reconstruction
+from pipeline.palette import Style
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic import walkers
 
@@ -133,24 +135,23 @@ answer = (
 )
 answer.to_csv(FOLDER / "answer.csv", index=False, float_format="%.6g")
 print(answer.round(1).to_string(index=False))
-pictures.draw_lines(
-    FOLDER / "answer",
-    [
-        pictures.Panel(
-            y="mean",
-            band=("low", "high"),
-            ylabel="error in depth (mm)",
-            from_zero=True,
-            xscale="log",
-            xticks=(3, 5, 10, 20, 40, 80),
-        )
-    ],
-    answer,
+chart = Chart(
     x="walkers",
+    x_label="walkers that the model is learnt from",
+    log_x=True,
+    ticks=(3, 5, 10, 20, 40, 80),
+    y="mean",
+    band=("low", "high"),
     by="method",
-    styles={"null": pictures.Style("their average (null)", "null"), "map": pictures.Style("MAP", "map")},
-    xlabel="walkers that the model is learnt from",
-    legend="figure",
+    styles={"null": Style("their average (null)", "null"), "map": Style("MAP", "map")},
+    label="error in depth",
+    unit="mm",
+    zero=True,
+)
+pictures.draw_charts(
+    FOLDER / "answer",
+    Sheet(charts=[chart]),
+    {"table": answer},
     caption=f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws.",
 )
 mean_mm = answer.pivot(index="walkers", columns="method", values="mean")

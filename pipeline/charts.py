@@ -261,11 +261,9 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
     around = [lines.band] if isinstance(lines.band, str) else list(lines.band)
     ends = [name for name in (f"{y}_low", f"{y}_high") if name in table]
     columns = [x, y, *filter(None, [*around, lines.strands, lines.less]), *ends]
-    keys, of = style_keys(lines.styles), dict(lines.where)
-    if lines.by and keys:
-        of.setdefault(lines.by, list(keys))
+    keys = style_keys(lines.styles)
     made: list[Line] = []
-    for key, rows in tidy.groups(table, columns, by=lines.by, where=of, keys=keys).items():
+    for key, rows in tidy.groups(table, columns, by=lines.by, where=lines.where, keys=keys).items():
         key = key or (keys[0] if len(keys) == 1 else y)
         style = style_of(lines.styles, key)
         less = rows[lines.less] if lines.less else 0.0
@@ -282,7 +280,7 @@ def _lines(chart: Chart, lines: Lines, table: Any, number: int) -> list[Line]:
                 if len(around) == 2
                 else (values - lines.times * half, values + lines.times * half)
             )
-        if len(ends) == 2:
+        if len(ends) == 2 and style.interval:
             interval = (scaled(ends[0]), scaled(ends[1]))
         places = list(chart.words)
         at = np.array([places.index(str(v)) for v in rows[x]] if places else rows[x], dtype=float)

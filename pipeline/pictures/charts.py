@@ -88,6 +88,11 @@ def add_charts(
         _draw_notes(axes, chart, lines)
         for line in lines:
             handles.setdefault(line.style.label, _handle(line, points=bool(chart.words)))
+        for reference in chart.references:
+            if reference.slope is not None or reference.below:
+                handles.setdefault(
+                    reference.label, look.legend_handle(reference.label, **_look_of(reference))
+                )
     handles.pop("", None)
     return list(handles.values())
 
@@ -219,12 +224,8 @@ def _draw_reference(
     heights: Sequence[float],
     upright: Sequence[float],
 ) -> None:
-    published = reference.published
-    of: dict[str, Any] = {
-        "color": hex_colour("published" if published else "reference"),
-        "linewidth": look.REFERENCE_WIDTH,
-        "linestyle": look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES,
-    }
+    look_of = _look_of(reference)
+    of = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
     x, y = (None if v is None else float(v) for v in (reference.x, reference.y))
     if reference.slope is not None or reference.below:
         line = next((line for line in lines if line.key == reference.below), lines[0])
@@ -233,10 +234,6 @@ def _draw_reference(
             (line.x, share * line.y) if reference.below else _through_origin(axes, reference.slope or 0.0)
         )
         axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **of)
-        if reference.label:
-            k = len(points[0]) // 2
-            axes.annotate(reference.label, (points[0][k], points[1][k]), xytext=(0, -3), textcoords="offset points",
-                          ha="center", va="top", fontsize=look.NOTE_SIZE, color=look.NOTE_COLOUR)  # fmt: skip
     elif x is not None and y is not None:
         axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=of["color"], linestyle="none",
                   markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
@@ -264,6 +261,14 @@ def _draw_reference(
         above = at_y < 0.9 and not any(0 < other - at_y < 0.08 for other in heights)
         place = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
         _write(axes, place, reference.label, far, not above)
+
+
+def _look_of(reference: Reference) -> dict[str, Any]:
+    """Colour, pattern and width of a reference's line."""
+    published = reference.published
+    dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
+    colour = hex_colour("published" if published else "reference")
+    return {"colour": colour, "line": dashes, "width": look.REFERENCE_WIDTH}
 
 
 def _through_origin(axes: Axes, slope: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,6 @@
 """Putting the page together: what each paper and each figure shows, from the published folders.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/report.yaml`` the sentences on the papers and
-which columns are drawn as curves.
+`pipeline/report/page` has the template, the style and the scripts; ``conf/report.yaml`` the sentences on the papers.
 """
 
 from __future__ import annotations
@@ -107,7 +106,7 @@ def _render(
     ]
     terms = entries.terms_of(results)
     figures = {
-        name: entries.figure_entry(figure, results, layout, terms, to, width)
+        name: entries.figure_entry(figure, results, terms, to, width)
         for name, figure in results.figures.items()
     }
     shown = [
@@ -121,7 +120,7 @@ def _render(
         packed["published"] = packed_json({entries.PUBLISHED: numbers})
     if moved:
         packed["sensitivity"] = packed_json({sensitivity.TABLE: moved["text"]})
-    curves = {name: entries.curve_tables(figure, layout) for name, figure in results.figures.items()}
+    curves = {name: entries.curve_tables(figure) for name, figure in results.figures.items()}
     packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
     text = environment.get_template("index.html.j2").render(
@@ -145,7 +144,7 @@ def _render(
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
-        roles=packed_json({**{name: name for name in COLOURS}, **ROLES, **layout["colours"]}),
+        roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
         bones=packed_json([list(bone) for bone in WALKER15.bones]),
         joints=packed_json(list(WALKER15.joints)),
         walkers_packed=walkers_packed,

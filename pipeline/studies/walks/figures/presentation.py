@@ -12,9 +12,11 @@ METHODS = {
 }
 
 NULLS = {
-    "average_walker": Style("average walker", "null", line="dotted", banded=False),
-    "least_squares_1": Style("one eigenwalker, least squares", "amber", line="dotted", banded=False),
-    "map_1": Style("one eigenwalker, MAP", "sky", line="dotted", banded=False),
+    "average_walker": Style("average walker", "null", line="dotted", banded=False, interval=False),
+    "least_squares_1": Style(
+        "one eigenwalker, least squares", "amber", line="dotted", banded=False, interval=False
+    ),
+    "map_1": Style("one eigenwalker, MAP", "sky", line="dotted", banded=False, interval=False),
 }
 """Reconstructions that do next to nothing."""
 

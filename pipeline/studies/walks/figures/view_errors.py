@@ -100,7 +100,8 @@ class ViewErrors(Figure):
         """Absolute error, relative error, variance of the missing dimension."""
         first = str(inputs.sweep.methods[0])
         view = partial(Chart, **VIEW, zero=True)
-        error = partial(view, by="method", styles=CURVES)
+        shown = {name: CURVES[name] for name in (*map(str, inputs.sweep.methods), "average_walker")}
+        error = partial(view, by="method", styles=shown)
         absolute = error(
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
@@ -119,9 +120,8 @@ class ViewErrors(Figure):
         )
         return Sheet(
             charts=[absolute, relative, variance],
-            columns=2,
             caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands: 95 % interval of the"
-            " mean over people. Average walker, one eigenwalker: their depth, the image kept.",
+            " mean over people. Average walker: its depth, the image kept.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
