@@ -137,7 +137,7 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         axes.plot(
             line.x, line.y, linestyle=pattern, marker="o" if points else "none", color=colour, **look_of
         )
-    scattered = any(line.style.line == "points" for line in lines)
+    scattered = any(line.style.line == "points" or line.x.size == 1 for line in lines)
     axes.margins(x=0.03 if scattered else 0.0, y=0.06)
     _limit_abscissa(axes, chart)
 
@@ -245,7 +245,7 @@ def _draw_reference(
         at_x = _fraction(axes, x, 0)
         far = _farther(data, 0, at_x, (0.05, 0.95))
         # Words after the line, or before it where there is no space after it.
-        inward = at_x < 0.7 and not any(0 < other - at_x < 0.2 for other in upright)
+        inward = at_x < 0.7 and not any(0 < other - at_x < 0.25 for other in upright)
         _write(
             axes,
             (at_x + (0.012 if inward else -0.012), 0.96 if far else 0.04),

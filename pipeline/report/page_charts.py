@@ -55,7 +55,7 @@ def columns_of(figure: PublishedFigure) -> dict[str, set[str]]:
 
 def _columns(chart: Chart, lines: Lines) -> set[str]:
     band = [lines.band] if isinstance(lines.band, str) else lines.band
-    named = (lines.x or chart.x, lines.y, lines.by, lines.strands, lines.less, *band, *lines.where)
+    named = (lines.x or chart.x, lines.y, lines.by, lines.less, *band, *lines.where)
     return {name for name in named if name}
 
 
@@ -68,7 +68,7 @@ def _drawn(figure: PublishedFigure, chart: Chart) -> Iterator[tuple[Lines, list[
 
 
 def _line(chart: Chart, lines: Lines) -> dict[str, Any]:
-    names = ("y", "table", "by", "where", "band", "strands", "less", "times")
+    names = ("y", "table", "by", "where", "band", "less", "times")
     style = lines.styles if isinstance(lines.styles, Style) else None
     styles = lines.styles if isinstance(lines.styles, Mapping) else {}
     return {

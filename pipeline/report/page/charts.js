@@ -40,19 +40,18 @@ const Charts = (() => {
       for (const row of rows) {
         const key = by >= 0 ? keyed.find(k => plain(k) === plain(row[by])) ?? (keyed.length ? null : row[by]) : keyed[0] ?? lines.y;
         if (key === null) continue;
-        const own = lines.strands ? `${key}/${row[column(lines.strands)]}` : key;
-        if (!of.has(own)) of.set(own, []);
+        if (!of.has(key)) of.set(key, []);
         const scaled = c => lines.times * (number(row[c]) - (less >= 0 ? number(row[less]) : 0)), value = scaled(y);
         const [lo, hi] = ends.every(c => c >= 0) && Number.isFinite(number(row[ends[0]])) ? ends.map(scaled) : band.length === 2 ? band.map(scaled)
           : band.length === 1 ? [-1, 1].map(sign => value + sign * lines.times * number(row[band[0]])) : [NaN, NaN];
         const at = places ? places.indexOf(plain(row[x])) : number(row[x]);
-        if (Number.isFinite(value) && Number.isFinite(at) && at >= (places ? 0 : -Infinity)) of.get(own).push({ x: at, y: value, lo, hi });
+        if (Number.isFinite(value) && Number.isFinite(at) && at >= (places ? 0 : -Infinity)) of.get(key).push({ x: at, y: value, lo, hi });
       }
-      for (const [own, points] of of) if (points.length) {
-        const style = lines.styles[own] ?? lines.styles[own.split("/")[0]] ?? lines.style ?? {};
+      for (const [key, points] of of) if (points.length) {
+        const style = lines.styles[key] ?? lines.style ?? {};
         points.sort((a, b) => a.x - b.x);
         if (!style.interval && style.label !== undefined) for (const p of points) p.lo = p.hi = NaN;
-        found.push({ key: own, name: style.label || "", points, colour: style.colour || CYCLE[found.length % CYCLE.length],
+        found.push({ key, name: style.label || "", points, colour: style.colour || CYCLE[found.length % CYCLE.length],
           dash: line[style.line] ?? "", width: style.width === undefined ? 1.8 : 1.8 * style.width, dots: style.line === "points" || !!places });
       }
     }

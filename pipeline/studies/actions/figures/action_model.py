@@ -130,8 +130,13 @@ class ActionModelFigure(Figure):
             table="table_spectrum", x="component", x_label="number of dimensions", y="cumulative_fraction", times=100.0,
             label="cumulative variance", unit="%", picture=False, styles=Style("", "black"), references=[PUBLISHED],
         )  # fmt: skip
+        means = Chart(
+            table="table_model", x="sample", x_label="sample", y="mean", by="component", label="mean performance",
+            picture=False, name="mean_performance",
+            styles={str(k): Style(f"dimension {k}") for k in range(1, self._shown(inputs) + 1)},
+        )  # fmt: skip
         return Sheet(
-            charts=[spectrum, *charts],
+            charts=[spectrum, means, *charts],
             columns=len(COLUMNS),
             share_y=True,
             letters=False,
@@ -220,6 +225,7 @@ def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
             table=columns, x="sample", x_label=COLUMNS[-1][2], y="mean", label=f"dimension {k}", name=f"dimension_{k}",
             styles={"mean": Style("mean performance", "orange", width=1.1)}, also=[last, *learnt],
             title=COLUMNS[-1][1] if k == 1 else "",
+            page=False,
         ),
     ]  # fmt: skip
 

@@ -110,7 +110,7 @@ class Warp(Figure):
         ]  # fmt: skip
         charts = [
             *(
-                dimension(x="time_s", where={"stage": name}, styles=styles, title=STYLES[name].label)
+                dimension(x="time_s", where={"stage": name}, styles=styles, title=STYLES[name].label, page=False)
                 for name in ALIGNMENTS
             ),
             *of_pair,

@@ -55,13 +55,13 @@ RADIUS_NULL_MEDIANS = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": ADJUSTED_NULL}
 ROOT = "root_error_ratio"
 
 PUBLISHED_ROOT = [
-    Reference(x="park2011_small_root_error_reliable", label="reliable below, as published"),
-    Reference(x="park2011_large_root_error_unreliable", label="not above"),
+    Reference(x="park2011_small_root_error_reliable", label="reliable"),
+    Reference(x="park2011_large_root_error_unreliable", label="unreliable"),
 ]
 PUBLISHED_RADIUS = [
-    Reference(x="park2011_small_radius_reliable", label="published: reliable from"),
+    Reference(x="park2011_small_radius_reliable", label="reliable"),
     Reference(x=1.0),
-    Reference(x="park2011_large_radius_unreliable", label="not above"),
+    Reference(x="park2011_large_radius_unreliable", label="unreliable"),
 ]
 
 NULL_WORDS = (
@@ -286,7 +286,7 @@ def _null_lines(names: Sequence[str] = NULLS, **rows: Any) -> list[Lines]:
         Lines(
             **{"table": "table_points", **rows},
             y=f"{name}_median",
-            styles={name: Style(label, "null", line=line)},
+            styles={name: Style(label, "null", line=line, interval=False)},
         )
         for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
     ]

@@ -145,7 +145,7 @@ class MissingDataFigure(Figure):
                 percent(
                     y=f"{name}_relative_error_mean",
                     where={"pattern": first},
-                    styles={name: Style(label, "null", line=line)},
+                    styles={name: Style(label, "null", line=line, interval=False)},
                 )
                 for name, label, line in zip(
                     ("hanging", "mean_pose"), NULL_LABELS, ("dotted", "dashed"), strict=True

@@ -123,7 +123,9 @@ class NoiseVariance(Figure):
             name="absolute_error_of_views_mm2",
             table="table_views",
             by="view_angle_deg",
-            styles={str(v): Style(f"{v:g}°", of) for v, of in zip(shown, _COLOURS, strict=False)},
+            styles={
+                str(v): Style(f"{v:g}°".replace("-", "−"), of) for v, of in zip(shown, _COLOURS, strict=False)
+            },
         )
         at_end = f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
         caption = "Band: 95 % interval of the mean over people." + ("" if inside else at_end)

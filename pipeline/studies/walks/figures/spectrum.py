@@ -82,7 +82,7 @@ class Spectrum(Figure):
             label="cumulative variance",
             unit="%",
             limits=(0.0, 100.0),
-            x_limits=(0.0, float(len(tables["table"]))),
+            x_limits=(0.0, max(32.0, float(len(tables["table"])))),
             styles=Style("", "black"),
             references=[here, PUBLISHED[inputs.experiment.paper]],
         )

@@ -102,7 +102,7 @@ class ViewAngleEstimates(Figure):
         ]
         return Sheet(
             charts=charts,
-            columns=len(charts),
+            columns=2,
             caption="Bands: ±1 standard deviation over walkers, and 95 % interval of the mean over people. "
             + " ".join(notes),
         )
