@@ -291,3 +291,18 @@ def require_finite(name: str, array: Any) -> np.ndarray:
         where = str(at[0]) if len(at) == 1 else str(at)
         raise InvalidInput("must be finite", where=name, received=f"{array[at]} at index {where}")
     return array
+
+
+_DISTRIBUTIONS = {"PIL": "pillow", "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml"}
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """Return the name, for pip, of the package that was not found; empty if it is a module of this project.
+
+    Examples
+    --------
+    >>> missing_package(ModuleNotFoundError(name="PIL.Image"))
+    'pillow'
+    """
+    first = (error.name or "").partition(".")[0]
+    return "" if first == "pipeline" else _DISTRIBUTIONS.get(first, first)

@@ -5,18 +5,22 @@ from __future__ import annotations
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline import formats, mappings
+from pipeline.cli.output import tell
 from pipeline.cli.walkers import number
-from pipeline.clips import nearest_joints
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
-from pipeline.clips.options import FolderData, Steady
+from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
-from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
+from pipeline.ingestion import nearest_joints
+from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.data import FolderData
+from pipeline.skeleton.mapped_joints import up_axis
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput, require_choice
 
 OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject")
@@ -257,3 +261,30 @@ def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names, heights and an average walker"
     )
     found.lines.append(f"next: check it, then skeleton={shlex.quote(str(target))}")
+
+
+def look(arguments: Sequence[str]) -> int:
+    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [OPTION=VALUE ...].
+
+    PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
+
+    write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
+    skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
+    units=m               of a file that does not state its unit: mm, cm, m, in, ft
+    frame_rate_hz=100     of a file that does not state its rate
+    subject=…             who, in a file of several people
+    """
+
+    def show(title: str, lines: Iterable[str]) -> None:
+        tell(title, "bold")
+        for line in lines:
+            tell(f"  {line}")
+
+    seen = []
+    for found in inspect(arguments):
+        show(found.name, found.lines)
+        seen.append(found)
+    folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
+    if folder is not None:
+        show("in all", summary(folder, seen))
+    return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import pointlight
+from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
     FigureWalkers,
     Walk,
@@ -202,3 +203,25 @@ def _words(walk: Walk, lights: PointLights, options: dict[str, str]) -> str:
     length = f"{frames} frames at {lights.frame_rate_hz:g} Hz{', a loop' if lights.loops else ''}"
     seen = f"seen from {float(options['view_angle_deg']):g}°"
     return f"{walk.name}: {', '.join([seen, *done, length, 'seed ' + options['seed']])}"
+
+
+def point_lights(arguments: Sequence[str]) -> int:
+    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
+
+    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
+    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
+
+    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
+    cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
+    inverted=true mirrored=true         upside down; left and right exchanged
+    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
+    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
+    noise_dots=60 noise=scrambled_walker|uniform field=1.5
+    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
+    walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
+    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
+    skeleton=… units=m subject=…        of a recording; subject= of one with several people
+    """
+    target, words = make(arguments)
+    tell(f"written: {target} ({words})")
+    return 0

@@ -35,6 +35,16 @@ class Format(StrEnum):
     """One column for each coordinate."""
 
 
+def keypoints_px(found: Reconstruction) -> np.ndarray:
+    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
+    return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
+
+
+def upright(level: np.ndarray) -> np.ndarray:
+    """Level camera axes (right, down, away) as right, away, up."""
+    return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
+
+
 def in_walkers_axes(found: Reconstruction) -> np.ndarray:
     """Positions (T, 15, 3): x to the walker's right, y along the walk, z up from the lowest ankle, mm of the model.
 

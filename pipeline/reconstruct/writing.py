@@ -12,7 +12,8 @@ from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
 from pipeline.reconstruct.summary import summarise, table_rows
-from pipeline.validation import InvalidInput, require_name
+from pipeline.storage import tables
+from pipeline.validation import InvalidInput, missing_package, require_name
 
 PAGE = "walk.html"
 OURS = ("summary.json", "joints.csv", "picture.png", "recording.rrd", PAGE)
@@ -73,9 +74,6 @@ def _default_folder(path: str) -> Path:
 
 def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path) -> None:
     """Write the files of a walk; only files of these names are ever replaced."""
-    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
-    from pipeline.storage import tables
-
     if folder.exists() and not folder.is_dir():
         raise InvalidInput("must be a folder", where="output.path", received=str(folder))
     folder.mkdir(parents=True, exist_ok=True)
@@ -89,21 +87,45 @@ def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Pat
     motion.write_motion(walk, options.input, options.output.formats, folder)
     if walk.best.found is None or summary["verdict"] == "not_a_walk":
         return
-    if options.output.picture:
-        from pipeline.pictures.keypoint_walk import draw_keypoint_walk
-        from pipeline.reconstruct.picture import picture_of
+    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
+    for name, wanted, written in _VIEWS:
+        if not getattr(options.output, wanted):
+            continue
+        try:
+            written(walk, summary, options, folder / name)
+        except ModuleNotFoundError as error:
+            if not (package := missing_package(error)):
+                raise
+            summary["notes"].append(f"No {name}: it needs {package}, which is not installed.")
 
-        draw_keypoint_walk(folder / "picture.png", picture_of(walk, options.input))
-    if options.output.recording:
-        from pipeline.reconstruct.recording import write_recording
 
-        write_recording(walk, walk.best, words.as_markdown(summary), folder / "recording.rrd")
-    if options.output.page:
-        from pipeline.reconstruct.page import page_of
-        from pipeline.report.walk_page import write_walk_page
+def _picture(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    from pipeline.pictures.keypoint_walk import draw_keypoint_walk
+    from pipeline.reconstruct.picture import picture_of
 
-        files = [path.name for path in _ours(folder)]
-        write_walk_page(folder / PAGE, page_of(walk, walk.best, summary, options.input, files))
+    draw_keypoint_walk(path, picture_of(walk, options.input))
+
+
+def _recording(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    from pipeline.reconstruct.recording import write_recording
+
+    write_recording(walk, walk.best, words.as_markdown(summary), path)
+
+
+def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    from pipeline.reconstruct.page import page_of
+    from pipeline.report.walk_page import write_walk_page
+
+    files = [file.name for file in _ours(path.parent)]
+    write_walk_page(path, page_of(walk, walk.best, summary, options.input, files))
+
+
+_VIEWS = (
+    ("picture.png", "picture", _picture),
+    ("recording.rrd", "recording", _recording),
+    (PAGE, "page", _page),
+)
+"""File, the option that asks for it, the function that writes it, which needs a library of its own."""
 
 
 def _ours(folder: Path) -> list[Path]:

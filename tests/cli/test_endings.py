@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.cli.commands import COMMANDS
 from pipeline.cli.inspect import inspect
-from pipeline.cli.main import main
+from pipeline.cli.main import COMMANDS, main
 from pipeline.storage import sealed_folders
 from pipeline.validation import InvalidInput
 

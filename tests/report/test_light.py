@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from pipeline.report import keep_light, light
+from pipeline.report import light
+from pipeline.report.light import keep_light
 from pipeline.storage import archive, tables
 from pipeline.storage.sealed_folders import digest, file_digest
 from pipeline.validation import InvalidInput

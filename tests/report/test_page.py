@@ -14,8 +14,7 @@ from PIL import Image
 
 from pipeline import papers
 from pipeline.pictures.embedding import reduced
-from pipeline.report import PAGE, write_page
-from pipeline.report.document import MOST_BYTES
+from pipeline.report.document import MOST_BYTES, PAGE, write_page
 from pipeline.report.entries import TABLE_BYTES, charts_of
 from pipeline.report.published import first_rows, read_published
 from pipeline.report.verdicts import counts_by_kind

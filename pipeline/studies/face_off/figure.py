@@ -12,6 +12,8 @@ from pipeline.charts import Chart, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
@@ -19,8 +21,6 @@ from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder

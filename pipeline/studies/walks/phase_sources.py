@@ -13,11 +13,11 @@ from typing import Self
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import camera, errors, fourier, linear_model, observation, reconstruction
 from pipeline.core.linear_model import LinearModel
 from pipeline.skeleton import WALKER15
-from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 
 EVERY_JOINT = np.ones(len(WALKER15.joints), dtype=bool)
 

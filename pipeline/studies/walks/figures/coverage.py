@@ -16,11 +16,11 @@ from pipeline.core import anatomical, camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import STYLES
 from pipeline.studies.walks.figures.presentation import BARS, VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled

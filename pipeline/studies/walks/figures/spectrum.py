@@ -14,11 +14,11 @@ from pipeline.core.linear_model import unflatten
 from pipeline.palette import Style
 from pipeline.scenes import Bars, Columns, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure, Nothing
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder

@@ -10,12 +10,12 @@ import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import statistics
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]

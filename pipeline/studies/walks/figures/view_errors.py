@@ -16,15 +16,15 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
