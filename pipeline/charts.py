@@ -316,38 +316,51 @@ def _known(ends: Ends | None, kept: np.ndarray) -> Ends | None:
 
 
 def to_json(chart: Chart) -> dict[str, Any]:
-    """Return a chart as plain values, without those that are as usual."""
+    """Return a chart as plain values, without those that are as usual; mappings whose order counts are pairs."""
     return {name: value for name, value in _plain(chart).items() if name not in ("page", "picture")}
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Lines | Reference | Style):
         usual = {f.name: f.default for f in fields(value)}
-        pairs = ((f.name, _plain(getattr(value, f.name))) for f in fields(value))
-        return {name: plain for name, plain in pairs if plain not in (usual[name], (), [], {}, "", None)}
+        pairs = ((name, getattr(value, name)) for name in usual)
+        return {name: _plain(part) for name, part in pairs if not _is_usual(part, usual[name])}
     if isinstance(value, Mapping):
-        return {str(name): _plain(part) for name, part in value.items()}
-    if isinstance(value, np.ndarray):
-        return [float(f"{v:.6g}") if isinstance(v, float) else v for v in value.tolist()]
-    if isinstance(value, np.generic):
-        return value.item()
-    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
+        inner = [[str(name), _plain(part)] for name, part in value.items()]
+        ordered = all(isinstance(part, Style | str) for part in value.values())
+        return inner if ordered else {name: part for name, part in inner}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def _is_usual(value: Any, usual: Any) -> bool:
+    if isinstance(value, Mapping | list | tuple):
+        return not value
+    return value is None or (isinstance(value, str | float | bool) and value == usual)
 
 
 def from_json(plain: Mapping[str, Any]) -> Chart:
-    """Return a chart from its plain values; references are those that it was given."""
+    """Return a chart from its plain values."""
     values = dict(plain)
-    values["also"] = [
-        Lines(**{**one, "styles": _styles(one.get("styles"))}) for one in values.get("also", [])
-    ]
+    values["also"] = [Lines(**_restored(one)) for one in values.get("also", [])]
     values["references"] = [Reference(**one) for one in values.get("references", [])]
-    return Chart(**{**values, "styles": _styles(values.get("styles"))})
+    return Chart(**_restored(values))
 
 
-def _styles(plain: Mapping[str, Any] | None) -> Styles:
-    if plain is None or not all(isinstance(style, Mapping) for style in plain.values()):
-        return None if plain is None else Style(**plain)
-    return {name: Style(**style) for name, style in plain.items()}
+def _restored(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of lines with their mappings and styles."""
+    found = dict(values)
+    for name in {"where", "words"} & found.keys():
+        found[name] = dict(found[name])
+    styles = found.get("styles")
+    if isinstance(styles, list):
+        found["styles"] = {key: Style(**style) for key, style in styles}
+    elif styles is not None:
+        found["styles"] = Style(**styles)
+    return found
 
 
 def on_timeline(timeline: str, values: np.ndarray) -> np.ndarray:

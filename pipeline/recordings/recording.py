@@ -409,7 +409,8 @@ class Recording:
 
 def _path(words: str) -> str:
     """Words as a part of an entity's path."""
-    return re.sub(r"[^A-Za-z0-9]+", "_", words.replace("-", "minus_")).strip("_")
+    words = re.sub(r"-(?=[0-9])", "minus_", words.replace("µ", "mu"))
+    return re.sub(r"[^A-Za-z0-9]+", "_", words).strip("_")
 
 
 def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:

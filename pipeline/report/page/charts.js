@@ -160,7 +160,8 @@ const Charts = (() => {
       this.series.forEach(s => this.fill(s));
       for (const r of this.spec.references ?? []) this.reference(r, bottom);
       this.cursor = this.node("line", { y1: TOP, y2: bottom, class: "cursor" });
-      this.legend.replaceChildren(...(this.series.length > 1 || this.note ? this.series.filter(s => s.name).map(s => {
+      const below = (this.spec.references ?? []).filter(r => r.below).map(r => ({ name: r.label, colour: "black", dash: "7 4" }));
+      this.legend.replaceChildren(...(this.series.length > 1 || this.note ? [...this.series, ...below].filter(s => s.name).map(s => {
         const entry = document.createElement("span");
         entry.innerHTML = '<svg width="26" height="8" aria-hidden="true"><line x1="1" y1="4" x2="25" y2="4"/></svg>';
         entry.style.setProperty("--ink", `var(--c-${s.colour})`);
@@ -193,11 +194,11 @@ const Charts = (() => {
       else if (r.x !== null && r.y !== null) this.node("path", { d: `M${this.px(r.x)} ${this.py(r.y) - 6}l6 6l-6 6l-6-6z`, class: "reference published point" });
       else if (r.x !== null) this.node("line", { x1: this.px(r.x), x2: this.px(r.x), y1: TOP, y2: bottom, class: kind });
       else if (r.y !== null) this.node("line", { x1: LEFT, x2: W - RIGHT, y1: this.py(r.y), y2: this.py(r.y), class: kind });
-      if (!r.label) return;
-      const at = below?.points[Math.floor(below.points.length / 2)], right = r.x !== null && this.px(r.x) > 0.6 * W;
-      const x = r.x !== null ? this.px(r.x) + (right ? -9 : 9) : at ? this.px(at.x) : W - RIGHT - 4;
-      const y = r.y !== null ? this.py(r.y) + (r.x !== null ? 4 : -5) : at ? this.py(at.y * (1 - r.percent / 100)) + 15 : TOP + 12;
-      this.text(x, y, r.label, { "text-anchor": r.x !== null ? (right ? "end" : "start") : at ? "middle" : "end", class: "note" });
+      if (!r.label || below) return;
+      const right = r.x !== null && this.px(r.x) > 0.6 * W;
+      const x = r.x !== null ? this.px(r.x) + (right ? -9 : 9) : W - RIGHT - 4;
+      const y = r.y !== null ? this.py(r.y) + (r.x !== null ? 4 : -5) : TOP + 12;
+      this.text(x, y, r.label, { "text-anchor": r.x !== null ? (right ? "end" : "start") : "end", class: "note" });
     }
     replace(index, points, name) {
       const s = this.series[index];

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pipeline.recordings import Recorder
 
 THIRTY_PERCENT = Reference(
-    below="least_squares", percent="zhang2007_map_thirty_percent", label="30 % below approach I, as published"
+    below="least_squares", percent="zhang2007_map_thirty_percent", label="30 % below I (published)"
 )
 
 _INSTANT = 0.25
@@ -113,10 +113,10 @@ class ViewErrors(Figure):
         variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
-            label="variance of the missing dimension",
+            label="missing variance",
             unit="mm²",
             where={"method": first},  # the same for every method
-            styles={"truth": Style("missing dimension", "green")},
+            styles={"truth": Style("", "green")},
         )
         return Sheet(
             charts=[absolute, relative, variance],
