@@ -63,7 +63,7 @@ OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 LAYERS = (
     {"validation", "locks"},
     {"skeleton", "palette", "tidy", "processes", "compilation", "seeding", "resources"},
-    {"core"},
+    {"core", "charts", "scenes"},
     {"formats", "mappings", "fetch", "storage", "pictures", "recordings", "papers"},
     {"synthetic"},
     {"clips", "pointlight"},
@@ -90,8 +90,10 @@ NARROW = {
     "formats": GROUND,
     "fetch": GROUND,
     "storage": GROUND | {"locks"},
-    "pictures": GROUND,
-    "recordings": GROUND,
+    "charts": {"validation", "palette", "tidy"},
+    "scenes": {"validation"},
+    "pictures": GROUND | {"charts", "scenes"},
+    "recordings": GROUND | {"charts", "scenes"},
     "papers": GROUND,
     "mappings": GROUND,
     "resources": set(),
@@ -167,6 +169,19 @@ def test_every_module_and_package_has_a_layer() -> None:
 @pytest.mark.parametrize("module", MODULES)
 def test_a_module_imports_only_what_its_layer_allows(module: str) -> None:
     assert broken_rules(module, INSIDE[module], OUTSIDE[module]) == []
+
+
+class AtRunTime(ast.NodeTransformer):
+    """Leaves out what only a type checker reads."""
+
+    def visit_If(self, node: ast.If) -> ast.If | None:
+        return None if "TYPE_CHECKING" in ast.unparse(node.test) else node
+
+
+@pytest.mark.parametrize("module", [m for m in MODULES if package(m) == "studies"])
+def test_a_study_says_what_is_drawn_and_draws_nothing(module: str) -> None:
+    tree = AtRunTime().visit(ast.parse(SOURCES[module].read_text(encoding="utf-8")))
+    assert {package(other) for other in imports(tree)[0]}.isdisjoint({"pictures", "recordings"})
 
 
 @pytest.mark.parametrize(

@@ -93,9 +93,13 @@ class Recording:
         self._stream.send_recording_name(identity)
         self._claim("about")
         self._static("about", rr.TextDocument(self._about, media_type=rr.MediaType.MARKDOWN))
-        for chart in self._charts:
-            if (chart.timeline or chart.x) == self.timeline:
-                self._chart(chart, self._tables)
+        try:
+            for chart in self._charts:
+                if (chart.timeline or chart.x) == self.timeline:
+                    self._chart(chart, self._tables)
+        except BaseException as error:
+            self.__exit__(type(error), error, error.__traceback__)
+            raise
         return self
 
     def __exit__(
