@@ -328,7 +328,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         inner = [[str(name), _plain(part)] for name, part in value.items()]
         ordered = all(isinstance(part, Style | str) for part in value.values())
-        return inner if ordered else {name: part for name, part in inner}
+        return inner if ordered else dict(inner)
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):

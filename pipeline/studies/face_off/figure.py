@@ -151,7 +151,8 @@ class FaceOffFigure(Figure):
             f" wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker,"
             " frequency and phase from the still view alone, none where the camera moves. Anatomical: the same, with"
             " mirror images and bones of constant length. Articulated: no walk was learnt; true lengths of the limbs."
-            " All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the depth of"
+            " All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the"
+            " depth of"
             " the image as it is.",
         )
 

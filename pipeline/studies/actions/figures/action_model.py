@@ -141,7 +141,8 @@ class ActionModelFigure(Figure):
             share_y=True,
             letters=False,
             panel_size=(1.83, 1.56),
-            caption=f"Of (d): mean performance, {bound:g} standard deviations on either side of it, and the performances of"
+            caption=f"Of (d): mean performance, {bound:g} standard deviations on either side of it, and the"
+            f" performances of"
             " (b). Grey, the bounds learnt without synchronization, by linear normalisation. "
             + interval_words(np.unique(inputs.dataset.person).size, bands="Orange band"),
         )

@@ -134,8 +134,10 @@ class OptimalPath(Figure):
                 of_path(y="accumulated_cost", label="distance along the path so far", page=False),
             ],
             letters=False,
-            caption=f"{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence. Distance"
-            f" along the path {facts['distance']:.7g}, along zero disparity {facts['distance_linear']:.7g}, the least of"
+            caption=f"{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence."
+            f" Distance"
+            f" along the path {facts['distance']:.7g}, along zero disparity {facts['distance_linear']:.7g}, the"
+            f" least of"
             f" {facts['other_paths']} other admissible paths {facts['least_other_distance']:.7g}.",
         )
 

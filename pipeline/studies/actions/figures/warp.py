@@ -128,7 +128,8 @@ class Warp(Figure):
             charts=charts,
             columns=2,
             share_y=True,
-            caption=f"Drawn: {len(others) + 1} performances, from the shortest to the longest, and the median sequence; in"
+            caption=f"Drawn: {len(others) + 1} performances, from the shortest to the longest, and the median"
+            f" sequence; in"
             " (b) to (d) all have the mean duration.",
         )
 

@@ -230,8 +230,10 @@ class RadiusScaleFigure(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"{_trials(options)} Lines: median for each way of adjusting the radius to rays that miss the sphere"
-            " (as long as the farthest ray asks for; as 95 % of the rays ask for; longer in a frame alone), and refined:"
+            caption=f"{_trials(options)} Lines: median for each way of adjusting the radius to rays that miss"
+            f" the sphere"
+            " (as long as the farthest ray asks for; as 95 % of the rays ask for; longer in a frame alone), and"
+            " refined:"
             " from the first of these, with the trajectory, as in the paper; light band: quartiles of the trials of the"
             f" first. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
         )

@@ -136,7 +136,7 @@ class LimbScatter(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """The error of every trial against reconstructibility, with the running median, and against the mirror margin."""
+        """The error of every trial against reconstructibility and the mirror margin; the running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
         cameras = [Camera(name) for name in inputs.sweep.cameras]
@@ -180,9 +180,11 @@ class LimbScatter(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"{options.trials} limbs, each before {len(cameras)} cameras at {options.distance_mm / 1000:g} m. Error:"
+            caption=f"{options.trials} limbs, each before {len(cameras)} cameras at {options.distance_mm /"
+            f" 1000:g} m. Error:"
             f" mean distance of relative trajectories over the limb's length. (a) {words} Rank correlation"
-            f" {overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b) What can be"
+            f" {overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b)"
+            f" What can be"
             f" known without the truth; above {MARGIN_GREEN_ABOVE:g} a limb is called green{right}."
             f" {100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
         )

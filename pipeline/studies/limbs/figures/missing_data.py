@@ -129,7 +129,8 @@ class MissingDataFigure(Figure):
         def styles(label: str = "", line: str = "solid") -> dict[str, Style]:
             """Patterns are told apart by colour; `label` names what the lines of the first are of."""
             return {
-                str(p): Style((label if p is first else "") if label else PATTERN_LABELS[p], PATTERN_COLOURS[p], line=line,
+                str(p): Style((label if p is first else "") if label else PATTERN_LABELS[p], PATTERN_COLOURS[p],
+                line=line,
                               banded=p is first)
                 for p in options.patterns
             }  # fmt: skip
@@ -160,11 +161,13 @@ class MissingDataFigure(Figure):
         )
         charts = [
             missing(
-                **points, y="relative_error_mean", band="relative_error_sd", times=100.0, styles=styles(), also=relative,
+                **points, y="relative_error_mean", band="relative_error_sd", times=100.0, styles=styles(),
+                also=relative,
                 label="relative error", unit="%", zero=True, references=[PUBLISHED],
             ),
             missing(
-                **points, y="seen_error_mm_median", styles=styles("seen", "dotted"), label="3D error of a joint", unit="mm",
+                **points, y="seen_error_mm_median", styles=styles("seen", "dotted"), label="3D error of a joint",
+                unit="mm",
                 also=[Lines(**points, y="imputed_error_mm_median", styles=styles("imputed"))], zero=True,
             ),
         ]  # fmt: skip

@@ -172,7 +172,7 @@ class MotionsFigure(Figure):
         return list(dict.fromkeys(n for n in found if n is not None)) or [0]
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """Error of every clip from every camera, on the page; the paper's number is of walking before a still camera."""
+        """Error of every clip from every camera, on the page, with the paper's number."""
         table = tables["table_clips"]
         chart = Chart(
             table="table_clips", x="clip", x_label="clip", words={name: name for name in dict.fromkeys(table["clip"])},

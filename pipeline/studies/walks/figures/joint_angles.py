@@ -102,7 +102,8 @@ class JointAngleFigure(Figure):
             share_y=True,
             letters=False,
             panel_size=(1.9, 1.8),
-            caption="Root mean square over a cycle, mean of left and right and over walkers; bands: 95 % interval of the"
+            caption="Root mean square over a cycle, mean of left and right and over walkers; bands: 95 %"
+            " interval of the"
             " mean over people. Average walker: its depth, the image kept.",
         )
 

@@ -132,7 +132,8 @@ class HiddenJointErrors(Figure):
             "x": "hidden", "x_label": "what is hidden", "words": {name: WORDS[name] for name in conditions}
         }  # fmt: skip
         of_views = [
-            distance(**VIEW, where={"hidden": name}, title=f"{WORDS[name]} hidden", name=name, picture=name == conditions[-1],
+            distance(**VIEW, where={"hidden": name}, title=f"{WORDS[name]} hidden", name=name,
+            picture=name == conditions[-1],
                      page=name == conditions[-1])
             for name in conditions
         ]  # fmt: skip
@@ -152,7 +153,8 @@ class HiddenJointErrors(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption="Seen from the right; distance in space of the hidden joints, root mean square over the cycle. Bars:"
+            caption="Seen from the right; distance in space of the hidden joints, root mean square over the"
+            " cycle. Bars:"
             " 95 % intervals over people.",
         )
 

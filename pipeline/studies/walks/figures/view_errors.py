@@ -120,7 +120,8 @@ class ViewErrors(Figure):
         )
         return Sheet(
             charts=[absolute, relative, variance],
-            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands: 95 % interval of the"
+            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands: 95 %"
+            " interval of the"
             " mean over people. Average walker: its depth, the image kept.",
         )
 

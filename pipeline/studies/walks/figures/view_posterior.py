@@ -116,12 +116,14 @@ class ViewPosterior(Figure):
             view(y="absolute_angle_error_mean_deg", label="mean error"),
             view(y="posterior_sd_deg", label="posterior standard deviation"),
             Chart(
-                table=about_truth, x="from_truth", x_label="candidate less true angle", x_unit="°", y="density", zero=True,
+                table=about_truth, x="from_truth", x_label="candidate less true angle", x_unit="°", y="density",
+                zero=True,
                 label="density, mean over people", styles=Style("", "green"),
                 note=f"seen from {sweep.view_angle_deg[middle]:g}°",
             ),
             Chart(
-                table=errors, x="sd", x_label="posterior standard deviation", x_unit="°", y="off", label="error", unit="°",
+                table=errors, x="sd", x_label="posterior standard deviation", x_unit="°", y="off", label="error",
+                unit="°",
                 styles=Style("", "green", line="points"), zero=True, note="line: 95 % should lie below", page=False,
                 references=[Reference(slope=1.96)],
             ),
