@@ -180,12 +180,10 @@ class LimbScatter(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"{options.trials} limbs, each before {len(cameras)} cameras at {options.distance_mm /"
-            f" 1000:g} m. Error:"
-            f" mean distance of relative trajectories over the limb's length. (a) {words} Rank correlation"
+            caption=f"{options.trials} limbs, each before {len(cameras)} cameras at {options.distance_mm / 1000:g} m."
+            f" Error: mean distance of relative trajectories over the limb's length. (a) {words} Rank correlation"
             f" {overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b)"
-            f" What can be"
-            f" known without the truth; above {MARGIN_GREEN_ABOVE:g} a limb is called green{right}."
+            f" What can be known without the truth; above {MARGIN_GREEN_ABOVE:g} a limb is called green{right}."
             f" {100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
         )
 

@@ -130,7 +130,7 @@ class ProofsFigure(Figure):
             columns=2,
             caption=f"{most} limbs at every point"
             + (f", {fewest} where they are longest" if fewest < most else "")
-            + f", before {',
-            '.join(options.cameras)} cameras in turn; limit {limit:g} nominal s each. (b) Until proof or"
+            + f", before {', '.join(options.cameras)} cameras in turn;"
+            f" limit {limit:g} nominal s each. (b) Until proof or"
             f" the limit; the first signs are the best in {best:.0f} % of all programmes. Components as named.",
         )
