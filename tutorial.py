@@ -18,6 +18,7 @@ from pipeline import pictures
 from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, errors, fourier, linear_model, reconstruction
 from pipeline.palette import Style
+from pipeline.scenes import PostureRow
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import publish
 from pipeline.synthetic import walkers
@@ -80,7 +81,7 @@ side = [
 with publish(FOLDER / "one_walker", having="tutorial") as published:
     pictures.draw_postures(
         published.folder / "one_walker",
-        [("", [pictures.PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
+        [("", [PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
         WALKER15.bones,
         column_titles=[f"{share:.0%}" for share in times],
         legend=("true walk", "reconstructed from 30°"),

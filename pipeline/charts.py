@@ -97,9 +97,9 @@ class Chart(Lines):
     Attributes
     ----------
     label, unit : str
-        Of the ordinate.
+        Of the ordinate; those that its column's name says if not given (``missing_variance_mm2``).
     x_label, x_unit : str
-        Of the abscissa.
+        Of the abscissa, alike.
     name : str
         Of the quantity, for entities and files; that of the column if empty.
     title : str
@@ -126,7 +126,7 @@ class Chart(Lines):
         Whether the page and the picture show it.
     """
 
-    label: str
+    label: str = ""
     unit: str = ""
     x_label: str = ""
     x_unit: str = ""
@@ -155,11 +155,26 @@ class Chart(Lines):
     @property
     def axes(self) -> tuple[str, str]:
         """Words along the abscissa and the ordinate, with units."""
-        return _with_unit(self.x_label, self.x_unit), _with_unit(self.label, self.unit)
+        return _axis(self.x_label, self.x_unit, self.x), _axis(self.label, self.unit, self.y)
 
 
-def _with_unit(label: str, unit: str) -> str:
-    return f"{label} ({unit})" if label and unit else label
+UNITS = {
+    "_mm2": "mm²",
+    "_mm": "mm",
+    "_deg": "°",
+    "_percent": "%",
+    "_px": "px",
+    "_s": "s",
+    "_frames": "frames",
+}
+"""What the end of a column's name says."""
+
+
+def _axis(label: str, unit: str, column: str) -> str:
+    end = next((end for end in UNITS if column.endswith(end)), "")
+    label = label or column.removesuffix(end).replace("_", " ")
+    unit = unit or UNITS.get(end, "")
+    return f"{label} ({unit})" if unit else label
 
 
 @dataclass(frozen=True, kw_only=True)

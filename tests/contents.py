@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import recordings
 from pipeline.storage import tables
+from tests.recordings import reading
 
 GOLDEN = Path(__file__).resolve().parent / "golden"
 BESIDE = ("claims", "table_ingest")
@@ -30,7 +30,7 @@ def contents(folder: Path) -> str:
             full = {name: v.dtype.kind == "U" or bool(np.isfinite(v).all()) for name, v in columns.items()}
             names = ", ".join(name if full[name] else f"{name}?" for name in columns)
             lines.append(f"{path.name}, {len(next(iter(columns.values())))} rows: {names}")
-    lines += [f"recording: {entity}" for entity in sorted(recordings.entities(folder / "recording.rrd"))]
+    lines += [f"recording: {entity}" for entity in sorted(reading.entities(folder / "recording.rrd"))]
     return "\n".join(lines) + "\n"
 
 

@@ -90,7 +90,6 @@ FROM_OUTSIDE = {
     "PIL": {"pictures"},
     "jinja2": {"report"},
     "rerun": {"recordings"},
-    "pyarrow": {"recordings"},
     "hydra": {"cli"},
     "omegaconf": {"cli"},
     "rich": {"cli"},

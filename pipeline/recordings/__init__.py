@@ -1,4 +1,4 @@
-"""Recordings of the figures for the rerun viewer, and reading them; the only package that imports rerun.
+"""Recordings of the figures for the rerun viewer; the only package that imports rerun.
 
 A `Recording` is a view of results, not their record: it can be made again from the tables.
 
@@ -37,22 +37,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline.recordings.reading import digest, entities, read_column, views
     from pipeline.recordings.recording import Recorder, Recording
-    from pipeline.recordings.viewer import screenshot, verify
 
-__all__ = ["Recorder", "Recording", "digest", "entities", "read_column", "screenshot", "verify", "views"]
-
-_MODULES = {
-    "pipeline.recordings.reading": ("digest", "entities", "read_column", "views"),
-    "pipeline.recordings.recording": ("Recorder", "Recording"),
-    "pipeline.recordings.viewer": ("screenshot", "verify"),
-}
+__all__ = ["Recorder", "Recording"]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name at its first use, since rerun takes long to import."""
-    for module, names in _MODULES.items():
-        if name in names:
-            return getattr(import_module(module), name)
+    if name in __all__:
+        return getattr(import_module("pipeline.recordings.recording"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -12,13 +12,14 @@ from rerun.chunk import RrdReader
 
 from pipeline.charts import Chart, Reference
 from pipeline.palette import Style, hex_colour
-from pipeline.recordings import Recording, digest, entities, read_column, screenshot, verify, views
+from pipeline.recordings import Recording
 from pipeline.recordings.layout import GROUND, Extent, framed, image_bounds
-from pipeline.recordings.viewer import PROGRAM
 from pipeline.scenes import Bars, Columns, Image2D, Matrix, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.processes import finished
+from tests.recordings.reading import digest, entities, read_column, views
+from tests.recordings.viewer import PROGRAM, screenshot, verify
 
 BONES = WALKER15.bones
 ANGLES = np.arange(-90, 91, 30)

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.clips import performances, varied, walks
@@ -25,6 +24,7 @@ from pipeline.storage.sealed_folders import complaints_about
 from pipeline.studies.ledger import TIMING
 from tests import golden_digits
 from tests.contents import GOLDEN, columns_of, contents, golden
+from tests.recordings import reading, viewer
 
 WALKERS, VIEWS = 12, 13
 """Of the smoke scale."""
@@ -156,12 +156,12 @@ def test_the_picture_is_there_as_vectors_and_as_points(folder: Path) -> None:
 
 def test_the_recording_is_whole_and_says_what_it_is(folder: Path) -> None:
     path = folder / "recording.rrd"
-    recordings.verify(path)
-    text = recordings.read_column(path, "about", "TextDocument:text")[1]
+    viewer.verify(path)
+    text = reading.read_column(path, "about", "TextDocument:text")[1]
     words = str(text.ravel()[0])
     assert folder.name in words
     assert "smoke" in words
-    assert recordings.views(path), "the layout opens on something"
+    assert reading.views(path), "the layout opens on something"
 
 
 CURVES = {
@@ -174,14 +174,14 @@ CURVES = {
 
 
 def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
-    curves = [e.split("/") for e in recordings.entities(folder / "recording.rrd") if e.startswith("curves/")]
+    curves = [e.split("/") for e in reading.entities(folder / "recording.rrd") if e.startswith("curves/")]
     shown = [(name, method) for _, name, method, *ends in curves if name in CURVES and not ends]
     table, timeline = tables.read(folder / "table.csv"), ABSCISSA.get(folder.name)
     assert bool(shown) == (timeline is not None)
     for name, method in shown:
         column, component = CURVES[name]
         of_method = table["method"] == method if "method" in table else slice(None)
-        at, values = recordings.read_column(
+        at, values = reading.read_column(
             folder / "recording.rrd", f"curves/{name}/{method}", component, timeline
         )
         np.testing.assert_array_equal(at, table[str(timeline)][of_method])

@@ -39,10 +39,10 @@ RECORDED = METHODS | {"mean_walker": Style("average walker", "yellow")}
 """In recordings the truth is light grey."""
 
 PANELS = (
-    ("none", "view_angle_deg", "view angle", "°"),
-    ("noise", "noise_px", "noise of the image", "px"),
-    ("occlusion", "occluded", "share of joints hidden", ""),
-    ("heading", "heading_error_deg", "error of the heading", "°"),
+    ("none", "view_angle_deg", "view angle"),
+    ("noise", "noise_px", "noise of the image"),
+    ("occlusion", "occluded", "share of joints hidden"),
+    ("heading", "heading_error_deg", "error of the heading"),
 )
 """What is varied, its column, and its axis."""
 
@@ -131,13 +131,13 @@ class FaceOffFigure(Figure):
         top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
         charts = [
             Chart(
-                table="table_summary", x=column, x_label=label, x_unit=unit, y="error_mm", by="method", styles=METHODS,
-                where={"camera": str(camera), "varied": varied}, label=f"error, {camera.words}", unit="mm",
+                table="table_summary", x=column, x_label=label, y="error_mm", by="method", styles=METHODS,
+                where={"camera": str(camera), "varied": varied}, label=f"error, {camera.words}",
                 ticks=np.unique(table.loc[table["varied"] == varied, column]).tolist(), limits=(0.0, top),
                 name=f"error_{camera}_{varied}_mm", page=varied in ("none", "noise"),
             )
             for camera in options.cameras
-            for varied, column, label, unit in PANELS
+            for varied, column, label in PANELS
         ]  # fmt: skip
         return Sheet(
             charts=charts,

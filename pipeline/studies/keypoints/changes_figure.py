@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PANEL_SIZE = (11.0, 2.4)
 """Inches: the conditions stand below the panels in words."""
-MOST_SHOWN = (("error_mm", "joints", "mm", 80.0), ("knee_error_deg", "knees", "°", 20.0))
+MOST_SHOWN = (("error_mm", "joints", 80.0), ("knee_error_deg", "knees", 20.0))
 MOST_OF_VIEW_DEG = 10.0
 """Ends of the axes: a view taken for another would press all else together."""
 STYLES = METHODS | {"image_kept": replace(METHODS["image_kept"], colour="orange")}
@@ -64,17 +64,17 @@ class KeypointChangesFigure(Figure):
         """Errors of joints, knees and view, and coverage of 95 % bars, by condition."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
         words = {str(n): options.conditions[n].name for n in tables["table_views"]["condition"].tolist()}
-        condition = partial(Chart, x="condition", x_label="condition", words=words)
+        condition = partial(Chart, x="condition", words=words)
         of_views = partial(Lines, table="table_views")
         charts = [
             *(
-                condition(y=column, by="method", styles=STYLES, label=label, unit=unit, limits=(0.0, most))
-                for column, label, unit, most in MOST_SHOWN
+                condition(y=column, by="method", styles=STYLES, label=label, limits=(0.0, most))
+                for column, label, most in MOST_SHOWN
             ),
             condition(
                 table="table_views", y="view_error_median_deg", styles={"median": Style("median", "map")},
                 also=[of_views(y="view_error_90_deg", styles={"90": Style("90 % of clips", "orange")})],
-                label="view", unit="°", limits=(0.0, MOST_OF_VIEW_DEG),
+                label="view", limits=(0.0, MOST_OF_VIEW_DEG),
             ),
             condition(
                 table="table_views", y="covered_95_percent",
@@ -83,7 +83,7 @@ class KeypointChangesFigure(Figure):
                     of_views(y="walk_percent", styles={"walk": Style("clips judged a walk", "green")}),
                     of_views(y="not_a_walk_percent", styles={"refused": Style("clips refused", "orange")}),
                 ],
-                label="share", unit="%", limits=(-4.0, 104.0), references=[Reference(y=95.0)],
+                label="share", limits=(-4.0, 104.0), references=[Reference(y=95.0)],
             ),
         ]  # fmt: skip
         return Sheet(

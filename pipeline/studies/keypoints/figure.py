@@ -49,7 +49,7 @@ class KeypointHeadingsFigure(Figure):
         """Errors of joints and knees by heading; error of the view; coverage of bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
-            Chart, x="heading_deg", x_label="heading, 0 towards the camera", x_unit="°", zero=True,
+            Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
             ticks=np.unique(tables["table"]["heading_deg"]).tolist(),
         )  # fmt: skip
         of_view = Lines(
@@ -70,14 +70,14 @@ class KeypointHeadingsFigure(Figure):
             )
         ]
         charts = [
-            heading(y="error_mm", by="method", styles=METHODS, label="error of joints", unit="mm"),
-            heading(y="knee_error_deg", by="method", styles=METHODS, label="error of knees", unit="°"),
+            heading(y="error_mm", by="method", styles=METHODS, label="error of joints"),
+            heading(y="knee_error_deg", by="method", styles=METHODS, label="error of knees"),
             heading(
                 table="table_views", y="view_error_median_deg", styles={"median": Style("median", "map")},
-                also=[of_view], label="error of the view", unit="°",
+                also=[of_view], label="error of the view",
             ),
             heading(
-                **covered[0], also=[Lines(**one) for one in covered[1:]], label="covered by bars", unit="%",
+                **covered[0], also=[Lines(**one) for one in covered[1:]], label="covered by bars",
                 limits=(0.0, 100.0), references=[Reference(y=float(p), label=f"{p} %") for p in LEVELS_PERCENT],
             ),
         ]  # fmt: skip

@@ -131,7 +131,7 @@ class ActionModelFigure(Figure):
             label="cumulative variance", unit="%", picture=False, styles=Style("", "black"), references=[PUBLISHED],
         )  # fmt: skip
         means = Chart(
-            table="table_model", x="sample", x_label="sample", y="mean", by="component", label="mean performance",
+            table="table_model", x="sample", y="mean", by="component", label="mean performance",
             picture=False, name="mean_performance",
             styles={str(k): Style(f"dimension {k}") for k in range(1, self._shown(inputs) + 1)},
         )  # fmt: skip

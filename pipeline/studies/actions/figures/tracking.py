@@ -34,11 +34,11 @@ RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"],
 """Told apart from the silver of the truth."""
 
 PANELS = {
-    "particles": ("particles", "particles", ""),
-    "noise": ("noise_mm", "noise of the image", "mm"),
-    "occlusion": ("occluded", "share of joints hidden", ""),
+    "particles": ("particles", "particles"),
+    "noise": ("noise_mm", "noise of the image"),
+    "occlusion": ("occluded", "share of joints hidden"),
 }
-"""Column, label and unit of what is varied."""
+"""Column and label of what is varied."""
 
 CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method"]
 
@@ -95,20 +95,18 @@ class TrackingError(Figure):
         top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
         charts = []
         for way in sweep.leave_out:
-            for varied, (column, label, unit) in PANELS.items():
+            for varied, (column, label) in PANELS.items():
                 rows = table[(table["leave_out"] == way) & (table["varied"] == varied)]
                 charts.append(
                     Chart(
                         x=column,
                         x_label=label,
-                        x_unit=unit,
                         log_x=varied == "particles",
                         y="error_mm",
                         by="method",
                         styles=METHODS,
                         where={"leave_out": str(way), "varied": varied},
                         label=f"error, without the {way}",
-                        unit="mm",
                         limits=(0.0, top),
                         references=[Reference(y=float(rows["aspace_error_mm"].mean()), label="aSpace")],
                         page=way == sweep.leave_out[0],

@@ -109,7 +109,6 @@ class OptimalPath(Figure):
                 Chart(
                     table={"sample": path["sample"].to_numpy(), "pattern": pattern, "performance": other},
                     x="sample",
-                    x_label="sample",
                     y="pattern",
                     styles=styles,
                     also=[Lines(table={"sample": path["sample"].to_numpy(), "performance": other}, y="performance",
@@ -123,14 +122,13 @@ class OptimalPath(Figure):
             Chart,
             table="table_path",
             x="sample",
-            x_label="sample",
             styles={"path": Style("", "optimal_path")},
             picture=False,
         )
         return Sheet(
             charts=[
                 *charts,
-                of_path(y="disparity", label="disparity", unit="samples"),
+                of_path(y="disparity", unit="samples"),
                 of_path(y="accumulated_cost", label="distance along the path so far", page=False),
             ],
             letters=False,

@@ -92,7 +92,6 @@ class Warp(Figure):
         dimension = partial(
             Chart,
             x_label="time",
-            x_unit="s",
             y="value",
             by="performance",
             label=f"dimension {self.dimension} of the aSpace",
@@ -120,7 +119,7 @@ class Warp(Figure):
                 styles={farthest: Style(farthest, STYLES["synchronized"].colour)},
             ),
             Chart(
-                table="table_rates", x="performance", x_label="performance", y="rate_sd", label="deviation of its rate",
+                table="table_rates", x="performance", y="rate_sd", label="deviation of its rate",
                 zero=True, words={name: name for name in names}, picture=False,
             ),
         ]  # fmt: skip

@@ -124,7 +124,6 @@ class WarpError(Figure):
                     where={"stage": "synchronized"},
                     band=f"{error}_sd_frames",
                     label=label,
-                    unit="frames",
                     limits=(0.0, 1.25 * float(table.loc[table["stage"] == "synchronized", column].max())),
                     references=[
                         Reference(y=float(v), label=words) for words, level in levels.items() for v in level

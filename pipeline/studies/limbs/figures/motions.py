@@ -175,8 +175,8 @@ class MotionsFigure(Figure):
         """Error of every clip from every camera, on the page, with the paper's number."""
         table = tables["table_clips"]
         chart = Chart(
-            table="table_clips", x="clip", x_label="clip", words={name: name for name in dict.fromkeys(table["clip"])},
-            y="error_mm", by="camera", label="error", unit="mm", zero=True, picture=False, references=[PUBLISHED],
+            table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
+            y="error_mm", by="camera", label="error", zero=True, picture=False, references=[PUBLISHED],
             styles={str(name): Style(f"{name} camera", Camera(name).colour) for name in self._of(inputs).sweep.cameras},
         )  # fmt: skip
         return Sheet(charts=[chart])

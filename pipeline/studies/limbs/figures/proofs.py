@@ -106,7 +106,7 @@ class ProofsFigure(Figure):
         def chart(further: Sequence[Lines] = (), **of: Any) -> Chart:
             of_lines = {name: of[name] for name in ("table", "y", "times") if name in of}
             also = [*(Lines(**of_lines, **line) for line in lines[1:]), *further]
-            return Chart(x="frames", x_label="frames", **of, **lines[0], also=also)
+            return Chart(x="frames", **of, **lines[0], also=also)
 
         limit = options.time_limit_s
         fewest, most = table["trials"].min(), table["trials"].max()

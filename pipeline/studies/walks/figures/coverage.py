@@ -35,8 +35,8 @@ LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99
 LEVEL_95 = 10
 _PLAYED_HZ = 25.0
 _SHARP: dict[str, Any] = {
-    "x": "covered", "x_label": "covered by 95 % bars as computed", "x_unit": "%",
-    "y": "half_width_mm", "label": "half width, calibrated", "unit": "mm",
+    "x": "covered_percent", "x_label": "covered by 95 % bars as computed",
+    "y": "half_width_mm", "label": "half width, calibrated",
 }  # fmt: skip
 
 
@@ -119,10 +119,10 @@ class BarCoverage(Figure):
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
         styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
-        of = partial(Chart, by="method", styles=styles, unit="%")
+        of = partial(Chart, by="method", styles=styles)
         covered = partial(of, y="covered_percent", label="covered by 95 % bars")
         level = partial(
-            of, x="level_percent", y="covered_percent", x_label="level of the bars", x_unit="%", label="covered",
+            of, x="level_percent", y="covered_percent", x_label="level of the bars", label="covered",
             x_limits=(0.0, 100.0), limits=(0.0, 100.0), ticks=20, references=[Reference(slope=1.0)],
         )  # fmt: skip
         views = {"table": "table_views", "where": {"bars": BARS[1]}, **VIEW}
@@ -143,7 +143,7 @@ class BarCoverage(Figure):
         wide = table.pivot(index="method", columns="bars", values=["covered_percent", "half_width_mm"])
         sharp = {
             "method": list(wide.index),
-            "covered": wide["covered_percent"][BARS[0]].tolist(),
+            "covered_percent": wide["covered_percent"][BARS[0]].tolist(),
             "half_width_mm": wide["half_width_mm"][BARS[1]].tolist(),
         }
         charts = [
@@ -152,7 +152,7 @@ class BarCoverage(Figure):
                 for kind in BARS
             ),
             covered(**views, title="95 % bars, calibrated", limits=(85.0, 100.0), references=ideal),
-            of(**{**views, "y": "half_width_mm", "unit": "mm"}, label="half width of 95 % bars", zero=True),
+            of(**views, y="half_width_mm", label="half width of 95 % bars", zero=True),
             covered(**people, title="95 % bars, person by person", references=ideal),
             of(**{**_SHARP, "table": sharp}, zero=True),
         ]

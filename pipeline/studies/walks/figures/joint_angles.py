@@ -91,7 +91,7 @@ class JointAngleFigure(Figure):
         charts = [
             Chart(
                 **{**VIEW, "ticks": 45}, y=column, by="method", styles=CURVES, where={"angle": angle}, title=angle,
-                label=label, unit="°", zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
+                label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
             )
             for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))
             for angle in shown

@@ -107,9 +107,7 @@ class NoiseVariance(Figure):
             Chart,
             x="sigma2_mm2",
             x_label="noise variance σ²",
-            x_unit="mm²",
             y="absolute_error_mm2",
-            unit="mm²",
             x_limits=(0.0, float(table["sigma2_mm2"].max())),
         )
         mean = sigma2(

@@ -100,10 +100,8 @@ class NoiseTolerance(Figure):
             Chart, x="condition", x_label="error of the image", words=words, by="method", styles=METHODS
         )
         charts = [
-            by_condition(y="absolute_error_mm2", label="mean square error", unit="mm²", limits=(0.0, top)),
-            by_condition(
-                y="covered_percent", label="covered by 95 % bars", unit="%", references=[Reference(y=95.0)]
-            ),
+            by_condition(y="absolute_error_mm2", label="mean square error", limits=(0.0, top)),
+            by_condition(y="covered_percent", label="covered by 95 % bars", references=[Reference(y=95.0)]),
         ]
         return Sheet(
             charts=charts,

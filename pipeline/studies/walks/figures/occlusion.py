@@ -123,7 +123,6 @@ class HiddenJointErrors(Figure):
             Chart,
             y="hidden_error_mm",
             label="error of hidden joints",
-            unit="mm",
             by="method",
             styles=styles,
             zero=True,
@@ -142,12 +141,12 @@ class HiddenJointErrors(Figure):
             *of_views,
             Chart(
                 **by_hidden, table="table_bars", where={"bars": BARS[1]}, y="covered_percent", by="method",
-                styles={name: STYLES[name] for name in WITH_BARS}, label="covered by 95 % bars", unit="%",
+                styles={name: STYLES[name] for name in WITH_BARS}, label="covered by 95 % bars",
                 references=[Reference(y=95.0)],
             ),
             Chart(
                 **by_hidden, table="table_hidden", y="seen_error_mm2", by="method", styles=styles, zero=True,
-                label="mean square error of joints seen", unit="mm²",
+                label="mean square error of joints seen",
             ),
         ]  # fmt: skip
         return Sheet(

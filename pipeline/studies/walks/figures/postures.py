@@ -142,7 +142,7 @@ class Postures(Figure):
             for m in tried
         ]  # fmt: skip
         chart = Chart(
-            **found[0], x="walker", x_label=f"walker, seen from {middle:g}°", label="RMS error", unit="mm", zero=True,
+            **found[0], x="walker", x_label=f"walker, seen from {middle:g}°", label="RMS error", zero=True,
             words={name: name for name in inputs.samples}, also=[Lines(**one) for one in found[1:]], picture=False,
         )  # fmt: skip
         return Sheet(charts=[chart])

@@ -28,5 +28,5 @@ CURVES = {**TRIED, **NULLS}
 BARS = ("as computed", "calibrated")
 """Error bars by the textbook, and with multipliers learnt from other people."""
 
-VIEW: dict[str, Any] = {"x": "view_angle_deg", "x_label": "view angle", "x_unit": "°", "ticks": 30}
+VIEW: dict[str, Any] = {"x": "view_angle_deg", "ticks": 30}
 """The abscissa of charts over the view angle."""

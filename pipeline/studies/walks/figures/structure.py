@@ -146,7 +146,7 @@ class StructureLadder(Figure):
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
         shown = {name: style for name, style in STYLES.items() if name in SHOWN}
-        error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error", unit="mm²")
+        error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
         step = partial(error, table="table_ladder", x="method")
         walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")
         pairs = {name: walkers[name].tolist() for name in (BASELINE, "anatomical")}

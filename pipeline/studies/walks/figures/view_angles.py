@@ -85,7 +85,7 @@ class ViewAngleEstimates(Figure):
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Estimated against true angle, what is left of it, and the median of its size."""
-        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES, unit="°")
+        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
         charts = [
             estimate(label="estimated view angle", references=[Reference(slope=1.0)]),

@@ -106,15 +106,13 @@ class ViewErrors(Figure):
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
             label="mean square error",
-            unit="mm²",
             references=[THIRTY_PERCENT] if {*METHODS} <= {*inputs.sweep.methods.tolist()} else [],
         )
-        relative = error(y="relative_error", band="relative_error_sd", label="relative error")
+        relative = error(y="relative_error", band="relative_error_sd")
         variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
             label="missing variance",
-            unit="mm²",
             where={"method": first},  # the same for every method
             styles={"truth": Style("", "green")},
         )

@@ -109,21 +109,26 @@ class ViewPosterior(Figure):
         best, middle = sweep.methods.tolist().index("anatomical"), len(sweep.view_angle_deg) // 2
         from_truth = statistics.angle_difference_deg(sweep.candidate_deg, sweep.view_angle_deg[middle])
         near = np.abs(from_truth) <= NEAR_DEG
-        about_truth = {"from_truth": from_truth[near], "density": sweep.density[middle][near]}
-        errors = {"sd": sweep.sd_deg[best].ravel(), "off": off[best].ravel()}
-        view = partial(Chart, **VIEW, by="method", styles=METHODS, unit="°", zero=True)
+        about_truth = {
+            "candidate_less_true_angle_deg": from_truth[near],
+            "density": sweep.density[middle][near],
+        }
+        errors = {
+            "posterior_standard_deviation_deg": sweep.sd_deg[best].ravel(),
+            "error_deg": off[best].ravel(),
+        }
+        view = partial(Chart, **VIEW, by="method", styles=METHODS, zero=True)
         charts = [
             view(y="absolute_angle_error_mean_deg", label="mean error"),
             view(y="posterior_sd_deg", label="posterior standard deviation"),
             Chart(
-                table=about_truth, x="from_truth", x_label="candidate less true angle", x_unit="°", y="density",
+                table=about_truth, x="candidate_less_true_angle_deg", y="density",
                 zero=True,
                 label="density, mean over people", styles=Style("", "green"),
                 note=f"seen from {sweep.view_angle_deg[middle]:g}°",
             ),
             Chart(
-                table=errors, x="sd", x_label="posterior standard deviation", x_unit="°", y="off", label="error",
-                unit="°",
+                table=errors, x="posterior_standard_deviation_deg", y="error_deg",
                 styles=Style("", "green", line="points"), zero=True, note="line: 95 % should lie below", page=False,
                 references=[Reference(slope=1.96)],
             ),
