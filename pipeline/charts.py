@@ -348,6 +348,8 @@ def _plain(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, list | tuple):
         return [_plain(part) for part in value]
+    if isinstance(value, str):
+        return str(value)  # of a choice its name
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
