@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pipeline import fit, from_view, joints, read, represent
-from pipeline.core import errors
+from pipeline.core import errors, fourier
 from pipeline.formats import c3d
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
@@ -44,6 +44,26 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
     assert off < 0.8 * without
     with pytest.raises(InvalidInput, match="no such file"):
         represent(tmp_path / "nobody.trc")
+
+
+def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    walks = [fourier.represent(positions, 40.0) for positions in made.positions_mm]
+    model = fit(walks[1:])
+    for angle in (float("nan"), float("inf")):
+        with pytest.raises(InvalidInput, match=r"view_angle_deg must be a finite number"):
+            from_view(model, walks[0], angle)
+    for walk in walks[1:]:
+        with pytest.raises(InvalidInput, match="model must be learnt from other walks"):
+            from_view(model, walk, 30.0)
+    assert from_view(model, walks[0], 30.0).shape == (5, 15, 3)
+    for few in ([], walks[:1]):
+        with pytest.raises(InvalidInput, match="at least two walkers"):
+            fit(few)
+    with pytest.raises(InvalidInput, match=r"must be what read\(path\) returns \(got .*walk.c3d"):
+        joints(tmp_path / "walk.c3d")  # type: ignore[arg-type]
 
 
 def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

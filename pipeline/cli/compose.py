@@ -96,6 +96,8 @@ def _typed(composed: Any) -> Experiment:
     mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
     _name_folder(experiment)
     experiment.workers = processes_for(experiment.workers)
+    if not experiment.results.strip():
+        raise InvalidInput("must name a folder", where="results", received="nothing")
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", experiment.data.name)

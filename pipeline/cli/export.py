@@ -17,18 +17,20 @@ from pipeline.cli.walkers import (
     options_of,
     recorded_walk,
     target_file,
+    yes,
 )
 from pipeline.core import fourier, resampling
 from pipeline.formats import motion as motions
 from pipeline.formats.motion import Motion
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
-from pipeline.storage.store import packed
+from pipeline.storage.artefacts import packed
+from pipeline.storage.publishing import new_file
 from pipeline.validation import require_choice, require_range
 
 OPTIONS = {
     "to": "", "walker": "", "view_angle_deg": "", "method": "map", "motion": "both", "cycles": "",
-    "frame_rate_hz": "", "skeleton": "", "units": "", "subject": "", "layout": "long",
+    "frame_rate_hz": "", "skeleton": "", "units": "", "subject": "", "layout": "long", "replace": "false",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
@@ -48,7 +50,7 @@ def export(arguments: Sequence[str]) -> Path:
         If an option is unknown or unusable, or there is no such motion.
     """
     named, options = options_of(arguments, OPTIONS, "export", usage=USAGE)
-    target = target_file(options["to"], (".c3d", ".trc", ".bvh", ".csv", ".npz"), USAGE)
+    target = target_file(options, (".c3d", ".trc", ".bvh", ".csv", ".npz"), USAGE, named)
     require_choice("layout", options["layout"], ("long", "wide"))
     source = Path(named)
     if (source / "joints.csv").is_file():
@@ -61,7 +63,8 @@ def export(arguments: Sequence[str]) -> Path:
         motion = synthesised([("", walk)], options)
     else:
         motion = recording(source, options)
-    write(target, motion, wide=options["layout"] == "wide")
+    with new_file(target, replace=yes("replace", options["replace"]), sources=[named]) as path:
+        write(path, motion, wide=options["layout"] == "wide")
     return target
 
 
@@ -146,6 +149,7 @@ def export_motion(arguments: Sequence[str]) -> int:
     cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
     skeleton=auto                           of a recording: the joints in place of the points
     units=m subject=…                       of a recording that does not state its unit; that has several people
+    replace=true                            a file that exists
     """
     tell(f"written: {export(arguments)}")
     return 0

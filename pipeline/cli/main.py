@@ -109,6 +109,19 @@ COMMANDS = {
 }
 """The other commands: module of `pipeline.cli` and function, imported when it is called."""
 
+WRITES = {
+    "figures": "publication", "status": "", "fetch": "recordings", "reconstruct": "publication", "model": "publication",
+    "report": "beside figures", "claims": "beside figures", "sensitivity": "beside figures", "equations": "",
+    "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
+    "pointlight": "file",
+}  # fmt: skip
+"""How each command writes, empty if it writes nothing; no file of others is ever replaced.
+
+A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; *beside
+figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
+*archive* only grows; *this clone* are the tables and pictures of the README.
+"""
+
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
     """Return the function of a command, with the modules that it alone needs."""
@@ -298,6 +311,7 @@ def _run(arguments: Sequence[str]) -> int:
         return make_all(arguments[1:])
     if arguments[0] == "status":
         return make_all([*arguments[1:], "--dry-run"])
+    from pipeline.storage.publishing import require_new
     from pipeline.validation import InvalidInput
 
     if arguments[0].find("=") < 1 and not arguments[0].startswith("-"):
@@ -309,10 +323,16 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.compose import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)
-    if not several or any(item.startswith("hydra.sweep.dir=") for item in arguments):
+    given = [Path(item[16:]) for item in arguments if item.startswith("hydra.sweep.dir=")]
+    for folder in given if several else ():
+        if folder.is_dir():  # Hydra writes its own file there
+            require_new(folder / "multirun.yaml", replace=lambda old: old.startswith(b"hydra:"))
+    if not several or given:
         return run_hydra(arguments, _make_one)
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
+    if not results.strip(" \"'"):
+        raise InvalidInput("must name a folder", where="results", received="nothing")
     try:
         return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_one)
     finally:

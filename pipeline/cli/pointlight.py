@@ -22,6 +22,7 @@ from pipeline.cli.walkers import (
 from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice
 
 OPTIONS = {
@@ -30,7 +31,7 @@ OPTIONS = {
     "translating": "false", "speed_mm_s": "", "joints": "all", "lifetime_frames": "0", "shown": "8",
     "noise_dots": "0", "noise": "scrambled_walker", "field": "1.5", "gender": "", "mood": "",
     "walker": "", "method": "", "from_view_deg": "", "skeleton": "", "units": "", "subject": "",
-    "height_px": "400", "dot_px": "4",
+    "height_px": "400", "dot_px": "4", "replace": "false",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
@@ -60,10 +61,15 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
             expected="a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
             received=options["to"],
         )
-    target = target_file(options["to"], SUFFIXES, USAGE)
+    target = target_file(options, SUFFIXES, USAGE, source)
     walk = _walk(source, options)
-    if target.suffix.lower() == ".ptd":
-        return _in_space(target, walk, options)
+    with new_file(target, replace=yes("replace", options["replace"]), sources=[source]) as path:
+        words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
+    return target, words
+
+
+def _in_view(target: Path, walk: Walk, options: dict[str, str]) -> str:
+    """Write the dots as they are seen; return a sentence on what they show."""
     rate = number("frame_rate_hz", options["frame_rate_hz"], above=0, at_most=1000)
     hundredths = max(2, round(100 / rate))  # of a second, in which a GIF counts
     if target.suffix.lower() == ".gif":
@@ -82,7 +88,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
         from pipeline.pictures.point_lights import draw_gif
 
         draw_gif(target, *pointlight.pixels(lights, height), dot_px=dot, hundredths=hundredths)
-    return target, words
+    return words
 
 
 def display(walk: Walk, options: dict[str, str]) -> PointLights:
@@ -171,8 +177,8 @@ def _speed(walk: Walk, options: dict[str, str]) -> float:
     return walk.speed_mm_s or pointlight.walking_speed(walk.coefficients, walk.stride_hz)
 
 
-def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> tuple[Path, str]:
-    """Write the joints in three dimensions, as the Body Movement Library has them."""
+def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> str:
+    """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
     for name in _DISTURBED:
         if options[name] != OPTIONS[name]:
             raise InvalidInput(
@@ -184,7 +190,7 @@ def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> tuple[Path, 
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
     positions[..., 1] += (_speed(walk, options) * times)[:, None]
     target.write_text(pointlight.as_ptd(positions), encoding="utf-8")
-    return target, f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
+    return f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
 
 
 def _words(walk: Walk, lights: PointLights, options: dict[str, str]) -> str:
@@ -221,6 +227,7 @@ def point_lights(arguments: Sequence[str]) -> int:
     walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
     gender=3                            of `synthetic`: -1 the average woman, 1 the average man
     skeleton=… units=m subject=…        of a recording; subject= of one with several people
+    replace=true                        a file that exists
     """
     target, words = make(arguments)
     tell(f"written: {target} ({words})")

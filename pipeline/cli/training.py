@@ -11,13 +11,18 @@ from pipeline.cli.output import tell
 from pipeline.clips.kinds import WALKS, Walks
 from pipeline.reconstruct import model_file
 from pipeline.reconstruct.training import Training, train
+from pipeline.storage.sealed_folders import require_replaceable
+from pipeline.validation import InvalidInput
 
 
 def train_model(arguments: Sequence[str]) -> int:
     """Train the model of walkers from a data set and write it with its manifest."""
     own = [item for item in arguments if item.startswith(("training.", "output="))]
     rest = [item for item in arguments if item not in own]
-    output = next((item[7:] for item in own if item.startswith("output=")), "")
+    if "output=" in own:
+        raise InvalidInput("must name a folder", where="output", received="nothing")
+    folder = Path(next((item[7:] for item in own if item.startswith("output=")), str(model_file.SHIPPED)))
+    require_replaceable(folder, having=model_file.ENTRY)  # before the work, not after it
     training = filled(Training, [item[9:] for item in own if item.startswith("training.")])
     if not any(item.startswith("data=") for item in rest):
         rest = ["data=optical", *rest]
@@ -26,7 +31,6 @@ def train_model(arguments: Sequence[str]) -> int:
     walks = request.make()
     assert isinstance(walks, Walks)
     trained = train(walks, training, lambda words: tell(words, "dim"))
-    folder = Path(output) if output else model_file.SHIPPED
     model_file.save(trained, folder)
     tell(f"{trained.compact.rest.walkers} people; written to {folder}")
     return 0

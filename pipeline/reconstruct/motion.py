@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from enum import StrEnum
 from pathlib import Path
 
@@ -18,9 +17,6 @@ from pipeline.formats import motion
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.reconstruct.summary import observed, scale_mm
 from pipeline.skeleton import WALKER15
-
-OURS = re.compile(r"walk(_\d+)?\.(c3d|trc|bvh|csv)|walk(_\d+)?_wide\.csv")
-"""Names of the files of `write_motion`: ``walk.c3d`` of the best stretch, ``walk_2.c3d`` of the next one."""
 
 
 class Format(StrEnum):
@@ -76,7 +72,7 @@ def to_motion(walk: Walk, stretch: Stretch, given: Input) -> motion.Motion:
 
 
 def write_motion(walk: Walk, given: Input, formats: list[Format], folder: Path) -> list[str]:
-    """Write every stretch in every format; return the names of the files."""
+    """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next; return the names."""
     files = []
     for number, stretch in enumerate(written(walk), start=1):
         points = to_motion(walk, stretch, given)

@@ -13,10 +13,11 @@ from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
 from pipeline.reconstruct.summary import summarise, table_rows
 from pipeline.storage import tables
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.validation import InvalidInput, missing_package, require_name
 
 PAGE = "walk.html"
-OURS = ("summary.json", "joints.csv", "picture.png", "recording.rrd", PAGE)
 
 
 @dataclass(kw_only=True)
@@ -56,10 +57,14 @@ def run(options: Reconstruct) -> tuple[Walk, dict[str, Any], Path]:
     Raises
     ------
     InvalidInput
-        If the input cannot be used, or the folder holds files of others.
+        If the input cannot be used, or the folder holds it, or files of others.
     """
-    walk = reconstruct_clip(options.input, Path(options.model_folder) if options.model_folder else SHIPPED)
+    given = Path(options.input.path).resolve()
     folder = Path(options.output.path) if options.output.path else _default_folder(options.input.path)
+    if options.input.path and folder.resolve() in (given, *given.parents):
+        raise InvalidInput("must not hold the input", where="output.path", received=str(folder))
+    require_replaceable(folder, having="verdict")
+    walk = reconstruct_clip(options.input, Path(options.model_folder) if options.model_folder else SHIPPED)
     summary = summarise(walk, options.input)
     write(walk, summary, options, folder)
     return walk, summary, folder
@@ -73,12 +78,13 @@ def _default_folder(path: str) -> Path:
 
 
 def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path) -> None:
-    """Write the files of a walk; only files of these names are ever replaced."""
-    if folder.exists() and not folder.is_dir():
-        raise InvalidInput("must be a folder", where="output.path", received=str(folder))
-    folder.mkdir(parents=True, exist_ok=True)
-    for path in _ours(folder):
-        path.unlink()
+    """Publish the files of a walk in a folder of their own."""
+    with publish(folder, having="verdict") as publication:
+        _fill(publication.folder, walk, summary, options)
+        publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
+
+
+def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct) -> None:
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
     (folder / "summary.json").write_text(text, encoding="utf-8")
     rows = table_rows(walk, options.input)
@@ -116,7 +122,7 @@ def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path)
     from pipeline.reconstruct.page import page_of
     from pipeline.report.walk_page import write_walk_page
 
-    files = [file.name for file in _ours(path.parent)]
+    files = sorted(file.name for file in path.parent.iterdir())
     write_walk_page(path, page_of(walk, walk.best, summary, options.input, files))
 
 
@@ -126,8 +132,3 @@ _VIEWS = (
     (PAGE, "page", _page),
 )
 """File, the option that asks for it, the function that writes it, which needs a library of its own."""
-
-
-def _ours(folder: Path) -> list[Path]:
-    """Files in a folder that have names of ours."""
-    return sorted(path for path in folder.iterdir() if path.name in OURS or motion.OURS.fullmatch(path.name))

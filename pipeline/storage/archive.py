@@ -14,8 +14,9 @@ import shutil
 from collections.abc import Collection, Sequence
 from pathlib import Path, PurePosixPath
 
-from pipeline.storage import provenance
+from pipeline.storage import crate, provenance
 from pipeline.storage import sealed_folders as folders
+from pipeline.storage.publishing import new_file
 from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.validation import InvalidInput, require_name
 
@@ -178,15 +179,27 @@ def verify(archive: Path) -> list[str]:
         except OSError as error:
             problems.append(f"{name}: cannot be read ({error.strerror})")
     present = {p.relative_to(archive).as_posix() for p in archive.rglob("*") if not p.is_dir()}
-    problems += [f"{name}: added" for name in sorted(present - sums.keys() - {CHECKSUMS, folders.MANIFEST})]
-    if (archive / folders.MANIFEST).is_file():  # of a light archive
-        problems += [item for item in folders.complaints_about(archive) if item.startswith(CHECKSUMS)]
+    light = {CHECKSUMS, folders.MANIFEST} if crate.CRATE in sums else {CHECKSUMS}
+    problems += [f"{name}: added" for name in sorted(present - sums.keys() - light)]
+    if crate.CRATE in sums:
+        problems += _not_sealed(archive, sums)
     for row in _read_index(archive.parent / INDEX):
         if row["archive"] == archive.name:
             part = {k: v for k, v in sums.items() if k.startswith(f"{row['data']}/")}
             if folders.digest(sums_text(part)) != row["checksums_sha256"]:
                 problems.append(f"{CHECKSUMS}: not what {INDEX} recorded for {row['data']}")
     return problems
+
+
+def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
+    """Return how the manifest of a light archive differs from its list of checksums."""
+    try:
+        files = folders.read_manifest(archive)["files"].items()
+    except InvalidInput as complaint:
+        return [f"{folders.MANIFEST}: {complaint.what.removeprefix(folders.MANIFEST).strip()}"]
+    expected = {**sums, CHECKSUMS: folders.file_digest(archive / CHECKSUMS)}
+    agree = {name: fact["sha256"] for name, fact in files} == expected
+    return [] if agree else [f"{CHECKSUMS}: not what {folders.MANIFEST} recorded"]
 
 
 def check_figure(
@@ -286,7 +299,8 @@ def _keep_files(
                 if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
                     raise InvalidInput("the file changed while it was being archived", where=name)
             temporary.replace(target)
-    folders.replace_file(archive / CHECKSUMS, sums_text({**sums, **wanted}))
+    with new_file(archive / CHECKSUMS, replace=True) as path:  # read, so that it is ours
+        path.write_bytes(sums_text({**sums, **wanted}))
     row = {
         "archive": archive.name,
         "date": date,
@@ -304,7 +318,8 @@ def _keep_files(
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(sorted([*rows, row], key=lambda r: (r["archive"], r["data"])))
-    folders.replace_file(archive.parent / INDEX, text.getvalue().encode())
+    with new_file(archive.parent / INDEX, replace=True) as path:
+        path.write_bytes(text.getvalue().encode())
     return archive
 
 

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.sealed_folders import digest, read_manifest, replace_file, writing
+from pipeline.storage.publishing import Replace, new_file
+from pipeline.storage.sealed_folders import digest, read_manifest, writing
 from pipeline.validation import InvalidInput
 
 _INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
@@ -25,7 +26,13 @@ _NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|")
 _SHOWN_DIFFERENCES = 10
 
 
-def write(path: Path, columns: Mapping[str, Any], *, sort_by: Sequence[str] = ()) -> None:
+def write(
+    path: Path,
+    columns: Mapping[str, Any],
+    *,
+    sort_by: Sequence[str] = (),
+    replace: Replace | None = None,
+) -> None:
     """Write a table atomically.
 
     Parameters
@@ -36,6 +43,8 @@ def write(path: Path, columns: Mapping[str, Any], *, sort_by: Sequence[str] = ()
         booleans or text.
     sort_by : sequence of str
         Columns by which the rows are sorted, stably.
+    replace : bool or callable, optional
+        As for `new_file`; by default a table with the same columns is replaced, and no other file.
 
     Raises
     ------
@@ -65,8 +74,11 @@ def write(path: Path, columns: Mapping[str, Any], *, sort_by: Sequence[str] = ()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(arrays)
     rows.writerows(zip(*map(_written, arrays.values()), strict=True))
-    with writing(path):
-        replace_file(path, text.getvalue().encode())
+    content = text.getvalue().encode()
+    header = content[: content.index(b"\n") + 1]
+    ours: Replace = (lambda old: old.startswith(header)) if replace is None else replace
+    with writing(path), new_file(path, replace=ours) as partial:
+        partial.write_bytes(content)
 
 
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from pipeline.storage import archive
+from pipeline.storage.publishing import publish
 from pipeline.storage.sbom import bill_of_materials
 from pipeline.storage.sealed_folders import digest
-from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
 from tests.processes import finished
 
@@ -35,10 +35,9 @@ def make(tmp_path: Path, lock: Path) -> Make:
     """Publish figures as a session would, any fact of the manifest changed as told."""
 
     def make(data: str = "synthetic", scale: str = "full", **changes: Any) -> Path:
-        store = Store(tmp_path / "results")
         folder = tmp_path / "results" / data / scale
         for figure in FIGURES:
-            with store.publish(folder / figure) as publication:
+            with publish(folder / figure) as publication:
                 for name in ("table.csv", "table_views.csv", "recording.rrd", "figure.svg", "config.yaml"):
                     (publication.folder / name).write_text(f"{name} of {figure} on {data}")
                 made = {"commit": COMMIT, "dirty": False, "lock_sha256": digest(lock.read_bytes())}
