@@ -60,7 +60,9 @@ INSIDE = {name: imports(tree)[0] for name, tree in TREES.items()}
 OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 
-_GROUND = "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources"
+_GROUND = (
+    "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources"
+)
 LAYERS = {
     "validation locks shortened": "",
     "skeleton palette tidy processes compilation seeding resources": "validation locks shortened",
