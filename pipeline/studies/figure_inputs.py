@@ -100,10 +100,16 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of ``arrays.npz``: of the sweep, of a published model, and the names of the samples."""
+        """Arrays of ``arrays.npz``: of the sweep, of a published model, and the names of the samples.
+
+        What the sweep has as rows is in the tables.
+        """
         learnt = pack(self.model)[0] if self.experiment.model.published else {}
         names = {self.experiment.dataset.corpus.sample: np.array(self.samples)}
-        return {**learnt, **pack(self.sweep)[0], **names}
+        measured = {
+            name: part for name, part in vars(self.sweep).items() if not isinstance(part, pd.DataFrame)
+        }
+        return {**learnt, **pack(measured)[0], **names}
 
 
 def tidy(columns: Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:

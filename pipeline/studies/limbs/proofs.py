@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
-import numpy as np
+import pandas as pd
 
 from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.articulation import Adjustment
@@ -14,8 +14,8 @@ from pipeline.core.binary_quadratic import compile_kernels
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
-from pipeline.studies.limbs.scores import distance
-from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, stacked
+from pipeline.studies.limbs.scores import certificate, distance
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep
 from pipeline.validation import InvalidInput, require_increasing, require_range
 
 LONG = 100
@@ -23,56 +23,10 @@ LONG = 100
 
 
 @dataclass(frozen=True)
-class Timing:
-    """What depends on the machine: seconds of N programmes.
-
-    Attributes
-    ----------
-    seconds, first_seconds : (N,)
-        Until the search ended, and until the first signs.
-    """
-
-    seconds: np.ndarray
-    first_seconds: np.ndarray
-
-
-@dataclass(frozen=True)
 class Proofs:
-    """Proofs of N programmes.
+    """Proofs of all programmes: a row to each."""
 
-    Attributes
-    ----------
-    frames, components, trial, stretch, limb : (N,) int
-    noise_px : (N,)
-    camera : (N,) text
-    proved : (N,) bool
-    objective, lower_bound, first_objective : (N,)
-        Of the best signs, their bound, and of the signs that are found at once, mm².
-    gap : (N,)
-        Between bound and objective, relative; 0 where proved.
-    limb_error : (N,)
-        Mean distance of relative trajectories over the limb's length.
-    boxes, steps : (N,) int
-        Nodes of the two searches.
-    timing : Timing
-    """
-
-    frames: np.ndarray
-    components: np.ndarray
-    noise_px: np.ndarray
-    trial: np.ndarray
-    stretch: np.ndarray
-    limb: np.ndarray
-    camera: np.ndarray
-    proved: np.ndarray
-    objective: np.ndarray
-    lower_bound: np.ndarray
-    gap: np.ndarray
-    first_objective: np.ndarray
-    limb_error: np.ndarray
-    boxes: np.ndarray
-    steps: np.ndarray
-    timing: Timing
+    rows: pd.DataFrame
 
 
 @dataclass(kw_only=True)
@@ -152,24 +106,17 @@ class ProofSweep(LimbSweep):
                 "frames": frames,
                 "components": components,
                 "noise_px": noise,
-                "trial": number,
-                "stretch": trial.stretch,
-                "limb": trial.limb,
-                "camera": camera,
-                "proved": last.proved,
-                "objective": last.objective,
-                "lower_bound": last.lower_bound,
+                **trial.keys,
+                **certificate(choice),
+                # Between bound and objective, relative.
                 "gap": 0.0 if last.proved else 1.0 - max(last.lower_bound, 0.0) / last.objective,
-                "first_objective": first.objective,
+                "first_objective": first.objective,  # of the signs that are found at once
                 "limb_error": distance(choice.relative, trial.relative) / trial.length,
-                "boxes": last.boxes,
+                "boxes": last.boxes,  # nodes of the two searches
                 "steps": last.steps,
                 "first_seconds": seconds[0],
                 "seconds": seconds[1],
             }
 
         compile_kernels()  # or the first programmes would seem slow
-        programmes = self.programmes()
-        found = stacked(map_processes(one, programmes, inputs.workers), (len(programmes),))
-        seconds = {name: found.pop(name) for name in ("seconds", "first_seconds")}
-        return Proofs(**found, timing=Timing(**seconds))
+        return Proofs(pd.DataFrame(map_processes(one, self.programmes(), inputs.workers)))

@@ -37,8 +37,9 @@ class LimbTrial:
 
     Attributes
     ----------
-    number, stretch, limb : int
-        Of the trial, of the stretch in the data set, and in ``WALKER14.limbs``.
+    number, limb : int
+        Of the trial, and in ``WALKER14.limbs``.
+    clip : str
     camera : Camera
     view : Pinhole
     images : (F, 2)
@@ -52,7 +53,7 @@ class LimbTrial:
     """
 
     number: int
-    stretch: int
+    clip: str
     limb: int
     camera: Camera
     view: Pinhole
@@ -61,6 +62,12 @@ class LimbTrial:
     parent: np.ndarray
     child: np.ndarray
     length: float
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """Which trial a row is of."""
+        limb = WALKER14.limbs[self.limb]
+        return {"trial": self.number, "clip": self.clip, "limb": limb, "camera": self.camera}
 
     @property
     def relative(self) -> np.ndarray:
@@ -103,7 +110,7 @@ class LimbSweep(CameraSweep):
         view = self.camera(camera, body[:, ROOT], path, azimuth_rad=side)
         return LimbTrial(
             number=number,
-            stretch=stretch,
+            clip=str(stretches.clip[stretch]),
             limb=limb,
             camera=camera,
             view=view,

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.core.bootstrap import weighted_medians
-from pipeline.core.limb_chain import WALKER14
+from pipeline.core.bootstrap import weighted_means, weighted_medians
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
 from pipeline.studies.replicated import interval_over_clusters
 
@@ -72,36 +71,43 @@ def quartile_columns(name: str, column: str) -> dict[str, Any]:
     column : str
         What is aggregated.
     """
-    ends = {"median": 0.5, "low": 0.25, "high": 0.75}
-    return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
+    quartiles = {"low": 0.25, "high": 0.75}
+    return {
+        f"{name}_median": (column, "median"),
+        **{f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in quartiles.items()},
+    }
 
 
-def median_intervals(trials: pd.DataFrame, by: Sequence[str], medians: Mapping[str, str]) -> pd.DataFrame:
-    """Return 95 % intervals over clips of medians over trials: all trials of a clip are drawn together.
+def over_trials(
+    rows: pd.DataFrame, by: Sequence[str], columns: Mapping[str, tuple[str, Any]], banded: Sequence[str]
+) -> pd.DataFrame:
+    """Return a table over trials: how many there are, means and medians, and some of their intervals over clips.
 
     Parameters
     ----------
-    trials : DataFrame
-        With a column ``clip``.
+    rows : DataFrame
+        With columns ``trial`` and ``clip``.
     by : sequence of str
-        Columns that tell apart what is aggregated; the index of the result.
-    medians : mapping of str to str
-        Name of a median → column that it is of.
-
-    Returns
-    -------
-    DataFrame
-        Columns ``<name>_low`` and ``<name>_high`` of every median; NaN where all trials are of one clip.
+        Columns that tell apart what is aggregated.
+    columns : mapping of str to tuple
+        Name → column that it is of, and how it is aggregated.
+    banded : sequence of str
+        Those means and medians that have 95 % intervals, ``<name>_low`` and ``<name>_high``: all trials of a clip are
+        drawn together; NaN where all trials are of one clip.
     """
-    ends = {}
-    for key, rows in trials.groupby(list(by)):
-        values = rows[list(medians.values())].to_numpy(dtype=float)
-        low, high = interval_over_clusters(rows["clip"].to_numpy(), values, weighted_medians)
-        ends[key] = np.stack([low, high], axis=1).ravel()
-    columns = [f"{name}_{end}" for name in medians for end in ("low", "high")]
-    return pd.DataFrame.from_dict(ends, orient="index", columns=columns).set_axis(
-        pd.MultiIndex.from_tuples(list(ends), names=list(by))
-    )
+    groups = rows.groupby(list(by))
+    statistics = {"mean": weighted_means, "median": weighted_medians}
+    bands: dict[str, dict[Any, float]] = {}
+    for how, statistic in statistics.items():
+        names = [name for name in banded if columns[name][1] == how]
+        for key, group in groups if names else ():
+            values = group[[columns[name][0] for name in names]].to_numpy(dtype=float)
+            ends = interval_over_clusters(group["clip"].to_numpy(), values, statistic)
+            for name, low, high in zip(names, *ends, strict=True):
+                bands.setdefault(f"{name}_low", {})[key] = low
+                bands.setdefault(f"{name}_high", {})[key] = high
+    aggregated = groups.agg(trials=("trial", "size"), **columns)
+    return aggregated.assign(**{name: list(ends.values()) for name, ends in bands.items()}).reset_index()
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -115,25 +121,3 @@ def confidences(margins: np.ndarray) -> np.ndarray:
     """Return green, amber or red for each mirror margin, of any shape."""
     flat = [confidence_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
     return np.array(flat).reshape(np.shape(margins))
-
-
-def trial_columns(
-    samples: Sequence[str], stretch: np.ndarray, limb: np.ndarray, shape: Sequence[int]
-) -> dict[str, np.ndarray]:
-    """Return the columns that say which trial a row is of.
-
-    Parameters
-    ----------
-    samples : sequence of str
-        Clip of each stretch.
-    stretch, limb : (T,) int
-        Of each trial.
-    shape : sequence of int
-        Of the rows before they are flattened, trials last.
-    """
-    columns = {
-        "trial": np.arange(len(stretch)),
-        "clip": np.array(samples)[stretch],
-        "limb": np.array(WALKER14.limbs)[limb],
-    }
-    return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}
