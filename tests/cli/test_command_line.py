@@ -147,7 +147,6 @@ def test_the_equations_are_printed_with_their_homes(say: Callable) -> None:
         ("zhang2007_fig5", "sweep.methods=[mpa]", ["sweep.methods", "least_squares", "mpa"]),
         ("zhang2007_fig5", "sweep.truth=video", ["sweep.truth", "motion, fourier"]),
         ("zhang2007_fig5", "sweep.missing_variance=x", ["temporal, overall"]),
-        ("zhang2007_fig5", "sweep.phase_source=x", ["sweep.phase_source", "motion3d, observed2d"]),
         ("zhang2007_fig4", "sweep.demonstration_views_deg=[]", ["sweep.demonstration_views_deg"]),
         ("zhang2007_fig6", "sweep.solver=guess", ["global, published"]),
         ("zhang2007_fig6", "sweep.angle_range_deg=[0]", ["sweep.angle_range_deg", "[low, high]"]),

@@ -19,7 +19,7 @@ from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views, validate_methods
 from pipeline.studies.walks.model import Eigenwalkers
-from pipeline.studies.walks.phase_sources import Motion3d
+from pipeline.studies.walks.seen_walker import SeenWalker
 from pipeline.validation import require_range
 
 
@@ -95,13 +95,7 @@ class JointAngles(Sweep):
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
             """Reconstructed joints (M, A, T, 15, 3) of a walker."""
             view = np.radians(angles_deg)
-            source = Motion3d(
-                model.fold(r),
-                model.samples[r],
-                data.residual_covariance[r],
-                view,
-                measured=~data.unmeasured[r],
-            )
+            source = SeenWalker(model.fold(r), model.samples[r], data, r, view)
             found = [
                 third.missing(third.fold(r), r, view)
                 if method is Method.anatomical and third

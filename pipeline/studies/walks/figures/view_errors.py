@@ -156,8 +156,7 @@ class ViewErrors(Figure):
         with inputs.recording(
             folder,
             f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
-            "is what the camera at that angle sees, the coloured skeletons what each approach makes of it"
-            + (" (at the phase of the 3D motion).\n" if sweep.phase_rad is not None else ".\n"),
+            "is what the camera at that angle sees, the coloured skeletons what each approach makes of it.\n",
             timeline="view_angle_deg",
         ) as rec:
             for measure, spread in (
