@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import formats, mappings
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import camera, fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
-from pipeline.skeleton import MotionCapture
+from pipeline.ingestion.corpus import joints_of
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 
 

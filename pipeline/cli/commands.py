@@ -23,7 +23,7 @@ from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
 from pipeline.cli.verify import verify
-from pipeline.clips.options import RecordedData
+from pipeline.ingestion.data import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.storage.sealed_folders import MANIFEST, read_manifest
 from pipeline.studies import published

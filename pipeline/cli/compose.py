@@ -27,7 +27,7 @@ from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBase
 from pipeline import mappings
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
-from pipeline.clips.options import FolderData, RecordedData, SyntheticData
+from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
 from pipeline.processes import processes_for
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale

@@ -17,10 +17,10 @@ from pipeline.cli.walkers import (
     recorded_walk,
     target_file,
 )
-from pipeline.clips.corpus import joints_of
 from pipeline.core import fourier, resampling
 from pipeline.formats import motion as motions
 from pipeline.formats.motion import Motion
+from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import packed
 from pipeline.validation import require_choice, require_range

@@ -11,12 +11,15 @@ from pathlib import Path
 
 from pipeline import formats, mappings
 from pipeline.cli.walkers import number
-from pipeline.clips import nearest_joints
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
-from pipeline.clips.options import FolderData, Steady
+from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
-from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
+from pipeline.ingestion import nearest_joints
+from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.data import FolderData
+from pipeline.skeleton.mapped_joints import up_axis
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput, require_choice
 
 OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject")

@@ -69,7 +69,7 @@ def train_model(arguments: Sequence[str]) -> int:
     """Train the model of walkers from a data set and write it with its manifest."""
     # Imported here: a reconstruction takes less time than these to load.
     from pipeline.cli.compose import compose
-    from pipeline.clips.walks import WALKS, Walks
+    from pipeline.clips.kinds import WALKS, Walks
     from pipeline.reconstruct.training import Training, train
 
     own = [item for item in arguments if item.startswith(("training.", "output="))]

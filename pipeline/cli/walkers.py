@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from pipeline import formats, mappings
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import camera, fourier, linear_model, reconstruction
+from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest

@@ -1,28 +1,17 @@
-"""Steady walks, as their treadmill equivalents: recorded, or of the synthetic population."""
+"""Steady walks, as their treadmill equivalents, and those of the synthetic population."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip
-from pipeline.clips.kinds import (
-    Clips,
-    Corpus,
-    PreparedClip,
-    RawClip,
-    Request,
-    collect,
-    prepare,
-    read_and_prepare,
-    report_row,
-)  # fmt: skip
+from pipeline.clips.kinds import Walks
 from pipeline.clips.missing_joints import complete
-from pipeline.clips.options import Heading, Locomotion, Recordings, Steady, SyntheticData
+from pipeline.clips.options import Heading, Locomotion, Steady, SyntheticPeople
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
@@ -46,29 +35,7 @@ EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Walks(Clips):
-    """Steady walks, as their treadmill equivalents.
-
-    Attributes
-    ----------
-    frequency_hz, residual_share, stature_mm : (W,)
-        Fundamental frequency; share of the variance that two harmonics leave; height of the head over the lower
-        ankle.
-    estimated : (W, 15) bool
-        Joints that the markers do not give, estimated from the others.
-    dropped : (15,) bool
-        Joints that are left out everywhere.
-    """
-
-    frequency_hz: np.ndarray
-    residual_share: np.ndarray
-    stature_mm: np.ndarray
-    estimated: np.ndarray
-    dropped: np.ndarray
-
-
-def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
+def synthetic_walks(options: SyntheticPeople, seed: int, workers: int) -> Walks:
     """Return the walks of the synthetic population."""
     count = min(options.walkers or options.population, options.population)
     male = round(count * options.male_share)
@@ -88,18 +55,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
         row = report_row(REPORT_COLUMNS, clip=name, person=name, source="synthetic")
         return steady_walk(RawClip(row, population.positions_mm[r], options.frame_rate_hz), steady)
 
-    return _walks(map_processes(one, range(count), workers), steady)
-
-
-def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: str = "estimate") -> Walks:
-    """Return the steady walks in recordings; with ``missing="drop"``, joints that one of them lacks are left out."""
-    walks = read_and_prepare(clips, REPORT_COLUMNS, lambda raw: steady_walk(raw, steady), workers)
-    found = _walks(walks, steady, clips)
-    return (
-        dataclasses.replace(found, dropped=np.asarray(found.estimated.any(axis=0)))
-        if missing == "drop"
-        else found
-    )
+    return walks_of(map_processes(one, range(count), workers), steady)
 
 
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
@@ -216,9 +172,10 @@ def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[Prepar
     return [compared(walk) for walk in walks]
 
 
-def _walks(walks: list[PreparedClip], steady: Steady, clips: Sequence[Clip] = ()) -> Walks:
+def walks_of(walks: list[PreparedClip], steady: Steady, inputs: Mapping[str, str] | None = None) -> Walks:
+    """Return the walks that are kept, compared with each other; `inputs` as in `collect`."""
     walks = _compare_frequencies(walks, steady.frequency_ratio)
-    fields = collect(walks, REPORT_COLUMNS, clips)
+    fields = collect(walks, REPORT_COLUMNS, inputs)
     kept = [walk for walk in walks if walk.positions is not None]
     return Walks(
         **fields,
@@ -230,35 +187,3 @@ def _walks(walks: list[PreparedClip], steady: Steady, clips: Sequence[Clip] = ()
         ),
         dropped=np.zeros(len(WALKER15.joints), dtype=bool),
     )
-
-
-class WalksCorpus(Corpus):
-    """Walks (zhang2004, zhang2007)."""
-
-    name = "walks"
-    words = "walks"
-    sample = "walker"
-    world = (
-        "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are lifted from "
-        "the tables' origin, the mean pelvis, to stand on the ground.\n"
-        "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the walker's "
-        "right at 0, so a video taken from the front has to be mirrored."
-    )
-    result = Walks
-
-    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
-        """Return the request for the synthetic population."""
-        others = ("performances", "clips", "populations")
-        alone = {name: value for name, value in vars(data).items() if name not in others}
-        return Request({"data": alone, "seed": seed}, lambda: synthetic_walks(data, seed, workers))
-
-    def recorded(
-        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
-    ) -> Request:
-        """Return the request for steady walks in recordings."""
-        options = {"steady": data.steady, "missing": missing, "clips": [clip.identity for clip in clips]}
-        return Request(options, lambda: recorded_walks(clips, data.steady, workers, missing))
-
-
-WALKS = WalksCorpus()
-"""The corpus of walks."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from pipeline.formats import acclaim, arrays, bvh, c3d, mvnx
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 READERS: dict[str, Reader] = {
     ".amc": acclaim.read,

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 _LARGEST_ARRAY = 1_000_000_000
 """Bytes of one array when unpacked."""

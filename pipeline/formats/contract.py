@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 
 LARGEST = 1e9

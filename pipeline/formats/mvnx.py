@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.formats.contract import damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in, number, read_numbers
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:

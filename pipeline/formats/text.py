@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.formats.contract import LARGEST, damaged, read_bytes
-from pipeline.skeleton import MILLIMETRES
+from pipeline.skeleton.recorded import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:

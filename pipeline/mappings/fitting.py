@@ -7,7 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.skeleton import LOWER_BODY, MILLIMETRES, WALKER15, MotionCapture, SourceMapping, SourcePoints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import LOWER_BODY
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
 ADULT_LEG_MM = 850.0

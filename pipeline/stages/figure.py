@@ -74,7 +74,9 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                 "seed": experiment.seed,
                 "configuration": _without_paths(canonical(experiment)),
                 "code": figure_code(experiment),
-                "stages": {a.stage: {"key": a.key, "seconds": a.seconds} for a in artefacts},
+                "stages": {
+                    a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
+                },
                 "inputs": clips.value.inputs,
                 "tabulate_seconds": round(tabulated - started, 3),
                 "draw_seconds": round(time.perf_counter() - tabulated, 3),

@@ -1,8 +1,9 @@
 """The store: artefacts found by a key, and published figures; written atomically, verified when read.
 
 An *artefact* is the result of a stage: named arrays and notes, in ``cache/<stage>-<key>/`` as ``arrays.npz`` and
-``manifest.json``.  The key is a digest of everything that the artefact depends on: options, inputs, sources and
-numerical libraries.  A *publication* is the folder of one figure.
+``manifest.json``.  The key is a digest of everything that the artefact depends on: options, sources, numerical
+libraries and the content of its inputs, so that an input that is computed again and comes out equal changes no key.
+A *publication* is the folder of one figure.
 
 Both are written to a temporary folder that is renamed when complete: a killed run leaves the old state or the new one.
 """
@@ -22,10 +23,17 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pipeline.locks import exclusive, remove_unheld
-from pipeline.storage.artefacts import ARRAYS, Artefact, Damaged, differences, fixed, packed, read_artefact
+from pipeline.storage.artefacts import (
+    ARRAYS,
+    Artefact,
+    Damaged,
+    content_digest,
+    differences,
+    fixed,
+    packed,
+    read_artefact,
+)
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
     CANNOT_WRITE,
@@ -158,7 +166,9 @@ class Store:
         made_from = {
             "stage": stage,
             "options": canonical(options),
-            "inputs": [item.name if isinstance(item, Artefact) else str(item) for item in inputs],
+            "inputs": [
+                f"{item.stage}-{item.content}" if isinstance(item, Artefact) else str(item) for item in inputs
+            ],
             "code": code,
             "libraries": self._libraries,
         }
@@ -196,9 +206,11 @@ class Store:
         arrays = fixed(made_arrays, stage)
         notes = json.loads(compact(canonical(made_notes, "notes")))
         facts = {**made_from, "key": key, "notes": notes, "seconds": seconds}
-        if winner := self._place(folder, arrays, facts):
+        packed_arrays = packed(arrays)
+        if winner := self._place(folder, packed_arrays, facts):
             return dataclasses.replace(winner, computed=True, seconds=seconds, why=why)
-        return Artefact(stage, key, arrays, notes, True, seconds, why)
+        content = content_digest({"files": {ARRAYS: {"sha256": digest(packed_arrays)}}, "notes": notes})
+        return Artefact(stage, key, content, arrays, notes, True, seconds, why)
 
     @contextmanager
     def publish(self, folder: Path) -> Iterator[Publication]:
@@ -237,11 +249,8 @@ class Store:
         shown = nearest[2][:3] + ([f"and {len(nearest[2]) - 3} more"] if len(nearest[2]) > 3 else [])
         return "; ".join(shown) or "the artefact was removed"
 
-    def _place(
-        self, folder: Path, arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any]
-    ) -> Artefact | None:
+    def _place(self, folder: Path, content: bytes, facts: Mapping[str, Any]) -> Artefact | None:
         """Write an artefact; return that of another process if it was faster, else None."""
-        content = packed(arrays)
         with writing(folder):
             while True:
                 with temporary_folder(self.cache) as temporary:
@@ -283,11 +292,11 @@ class Plan(Store):
     Parameters
     ----------
     results : Path
-    before : mapping of str to str
-        Keys of earlier artefacts by stage, to compare with.
+    before : mapping of str to (str, str)
+        Key and content of earlier artefacts by stage, to compare with.
     """
 
-    def __init__(self, results: Path, before: Mapping[str, str]) -> None:
+    def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
         self.cache, self.before = Path(results) / "cache", before
         self._libraries = versions(_KEYED_LIBRARIES)
 
@@ -300,14 +309,22 @@ class Plan(Store):
         *,
         code: str,
     ) -> Artefact:
-        """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before."""
+        """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before.
+
+        Its content is that of the cache, or that of before if the key is the same; otherwise it is unknown, and so
+        are the keys of what is made from it.
+        """
         made_from, key = self._key(stage, options, inputs, code)
-        before, why = self.before.get(stage, ""), ""
+        (before, content), why = self.before.get(stage, ("", "")), ""
         if before != key:
             try:
                 earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
                 why = "; ".join(differences(earlier, made_from)[:3])
             except (OSError, ValueError, KeyError, TypeError, AttributeError):
                 why = "changed; what it was made from is no longer in the cache"
-        there = (self.cache / f"{stage}-{key}" / MANIFEST).is_file()
-        return Artefact(stage, key, {}, {}, not there, 0.0, why)
+            content = ""
+        try:
+            kept = json.loads((self.cache / f"{stage}-{key}" / MANIFEST).read_bytes())
+            return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            return Artefact(stage, key, content, {}, {}, True, 0.0, why)

@@ -18,7 +18,7 @@ from pipeline import mappings, papers, skeleton
 from pipeline.cli.compose import compose, quoted, sentence
 from pipeline.cli.main import destination
 from pipeline.cli.presets import presets
-from pipeline.clips.options import FolderData
+from pipeline.ingestion.data import FolderData
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import Figure, Grid

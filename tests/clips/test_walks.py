@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.clips.options import FolderData, Heading, Locomotion, Skeleton, Steady, SyntheticData
-from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, synthetic_walks
+from pipeline.clips.kinds import WALKS, Walks
+from pipeline.clips.options import Heading, Locomotion, Skeleton, Steady
+from pipeline.clips.walks import REPORT_COLUMNS, synthetic_walks
 from pipeline.core import fourier, walking
 from pipeline.formats.points import trc
+from pipeline.ingestion.data import FolderData, SyntheticData
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from pipeline import mappings
-from pipeline.skeleton import WALKER15, MotionCapture, map_joints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 
 HEIGHT = [1650, 1420, 1420, 1100, 860, 1420, 1100, 860, 950, 900, 480, 80, 900, 480, 80]

@@ -183,13 +183,25 @@ def test_another_input_is_another_key(tmp_path: Path) -> None:
     model = store.artefact("model", {}, [data, "f" * 64], Work())
     changed = store.artefact("model", {}, [other, "f" * 64], Work())
     assert changed.key != model.key
-    assert changed.why == f"input {other.name} changed"
+    assert changed.why == f"input dataset-{other.content} changed"
     assert store.artefact("model", {}, [data, "0" * 64], Work()).why == "input 000000000000… changed"
     fewer = store.artefact("model", {}, [data], Work())
     assert fewer.why == "inputs changed in number or order (2 -> 1)"
     assert store.artefact("model", {}, ["a", "b", "c"], Work()).why == (
         "input a changed; input b changed; input c changed"
     )
+
+
+def test_an_input_that_comes_out_equal_changes_nothing(tmp_path: Path) -> None:
+    before = Store(tmp_path).artefact("dataset", {}, [], Work())
+    work = Work()
+    model = Store(tmp_path).artefact("model", {}, [before], work)
+    again = Store(tmp_path).artefact("dataset", {}, [], Work(), code="1" * 64)
+    assert (again.computed, again.why) == (True, "code changed")
+    assert again.key != before.key
+    assert again.content == before.content == Store(tmp_path).artefact("dataset", {}, [], Work()).content
+    found = Store(tmp_path).artefact("model", {}, [again], work)
+    assert (found.computed, found.key, work.times) == (False, model.key, 1)
 
 
 def test_other_sources_are_another_key(tmp_path: Path) -> None:

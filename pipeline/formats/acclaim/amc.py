@@ -16,7 +16,7 @@ from pipeline.formats.acclaim.asf import SHIFTS, TURNS, AsfSkeleton, forward_kin
 from pipeline.formats.acclaim.sections import text_without_comments
 from pipeline.formats.contract import damaged, motion_capture, require_proportion
 from pipeline.formats.text import read_numbers
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import require_range
 
 FRAME_RATE_HZ = 120.0

@@ -17,7 +17,7 @@ import numpy as np
 from pipeline.formats.bvh.hierarchy import BvhSkeleton, forward_kinematics, read_hierarchy
 from pipeline.formats.contract import damaged, motion_capture, require_proportion
 from pipeline.formats.text import millimetres_in, number, read_numbers, read_text, read_vector
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:

@@ -19,7 +19,7 @@ from pipeline.formats.c3d.parameters import Parameters, read_parameters
 from pipeline.formats.c3d.rotations import segment_origins
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:

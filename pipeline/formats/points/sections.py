@@ -17,7 +17,7 @@ from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.points.cells import read_cells
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 Rows = list[list[str]]
 

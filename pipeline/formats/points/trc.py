@@ -20,7 +20,7 @@ from pipeline.formats.contract import LARGEST, damaged, motion_capture
 from pipeline.formats.points.cells import positions_to_write, read_cells
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 _AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.tracking import Likelihood
+from pipeline.core.tracking.likelihood import Likelihood
 from pipeline.validation import require_range
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
 from pipeline.core.resampling import interpolate
@@ -23,6 +23,8 @@ from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.observed_joints import occlusion, require_occlusion
 from pipeline.studies.actions.tracking_conditions import tracked
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.methods import (
     PELVIS,
     SeenWalk,
@@ -35,8 +37,6 @@ from pipeline.studies.face_off.methods import (
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.validation import InvalidInput, require_increasing, require_range
 
 EIGENWALKERS = ("least_squares", "map")

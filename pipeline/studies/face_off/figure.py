@@ -11,6 +11,8 @@ import pandas as pd
 
 from pipeline import pictures, recordings
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
@@ -18,8 +20,6 @@ from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 METHODS = {
     "least_squares": pictures.Style("eigenwalkers (least squares)", "least_squares"),

@@ -13,9 +13,10 @@ import numpy as np
 
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
@@ -23,7 +24,6 @@ from pipeline.studies.walks.methods import (
     coarser_views,
     validate_methods,
 )
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
 from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker

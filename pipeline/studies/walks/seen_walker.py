@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.core import camera, errors, linear_model, reconstruction
 from pipeline.core.linear_model import LinearModel
-from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 
 
 @dataclass(frozen=True)

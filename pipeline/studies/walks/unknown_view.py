@@ -14,9 +14,10 @@ import numpy as np
 from pipeline.core import camera, linear_model, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
@@ -24,7 +25,6 @@ from pipeline.studies.walks.methods import (
     coarser_views,
     validate_methods,
 )
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.validation import InvalidInput, require_range
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})

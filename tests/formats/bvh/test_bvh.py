@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.formats import acclaim, bvh
-from pipeline.skeleton import map_joints
+from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract, recording, replace, source_mapping
 

@@ -12,7 +12,7 @@ import pytest
 
 from pipeline.formats import c3d
 from pipeline.formats.c3d import header as c3d_header
-from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 

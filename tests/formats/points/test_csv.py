@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from pipeline.formats.points import csv
-from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 

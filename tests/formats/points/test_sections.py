@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract
 

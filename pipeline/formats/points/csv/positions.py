@@ -22,7 +22,7 @@ from pipeline.formats.points.csv.table import Columns, Table, read_header, read_
 from pipeline.formats.points.csv.times import frame_index, frame_rate
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:

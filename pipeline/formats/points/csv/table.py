@@ -13,7 +13,7 @@ import numpy as np
 from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import read_cells
 from pipeline.formats.text import read_text
-from pipeline.skeleton import MILLIMETRES
+from pipeline.skeleton.recorded import MILLIMETRES
 
 _ROLES = {
     "time": {"time", "time_s", "t", "t_s", "timestamp", "timestamp_s", "time_seconds", "time_sec", "seconds"},

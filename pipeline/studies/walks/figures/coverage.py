@@ -14,11 +14,11 @@ from pipeline import pictures, recordings
 from pipeline.core import anatomical, camera, fourier
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import STYLES
 from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled

@@ -13,14 +13,14 @@ from pipeline import pictures, recordings
 from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
 from pipeline.palette import Style
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW_AXIS
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 

@@ -9,14 +9,14 @@ import numpy as np
 import pandas as pd
 
 from pipeline import pictures, recordings
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Method
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import InvalidInput
 
 PUBLISHED_OPTIMUM_MM2 = 70.0

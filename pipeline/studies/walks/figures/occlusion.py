@@ -11,10 +11,10 @@ import pandas as pd
 
 from pipeline import pictures, recordings
 from pipeline.seeding import derive_generator
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
 from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled

@@ -13,15 +13,15 @@ from pipeline import pictures, recordings
 from pipeline.core import camera, errors, fourier
 from pipeline.palette import colour_name
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import require_range
 
 _PLAYED_HZ = 30.0

@@ -12,11 +12,11 @@ from pipeline import pictures, recordings
 from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure, Nothing
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 EIGENWALKERS_SHOWN = 3
 

@@ -11,12 +11,12 @@ import pandas as pd
 
 from pipeline import pictures, recordings
 from pipeline.core import statistics
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import CURVES, NULLS, VIEW_AXIS
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]

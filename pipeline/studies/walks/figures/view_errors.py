@@ -14,15 +14,15 @@ from pipeline.core import camera, errors, fourier
 from pipeline.core.reconstruction import from_known_views
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import CURVES, UNNAMED, VIEW_AXIS
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 
 _INSTANT = 0.25
 """Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from pipeline.clips.walks import WALKS, Walks
+from pipeline.clips.kinds import WALKS, Walks
 from pipeline.core import fourier, walking
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.clips.nearest_joints import propose
 from pipeline.core import walking
-from pipeline.skeleton import WALKER15, MotionCapture
+from pipeline.ingestion.nearest_joints import propose
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 
 HZ = 40.0

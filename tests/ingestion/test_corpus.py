@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.clips.corpus import (
+from pipeline.ingestion.corpus import (
     Clip,
     Listing,
     first_people,

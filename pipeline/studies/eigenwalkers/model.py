@@ -11,8 +11,8 @@ import numpy as np
 from pipeline.core import fourier, linear_model
 from pipeline.core.linear_model import LinearModel
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Model
-from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.validation import InvalidInput, require_range
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})

@@ -18,7 +18,10 @@ from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier
 from pipeline.mappings.proposal import NOT_A_PLACE, PART_NAMES
-from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, UpAxis, plain_name
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
+from pipeline.skeleton.source_points import plain_name
 
 PHASES, FRAMES, ROUNDS, HEADINGS, PROMISING = 8, 24, 4, 12, 4
 NEIGHBOURS_MM = 160.0

@@ -17,7 +17,9 @@ import numpy as np
 from pipeline import fetch, formats, mappings
 from pipeline.core import walking
 from pipeline.formats import acclaim
-from pipeline.skeleton import MotionCapture, SourceMapping, map_joints
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 

@@ -7,20 +7,9 @@ from typing import Any
 
 import pytest
 
-from pipeline.clips.kinds import Corpus, Request
-from pipeline.clips.options import (
-    FolderData,
-    NamedClips,
-    RecordedData,
-    RecordedPerformances,
-    Skeleton,
-    SyntheticClips,
-    SyntheticData,
-    SyntheticPerformances,
-)
-from pipeline.clips.performances import PERFORMANCES
-from pipeline.clips.varied import VARIED
-from pipeline.clips.walks import WALKS
+from pipeline.clips.kinds import PERFORMANCES, VARIED, WALKS, Corpus, Request
+from pipeline.clips.options import Skeleton, SyntheticClips, SyntheticPerformances
+from pipeline.ingestion.data import FolderData, NamedClips, RecordedData, RecordedPerformances, SyntheticData
 from pipeline.storage.sealed_folders import canonical
 from pipeline.validation import InvalidInput
 from tests.own_files import write_table
