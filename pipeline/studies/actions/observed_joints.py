@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Annotated
 
 import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole, look_at
 from pipeline.core.tracking.likelihood import Likelihood
-from pipeline.validation import require_range
+from pipeline.validation import bounded, require_range
 
 
 class CameraKind(StrEnum):
@@ -81,16 +82,19 @@ def camera_of(kind: CameraKind, *, view_angle_deg: float, distance_mm: float) ->
     return Camera(pinhole, _FOCAL_PX / distance_mm)
 
 
+Occluded = Annotated[float, bounded(at_least=0, at_most=MOST_OCCLUDED)]
+"""Share of frames in which a joint is hidden."""
+
+
 def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
     """Validate ``sweep.occluded`` and ``sweep.occlusion_frames``.
 
     Raises
     ------
     InvalidInput
-        A share below 0 or above 0.9, or runs too short for it.
+        Runs too short for a share.
     """
     for share in shares:
-        require_range("sweep.occluded", share, at_least=0, at_most=MOST_OCCLUDED)
         least = max(1.0, share / (1.0 - share))
         require_range("sweep.occlusion_frames", mean_frames, at_least=least, unit="frames")
 

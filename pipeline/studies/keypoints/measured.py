@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.model import KeypointWalkers
 from pipeline.studies.study import Sweep, SweepInputs
 from pipeline.synthetic.keypoints import Filming, SimulatedKeypoints
-from pipeline.validation import require_range
+from pipeline.validation import bounded
 
 Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
 _SCORED = GROUP_OF >= 0
@@ -113,16 +113,12 @@ class FilmedClips(Sweep):
 
     draws_random_numbers = True
 
-    longest_s: float = 3.0
+    longest_s: Annotated[float, bounded(at_least=1.0, at_most=20.0)] = 3.0
 
     @property
     def reads_clips(self) -> bool:
         """Whether the clips are read: their motion is filmed."""
         return True
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("sweep.longest_s", self.longest_s, at_least=1.0, at_most=20.0)
 
     @property
     @abstractmethod

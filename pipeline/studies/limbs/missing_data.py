@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +27,7 @@ from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
 from pipeline.studies.limbs.swept_errors import ErrorSweep
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, wrong_trajectory
-from pipeline.validation import require_distinct, require_increasing, require_range
+from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 
 MOST_MISSING = 0.9
 
@@ -39,6 +39,9 @@ HINGED_FRACTION = 0.05
 
 BETWEEN = 10
 """Instants to a frame at which lengths are looked at."""
+
+
+Missing = Annotated[float, bounded(at_least=0, at_most=MOST_MISSING)]
 
 
 class Pattern(StrEnum):
@@ -143,25 +146,16 @@ class MissingDataSweep(ErrorSweep):
 
     in_the_basis = True
 
-    cameras: list[Camera] = field(default_factory=lambda: [Camera.still])
-    fractions: list[float] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
-    patterns: list[Pattern] = field(default_factory=lambda: [Pattern.random, Pattern.block])
-    length_error: float = 0.02  # standard deviation over limbs, relative
-    root_error_mm: float = 20.0
-    noise_px: float = 1.0
+    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])
+    fractions: Increasing[Missing] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
+    patterns: Distinct[Pattern] = field(default_factory=lambda: [Pattern.random, Pattern.block])
+    length_error: NonNegative = 0.02  # standard deviation over limbs, relative
+    root_error_mm: NonNegative = 20.0
+    noise_px: NonNegative = 1.0
     use_hinges: bool = False  # ours, not the paper's
     adjust: Adjustment = Adjustment.per_frame
-    share: float = 0.3  # of the trials: each is a skeleton of fourteen limbs
-    time_limit_s: float = 0.0  # signs at once, without certificates
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_increasing("sweep.fractions", self.fractions, at_least=0, at_most=MOST_MISSING)
-        require_distinct("sweep.patterns", self.patterns)
-        for name in ("length_error", "root_error_mm", "noise_px"):
-            require_range(f"sweep.{name}", getattr(self, name), at_least=0)
-        require_range("sweep.share", self.share, above=0, at_most=1)
+    share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # of the trials: each is a skeleton
+    time_limit_s: NonNegative = 0.0  # signs at once, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
         """Return the errors of every skeleton for every fraction of missing points and every pattern."""

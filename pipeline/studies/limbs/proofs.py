@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
 
@@ -16,7 +16,16 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import certificate, distance
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep
-from pipeline.validation import InvalidInput, require_increasing, require_range
+from pipeline.validation import (
+    Count,
+    Distinct,
+    Increasing,
+    InvalidInput,
+    NonNegative,
+    Share,
+    bounded,
+    require_range,
+)
 
 LONG = 100
 """Frames above which a programme may take its whole limit, so that fewer are tried."""
@@ -33,23 +42,21 @@ class Proofs:
 class ProofSweep(LimbSweep):
     """Share of programmes that are proved, by frames and components."""
 
-    cameras: list[Camera] = field(  # in turn
+    cameras: Distinct[Camera] = field(  # in turn
         default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky]
     )
-    frames: list[int] = field(default_factory=lambda: [25, 50, 100, 200])
-    components: list[int] = field(default_factory=lambda: [10, 20])
-    noises_px: list[float] = field(default_factory=lambda: [0.0, 1.0])
+    frames: Increasing[Annotated[int, bounded(at_least=3)]] = field(
+        default_factory=lambda: [25, 50, 100, 200]
+    )
+    components: Increasing[Count] = field(default_factory=lambda: [10, 20])
+    noises_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0])
     adjust: Adjustment = Adjustment.per_frame
-    long_share: float = 0.2  # of the trials for over 100 frames, which may take the limit each
-    time_limit_s: float = 2.0  # nominal, of each search
+    long_share: Share = 0.2  # of the trials for over 100 frames, which may take the limit each
+    time_limit_s: NonNegative = 2.0  # nominal, of each search
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
-        require_increasing("sweep.frames", self.frames, at_least=3)
-        require_increasing("sweep.components", self.components, at_least=1)
-        require_increasing("sweep.noises_px", self.noises_px, at_least=0)
-        require_range("sweep.long_share", self.long_share, at_least=0, at_most=1)
         if not self.programmes():
             raise InvalidInput(
                 "no programme is left",

@@ -19,7 +19,7 @@ from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial
-from pipeline.validation import require_distinct, require_increasing, require_range
+from pipeline.validation import Distinct, Increasing, NonNegative, Positive
 
 REFINED = "refined"
 """Adjusted in all frames, then refined with the trajectory: as in the paper; certificates are those of the start."""
@@ -36,23 +36,16 @@ ANY_FACTOR = 100.0
 class RadiusScaleSweep(ErrorSweep):
     """Error against scale of the radius that is assumed."""
 
-    scales: list[float] = field(
+    scales: Increasing[Positive] = field(
         default_factory=lambda: (
             [0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0]
         )
     )
     refine: bool = True  # the radius with the trajectory, from the first adjustment: as in the paper
-    adjusts: list[Adjustment] = field(  # the first as in the paper
+    adjusts: Distinct[Adjustment] = field(  # the first as in the paper
         default_factory=lambda: [Adjustment["global"], Adjustment.per_frame, Adjustment.robust]
     )
-    noise_px: float = 0.0
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_increasing("sweep.scales", self.scales, above=0)
-        require_distinct("sweep.adjusts", self.adjusts)
-        require_range("sweep.noise_px", self.noise_px, at_least=0)
+    noise_px: NonNegative = 0.0
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
         """Return the errors of every trial for every scale and every way of adjusting the radius to the rays."""

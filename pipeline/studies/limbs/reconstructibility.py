@@ -23,7 +23,7 @@ from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
 from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, LimbTrial
-from pipeline.validation import require_range
+from pipeline.validation import Count, Distinct, NonNegative
 
 STARTS = ("programme", "random_signs", "mean_direction")
 """Of the refinement: the chosen candidates, candidates by the toss of a coin, one direction for all frames."""
@@ -58,17 +58,11 @@ class LimbReconstructibilities:
 class ReconstructibilitySweep(LimbSweep):
     """Error against reconstructibility [park2011 13]."""
 
-    cameras: list[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
+    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
     reading: Reading = Reading.vector
-    noise_px: float = 0.0
+    noise_px: NonNegative = 0.0
     adjust: Adjustment = Adjustment.per_frame
-    refined: int = 10  # trials of each camera whose reprojection error is refined from other starts as well
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_range("sweep.noise_px", self.noise_px, at_least=0)
-        require_range("sweep.refined", self.refined, at_least=1)
+    refined: Count = 10  # trials of each camera whose reprojection error is refined from other starts as well
 
     def measure(self, inputs: LimbInputs) -> LimbReconstructibilities:
         """Return error and reconstructibility of every trial before every camera."""

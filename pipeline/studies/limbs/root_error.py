@@ -15,7 +15,7 @@ from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial, wrong_trajectory
-from pipeline.validation import require_increasing, require_range
+from pipeline.validation import Increasing, NonNegative
 
 
 @dataclass(kw_only=True)
@@ -24,16 +24,12 @@ class RootErrorSweep(ErrorSweep):
 
     in_the_basis = True
 
-    ratios: list[float] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5])
+    ratios: Increasing[NonNegative] = field(
+        default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
+    )
     smooth: bool = True  # the error is in the trajectory basis; else it is white
-    noise_px: float = 0.0
+    noise_px: NonNegative = 0.0
     adjust: Adjustment = Adjustment.per_frame
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_increasing("sweep.ratios", self.ratios, at_least=0)
-        require_range("sweep.noise_px", self.noise_px, at_least=0)
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
         """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.study import SweepInputs, scaled
-from pipeline.validation import require_range
+from pipeline.validation import Distinct, NonNegative, bounded
 
 LimbInputs = SweepInputs[VariedClips, LimbStretches, BasisFit]
 
@@ -87,15 +87,11 @@ class LimbTrial:
 class LimbSweep(CameraSweep):
     """A sweep over limbs, the same ones at every point."""
 
-    trials: int = scaled(value="trials")  # of every point of the sweep
-    cameras: list[Camera] = field(default_factory=lambda: [Camera.shaky, Camera.still])  # the first is drawn
-    time_limit_s: float = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_range("sweep.trials", self.trials, at_least=1, at_most=1_000_000)
-        require_range("sweep.time_limit_s", self.time_limit_s, at_least=0)
+    trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(value="trials")  # of every point
+    cameras: Distinct[Camera] = field(
+        default_factory=lambda: [Camera.shaky, Camera.still]
+    )  # the first is drawn
+    time_limit_s: NonNegative = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
         """Return a trial by its number: stretch, limb and side are the same for every camera."""

@@ -7,6 +7,7 @@ of `known_view`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -16,11 +17,11 @@ from pipeline.core.joint_angles import JOINT_ANGLES, angle_errors, flexion, join
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views, validate_methods
+from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views
 from pipeline.studies.walks.seen_walker import SeenWalker
-from pipeline.validation import require_range
+from pipeline.validation import Distinct, Finite, Positive, bounded
 
 
 @dataclass(frozen=True)
@@ -63,18 +64,11 @@ class JointAngleErrors:
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
-    view_angle_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    methods: list[Method] = field(default_factory=lambda: list(Method))
-    noise_variance_mm2: float = 70.0
-    instants: int = 40  # of a cycle: twenty times the highest harmonic
-    shown_view_deg: float = 0.0  # of the recording
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2)
-        self.view_angle_deg.values("sweep.view_angle_deg")
-        require_range("sweep.instants", self.instants, at_least=5)
-        require_range("sweep.shown_view_deg", self.shown_view_deg)
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")
+    methods: Distinct[Method] = field(default_factory=lambda: list(Method))
+    noise_variance_mm2: Positive = 70.0
+    instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
+    shown_view_deg: Finite = 0.0  # of the recording
 
     def coarser(self) -> JointAngles:
         """Return the sweep with every tenth degree of view, of the papers' approaches alone."""

@@ -15,19 +15,18 @@ from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
     Null,
     coarser_views,
-    validate_methods,
 )
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
 from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
-from pipeline.validation import InvalidInput
+from pipeline.validation import Distinct, Finite, Positive
 
 
 class Truth(StrEnum):
@@ -123,25 +122,13 @@ class KnownViewErrors:
 class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 
-    view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
-    sigma2_mm2: Grid = scaled(start=1, stop=625, step="sigma2_step_mm2")
-    methods: list[Method] = field(default_factory=lambda: list(PUBLISHED))
-    noise_variance_mm2: float = 70.0
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
+    sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")
+    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))
+    noise_variance_mm2: Positive = 70.0
     truth: Truth = Truth.motion
     missing_variance: MissingVariance = MissingVariance.temporal
-    demonstration_views_deg: list[float] = field(default_factory=lambda: [0.0, 30.0, 90.0])
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2)
-        self.view_angle_deg.values("sweep.view_angle_deg")
-        self.sigma2_mm2.values("sweep.sigma2_mm2")
-        if not self.demonstration_views_deg:
-            raise InvalidInput(
-                "must name one view or more, e.g. [0,30,90]",
-                where="sweep.demonstration_views_deg",
-                received="none",
-            )
+    demonstration_views_deg: Distinct[Finite] = field(default_factory=lambda: [0.0, 30.0, 90.0])
 
     def coarser(self) -> KnownView:
         """Return the sweep with every tenth degree of view."""

@@ -7,7 +7,6 @@ from dataclasses import replace
 from enum import StrEnum
 
 from pipeline.studies.study import Grid
-from pipeline.validation import InvalidInput, require_range
 
 
 class Method(StrEnum):
@@ -58,14 +57,3 @@ POPULATION_STEP_DEG = 10.0
 def coarser_views(views: Grid) -> Grid:
     """Return a grid of view angles with steps of ten degrees, or its own if they are wider."""
     return replace(views, step=max(views.step, POPULATION_STEP_DEG))
-
-
-def validate_methods(methods: Sequence[Method], noise_variance_mm2: float) -> None:
-    """Validate the methods of a sweep.  Raises InvalidInput if there are none, or one stands twice."""
-    if not methods or len(set(methods)) < len(methods):
-        raise InvalidInput(
-            "must be one or more of " + ", ".join(Method),
-            where="sweep.methods",
-            received=", ".join(methods) or "none",
-        )
-    require_range("sweep.noise_variance_mm2", noise_variance_mm2, above=0, unit="mm²")

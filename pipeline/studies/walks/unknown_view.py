@@ -16,16 +16,15 @@ from pipeline.core.linear_model import unflatten
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
     Null,
     coarser_views,
-    validate_methods,
 )
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Distinct, InvalidInput, Positive
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
 Solver.__doc__ = """How the view angle is found: over the whole range, or as appendix B has it."""
@@ -80,22 +79,20 @@ class ViewAngles:
 class UnknownView(Sweep):
     """The view angle estimated together with the motion."""
 
-    view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
-    methods: list[Method] = field(default_factory=lambda: list(PUBLISHED))
-    noise_variance_mm2: float = 70.0
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
+    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))
+    noise_variance_mm2: Positive = 70.0
     solver: Solver = Solver["global"]
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
     start_deg: float = 0.0  # of the published solver
     published_views_deg: list[float] = field(
         default_factory=lambda: [-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]
     )  # on which it is tried beside the global one
-    failure_deg: float = 30.0
+    failure_deg: Positive = 30.0
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2)
-        self.view_angle_deg.values("sweep.view_angle_deg")
-        require_range("sweep.failure_deg", self.failure_deg, above=0)
+        super().validate()
         if len(self.angle_range_deg) != 2:
             raise InvalidInput(
                 "must be [low, high]", where="sweep.angle_range_deg", received=str(self.angle_range_deg)

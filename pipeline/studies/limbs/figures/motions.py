@@ -24,7 +24,7 @@ from pipeline.studies.limbs.scores import acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput
 
 LIMBS = WALKER14.limbs
 
@@ -52,14 +52,14 @@ class MotionsFigure(Figure):
     sweep = MotionsSweep
 
     mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
-    instants: int = 4
+    instants: Count = 4
     shown: list[str] = field(  # the first clip whose action says so is drawn
         default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
     )
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
-        require_range("figure.instants", self.instants, at_least=1)
+        super().validate(experiment)
         if self.mirrors and not cast(MotionsSweep, experiment.sweep).try_mirrors:
             raise InvalidInput(
                 "no mirrors are tried",

@@ -15,14 +15,13 @@ from pipeline.palette import colour_name
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
-from pipeline.validation import require_range
+from pipeline.validation import Count, CountOrAll, require_range
 
 _PLAYED_HZ = 30.0
 
@@ -47,15 +46,9 @@ class Postures(Figure):
     sweep = KnownView
     over_people = ("table_demonstrations", "table_identification")
 
-    walker: int = 0
-    instants: int = 5
-    recorded: int = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("figure.walker", self.walker, at_least=0)
-        require_range("figure.instants", self.instants, at_least=1)
-        require_range("figure.recorded", self.recorded, at_least=1)
+    walker: CountOrAll = 0
+    instants: Count = 5
+    recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
 from pipeline.core import anatomical, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import (
-    PHASES,
-    Fold,
-    People,
-    require_choosers,
-    require_mirrored_grid,
-)
+from pipeline.studies.walks.sweeps.held_out import PHASES, Choosers, Fold, MirroredViews, People
 from pipeline.studies.walks.sweeps.setting import anatomical_setting, approach_two
-from pipeline.validation import require_range
+from pipeline.validation import Distinct, Positive, ViewAngle, bounded
 
 METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
 COMPONENTS = 30
@@ -62,18 +57,13 @@ class Coverage(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
-    sample_view_deg: float = 30.0
-    samples: int = 12
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
-        require_choosers(self.partners, self.noise_variances_mm2)
-        require_range("sweep.samples", self.samples, at_least=1, at_most=200, whole=True)
-        require_range("sweep.sample_view_deg", self.sample_view_deg, at_least=-180, at_most=180)
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    noise_variances_mm2: Distinct[Positive] = field(
+        default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500]
+    )
+    sample_view_deg: ViewAngle = 30.0
+    samples: Annotated[int, bounded(at_least=1, at_most=200)] = 12
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:
         """Return errors and standard deviations of every method."""

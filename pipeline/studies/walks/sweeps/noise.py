@@ -9,10 +9,11 @@ import numpy as np
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, Fold, People, require_choosers
+from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, Choosers, Fold, People
 from pipeline.studies.walks.sweeps.setting import Setting, anatomical_setting
+from pipeline.validation import Distinct, Positive
 
 CONDITIONS = {
     "none": (0.0, 0.0, 0.0),
@@ -59,14 +60,9 @@ class ObservedNoise(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: Grid = scaled(start=0, stop=90, step="few_views_step_deg")
-    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        self.seen_from_deg.values("sweep.seen_from_deg")
-        require_choosers(self.partners, self.noise_variances_mm2)
+    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    noise_variances_mm2: Distinct[Positive] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:
         """Return errors and coverage of every method under each condition."""

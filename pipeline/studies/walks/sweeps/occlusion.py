@@ -13,11 +13,11 @@ from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, People, require_choosers
+from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, Choosers, People
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.validation import Distinct, InvalidInput, Positive, require_choice
 
 HIDDEN = {
     "head": ("head",),
@@ -64,16 +64,15 @@ class HiddenJoints:
 class Occlusion(Sweep):
     """Hidden joints at known views."""
 
-    seen_from_deg: Grid = scaled(start=0, stop=90, step="few_views_step_deg")
-    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
+    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
+    noise_variances_mm2: Distinct[Positive] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
     hidden: list[str] = field(default_factory=lambda: list(HIDDEN))
     joints: list[str] = field(default_factory=list)  # hides these joints, too, as the condition "own"
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        self.seen_from_deg.values("sweep.seen_from_deg")
-        require_choosers(self.partners, self.noise_variances_mm2)
+        super().validate()
         for name in self.hidden:
             require_choice("sweep.hidden", name, HIDDEN)
         for joint in self.joints:

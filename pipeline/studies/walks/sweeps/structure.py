@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -16,11 +17,11 @@ from pipeline.core.anatomical import Shrinkage
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import Fold, People, require_mirrored_grid
+from pipeline.studies.walks.sweeps.held_out import Choosers, Fold, MirroredViews, People
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, Distinct, Positive, bounded, require_range
 
 ADDED = ("average_walker", "map_70", "map_tuned", "mirror", "harmonics", "shrinkage", "anatomical")
 """Methods in the order in which parts are added; the last is the whole."""
@@ -54,6 +55,7 @@ MOST_HARMONICS = 6
 """That any row has; the whole has four."""
 DIAGONAL = 0.5
 """What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
+Kept = Annotated[float, bounded(above=0, at_most=1.0 / (1.0 + DIAGONAL))]
 
 
 @dataclass(frozen=True)
@@ -97,28 +99,19 @@ class StructureErrors:
 class Structure(Sweep):
     """Ladder of the anatomical reconstruction at known views."""
 
-    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    parts_every: int = 3  # of the views, for what is taken away or varied and for other sources
-    partners: int = scaled(value="partners")  # people who choose the settings of each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
-    shrunken_noise_variances_mm2: list[float] = field(default_factory=lambda: [50, 100, 200])
-    length_factors: list[float] = field(default_factory=lambda: [1, 1.5, 2, 3])
-    pair_factors: list[float] = field(default_factory=lambda: [1, 2, 4])
-    noise_factors: list[float] = field(default_factory=lambda: [0.5, 1, 2])  # on sigma² and tau together
-    shrinkages: list[float] = field(default_factory=lambda: [0.1, 0.2, 0.4])
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
-        require_range("sweep.parts_every", self.parts_every, at_least=1, whole=True)
-        require_range("sweep.partners", self.partners, at_least=2, whole=True)
-        for name in _CHOICES:
-            values = getattr(self, name)
-            if not values:
-                raise InvalidInput("must name one value or more", where=f"sweep.{name}", received="none")
-            for value in values:
-                require_range(f"a value of sweep.{name}", value, above=0)
-        require_range("a value of sweep.shrinkages", max(self.shrinkages), at_most=1.0 / (1.0 + DIAGONAL))
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
+    parts_every: Count = 3  # of the views, for what is taken away or varied and for other sources
+    partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
+    noise_variances_mm2: Distinct[Positive] = field(
+        default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500]
+    )
+    shrunken_noise_variances_mm2: Distinct[Positive] = field(default_factory=lambda: [50, 100, 200])
+    length_factors: Distinct[Positive] = field(default_factory=lambda: [1, 1.5, 2, 3])
+    pair_factors: Distinct[Positive] = field(default_factory=lambda: [1, 2, 4])
+    noise_factors: Distinct[Positive] = field(
+        default_factory=lambda: [0.5, 1, 2]
+    )  # on sigma² and tau together
+    shrinkages: Distinct[Kept] = field(default_factory=lambda: [0.1, 0.2, 0.4])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
         """Return the errors of every method."""
@@ -276,14 +269,3 @@ def errors_of(
         fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
         found["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
     return np.stack([found[method] for method in settings])
-
-
-_CHOICES = (
-    "noise_variances_mm2",
-    "shrunken_noise_variances_mm2",
-    "length_factors",
-    "pair_factors",
-    "noise_factors",
-    "shrinkages",
-)
-"""Options that others choose among."""
