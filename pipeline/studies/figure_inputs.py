@@ -112,17 +112,23 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
         return {**learnt, **pack(measured)[0], **names}
 
 
-def tidy(columns: Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
+def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
     """Return a table with its rows sorted by some of its columns.
 
     Parameters
     ----------
-    columns : mapping of str to array-like
+    columns : DataFrame, list of rows, or mapping of str to array-like
+        The last of equal shape once broadcast, and then flattened.
     by : sequence of str
         Columns by which the rows are sorted, stably.
     """
-    frame = pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
-    return frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)
+    if isinstance(columns, Mapping):
+        cells = np.broadcast_arrays(*map(np.asarray, columns.values()))
+        columns = {name: values.ravel() for name, values in zip(columns, cells, strict=True)}
+    frame = pd.DataFrame(columns)
+    return (
+        frame if not by else frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)
+    )
 
 
 def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-import numpy as np
 import pandas as pd
 
 from pipeline import pictures
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointHeadings
+from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from pipeline.studies.keypoints.model import KeypointWalkersModel
 from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
-from pipeline.studies.keypoints.tables import LEVELS_PERCENT, clips_of, errors_by, people_of, views_by
+from pipeline.studies.keypoints.tables import errors_by, views_by
 from pipeline.studies.study import Figure
 
 HEADING_AXIS = "Heading (degree; 0: towards the camera)"
@@ -32,15 +32,15 @@ class KeypointHeadingsFigure(Figure):
 
         Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
         """
-        sweep = inputs.sweep
-        clips = clips_of(sweep)
-        people = people_of(sweep, heading_deg=np.abs(sweep.heading_deg))
+        clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
         by = ["heading_deg", "method"]
+        people = inputs.sweep.people[["person", *by, *ERRORS]]
+        people = people.assign(heading_deg=people["heading_deg"].abs())
         return {
             "table": tidy(errors_by(people, by), by=by),
             "table_views": tidy(views_by(clips, clips["heading_deg"].abs()), by=["heading_deg"]),
-            "table_clips": tidy(clips.to_dict("list"), by=["person", "walk", "heading_deg", "overground"]),
-            "table_people": tidy(people.to_dict("list"), by=["person", *by]),
+            "table_clips": tidy(clips, by=["person", "walk", "heading_deg", "overground"]),
+            "table_people": tidy(people, by=["person", *by]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:

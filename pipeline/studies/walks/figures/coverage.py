@@ -105,7 +105,7 @@ class BarCoverage(Figure):
             "_walkers_views": ["walker", "method", "bars", "view_angle_deg"],
             "_walkers_joints": ["walker", "method", "bars", "joint_group"],
         }
-        return {f"table{end}": tidy(pd.DataFrame(rows[end]).to_dict("list"), by=by[end]) for end in rows}
+        return {f"table{end}": tidy(rows[end], by=by[end]) for end in rows}
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""

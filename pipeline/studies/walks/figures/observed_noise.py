@@ -81,10 +81,8 @@ class NoiseTolerance(Figure):
                     for who, error, covered in zip(inputs.model.people, mine, share, strict=True)
                 ]
         return {
-            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["condition", "method"]),
-            "table_walkers": tidy(
-                pd.DataFrame(walkers).to_dict("list"), by=["walker", "condition", "method"]
-            ),
+            "table": tidy(rows, by=["condition", "method"]),
+            "table_walkers": tidy(walkers, by=["walker", "condition", "method"]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:

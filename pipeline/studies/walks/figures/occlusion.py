@@ -189,4 +189,4 @@ class HiddenJointErrors(Figure):
 
 
 def _sorted(rows: list[dict], by: list[str]) -> pd.DataFrame:
-    return tidy(pd.DataFrame(rows).to_dict("list"), by=by)
+    return tidy(rows, by=by)

@@ -90,9 +90,9 @@ class StructureLadder(Figure):
             ]
         chosen = [sweep.methods.tolist().index(name) for name in _CHOSEN]
         return {
-            "table": tidy(pd.DataFrame(of_view).to_dict("list"), by=["method", "view_angle_deg"]),
+            "table": tidy(of_view, by=["method", "view_angle_deg"]),
             "table_ladder": pd.DataFrame(ladder),
-            "table_walkers": tidy(pd.DataFrame(walkers).to_dict("list"), by=["walker", "method"]),
+            "table_walkers": tidy(walkers, by=["walker", "method"]),
             "table_settings": tidy(
                 {
                     "walker": np.tile(model.people, len(chosen)),
@@ -138,7 +138,7 @@ class StructureLadder(Figure):
                             "absolute_error_worst_mm2": float(values.max()),
                         }
                     )
-        return tidy(pd.DataFrame(rows).to_dict("list"), by=["source", "left_out", "method"])
+        return tidy(rows, by=["source", "left_out", "method"])
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Error against view; every step with its interval; the whole against MAP, person by person."""

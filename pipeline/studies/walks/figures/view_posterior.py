@@ -89,9 +89,9 @@ class ViewPosterior(Figure):
                 for p, who in enumerate(inputs.model.people)
             ]
         return {
-            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["method", "view_angle_deg"]),
-            "table_bars": tidy(pd.DataFrame(bars).to_dict("list"), by=["method", "bars", "level_percent"]),
-            "table_walkers": tidy(pd.DataFrame(walkers).to_dict("list"), by=["walker", "method"]),
+            "table": tidy(rows, by=["method", "view_angle_deg"]),
+            "table_bars": tidy(bars, by=["method", "bars", "level_percent"]),
+            "table_walkers": tidy(walkers, by=["walker", "method"]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
