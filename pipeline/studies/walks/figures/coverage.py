@@ -19,10 +19,11 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES
-from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.coverage import Bars, Coverage
+from pipeline.studies.walks.sweeps.held_out import BARS
+from pipeline.studies.walks.sweeps.ladder import STYLES
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 

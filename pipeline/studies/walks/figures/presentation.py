@@ -26,7 +26,4 @@ CURVES = {**TRIED, **NULLS}
 UNNAMED = {name: replace(style, label="") for name, style in TRIED.items()}
 """For a second band around the same lines."""
 
-BARS = ("as computed", "calibrated")
-"""Error bars by the textbook, and with multipliers learnt from other people."""
-
 VIEW_AXIS = "Viewpoint (degree)"

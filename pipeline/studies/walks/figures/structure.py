@@ -14,24 +14,18 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES, WORDS, one_row, steps
+from pipeline.studies.walks.figures.ladder import one_row, steps
 from pipeline.studies.walks.figures.presentation import VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.structure import (
-    ADDED,
-    REMOVED,
-    SETTLED,
-    VARIED,
-    Structure,
-    StructureErrors,
-)
+from pipeline.studies.walks.sweeps.ladder import METHODS, STYLES, of_part
+from pipeline.studies.walks.sweeps.structure import Structure, StructureErrors
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 
 BASELINE = "map_tuned"
 """What every method is compared with."""
 
-SHOWN = {name: STYLES.get(name) for name in ("average_walker", "map_70", "map_tuned", "anatomical")}
+SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
 
 @dataclass(kw_only=True)
@@ -72,7 +66,7 @@ class StructureLadder(Figure):
             ladder.append(
                 {
                     "method": method,
-                    "part": _KINDS[method],
+                    "part": METHODS[method].part,
                     "views": len(views),
                     "walkers": len(mine),
                     **one_row(people.mean(mine), "absolute_error_mm2"),
@@ -88,23 +82,23 @@ class StructureLadder(Figure):
                 {"person": who, "walker": who, "method": method, "absolute_error_mm2": float(error)}
                 for who, error in zip(model.people, mine, strict=True)
             ]
-        chosen = [sweep.methods.tolist().index(name) for name in _CHOSEN]
+        chosen = sweep.methods.tolist()[2:]  # the first two have no setting
         return {
             "table": tidy(of_view, by=["method", "view_angle_deg"]),
             "table_ladder": pd.DataFrame(ladder),
             "table_walkers": tidy(walkers, by=["walker", "method"]),
             "table_settings": tidy(
                 {
-                    "walker": np.tile(model.people, len(chosen)),
-                    "method": np.repeat(_CHOSEN, len(model.people)),
-                    "noise_variance_mm2": sweep.noise_variance_mm2[chosen].ravel(),
+                    "walker": list(model.people),
+                    "method": np.array(chosen)[:, None],
+                    "noise_variance_mm2": sweep.noise_variance_mm2[2:],
                     **{
-                        name: np.where(np.isfinite(of), of, 0.0).ravel()  # 0: lengths say nothing
+                        name: np.where(np.isfinite(of), of, 0.0)  # 0: lengths say nothing
                         for name, of in (
-                            ("length_factor", sweep.length_factor[chosen]),
-                            ("pair_factor", sweep.pair_factor[chosen]),
-                            ("shrinkage", sweep.shrinkage[chosen]),
-                            ("harmonics", sweep.harmonics[chosen]),
+                            ("length_factor", sweep.length_factor[2:]),
+                            ("pair_factor", sweep.pair_factor[2:]),
+                            ("shrinkage", sweep.shrinkage[2:]),
+                            ("harmonics", sweep.harmonics[2:]),
                         )
                     },
                 },
@@ -142,11 +136,10 @@ class StructureLadder(Figure):
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
-        shown = {name: style for name, style in STYLES.items() if name in SHOWN}
         by_view = pictures.Panel(
             y="absolute_error_mm2",
             band=("absolute_error_mm2_low", "absolute_error_mm2_high"),
-            where={"method": list(shown)},
+            where={"method": list(SHOWN)},
             x="view_angle_deg",
             by="method",
             ylabel="Absolute error (mm$^2$)",
@@ -156,14 +149,14 @@ class StructureLadder(Figure):
         )
         ladder = tables["table_ladder"]
 
-        def panel(names: tuple[str, ...], column: str, ylabel: str) -> pictures.Panel:
+        def panel(names: list[str], column: str, ylabel: str) -> pictures.Panel:
             series, places = steps(ladder, names, column, STYLES)
             return pictures.Panel(
                 series=series,
                 ylabel=ylabel,
                 xlabel="",
                 xticks=places,
-                xwords=[WORDS[name] for name in names],
+                xwords=[METHODS[name].words for name in names],
                 references=[("y", 0.0, "")] if column.endswith("percent") else [],
             )
 
@@ -190,11 +183,13 @@ class StructureLadder(Figure):
             [
                 by_view,
                 people,
-                panel(ADDED, "absolute_error_mm2", "Absolute error (mm$^2$)"),
-                panel((*SETTLED, *REMOVED, *VARIED), "below_whole_percent", "Below the whole (%)"),
+                panel(of_part("added"), "absolute_error_mm2", "Absolute error (mm$^2$)"),
+                panel(
+                    of_part("settings", "taken away", "varied"), "below_whole_percent", "Below the whole (%)"
+                ),
             ],
             tables["table"],
-            styles=shown,
+            styles=SHOWN,
             columns=2,
             legend="figure",
             caption=f"{inputs.caption} The whole has four. Bands and bars: 95 % intervals over people; settings of"
@@ -204,7 +199,6 @@ class StructureLadder(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
         """The errors over view angle."""
         table = tables["table"]
-        shown = {name: style for name, style in STYLES.items() if name in SHOWN}
         half = (table["absolute_error_mm2_high"] - table["absolute_error_mm2_low"]) / (2 * 1.96)
         with inputs.recording(folder, timeline="view_angle_deg") as rec:
             rec.curves(
@@ -213,11 +207,11 @@ class StructureLadder(Figure):
                 y="absolute_error_mm2",
                 by="method",
                 sd="half",
-                where={"method": list(shown)},
-                styles=shown,
+                where={"method": list(SHOWN)},
+                styles=SHOWN,
                 entity="curves/ladder/{series}",
             )
-            parts = table[~table["method"].isin(list(shown))]
+            parts = table[~table["method"].isin(list(SHOWN))]
             rec.curves(
                 parts, x="view_angle_deg", y="absolute_error_mm2", by="method", entity="parts/ladder/{series}"
             )
@@ -231,12 +225,3 @@ class StructureLadder(Figure):
                     shares=(2, 1),
                 )
             )
-
-
-_KINDS = (
-    dict.fromkeys(ADDED, "added")
-    | dict.fromkeys(SETTLED, "settings")
-    | dict.fromkeys(REMOVED, "taken away")
-    | dict.fromkeys(VARIED, "varied")
-)
-_CHOSEN = (*ADDED[2:], *SETTLED)

@@ -18,8 +18,9 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.ladder import one_row
-from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
+from pipeline.studies.walks.sweeps.held_out import BARS
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars, ViewPosteriors
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, ViewPosteriors]

@@ -26,6 +26,8 @@ from pipeline.validation import InvalidInput, Several
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
 
+BARS = ("as computed", "calibrated")
+"""Error bars by the textbook, and with multipliers learnt from other people."""
 NORMAL_95 = 1.959963984540054
 """Half width of the 95 % interval of a normal distribution, standard deviations."""
 

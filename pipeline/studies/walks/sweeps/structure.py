@@ -13,46 +13,18 @@ from typing import Annotated
 import numpy as np
 
 from pipeline.core import anatomical, errors
-from pipeline.core.anatomical import Shrinkage
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.held_out import Choosers, Fold, MirroredViews, People
+from pipeline.studies.walks.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.validation import Count, Distinct, Positive, bounded, require_range
 
-ADDED = ("average_walker", "map_70", "map_tuned", "mirror", "harmonics", "shrinkage", "anatomical")
-"""Methods in the order in which parts are added; the last is the whole."""
-REMOVED = (
-    "without_mirror",
-    "without_harmonics",
-    "without_shrinkage",
-    "without_more_walks",
-    "without_pairs",
-    "without_constancy",
-)
-"""The whole less one part."""
-SETTLED = ("as_specified", "all_chosen")
-"""The whole with no setting chosen, and with every setting chosen by others."""
-VARIED = (
-    "three_harmonics",
-    "five_harmonics",
-    "six_harmonics",
-    "tight_lengths",
-    "loose_lengths",
-    "stance",
-    "fixed_proportions",
-)
-"""The whole with something changed or added that might help."""
 FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
 """Methods that also learn from one laboratory and are tried in another."""
-STANCE_WEIGHT = 0.3
-PROPORTIONS_MM = 1.0
-"""What bones may be off, where their proportions are those of the average walker."""
-MOST_HARMONICS = 6
-"""That any row has; the whole has four."""
 DIAGONAL = 0.5
 """What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
 Kept = Annotated[float, bounded(above=0, at_most=1.0 / (1.0 + DIAGONAL))]
@@ -124,8 +96,7 @@ class Structure(Sweep):
 
         middle = len(view) // 2
         few = np.flatnonzero((np.arange(len(view)) - middle) % self.parts_every == 0)
-        parts = [*REMOVED, *VARIED]
-        everywhere = [*ADDED, *SETTLED]
+        parts, everywhere = of_part("taken away", "varied"), of_part("added", "settings")
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
@@ -182,28 +153,9 @@ class Structure(Sweep):
         found["all_chosen"] = people.chosen_in_turn(
             found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
         )
-        plain = Shrinkage(
-            mirror=whole.shrinkage.mirror,
-            within_harmonic=0.0,
-            diagonal=0.0,
-            extra_variance=whole.shrinkage.extra_variance,
-        )
-        for name, changes in {
-            "without_mirror": {"shrinkage": replace(whole.shrinkage, mirror=False)},
-            "without_harmonics": {"harmonics": 2},
-            "without_shrinkage": {"shrinkage": plain},
-            "without_more_walks": {"all_walks": False},
-            "without_pairs": {"pairs": np.inf},
-            "without_constancy": {"within": np.inf},
-            "three_harmonics": {"harmonics": 3},
-            "five_harmonics": {"harmonics": 5},
-            "six_harmonics": {"harmonics": MOST_HARMONICS},
-            "tight_lengths": {"within": 0.5},
-            "loose_lengths": {"within": 5.0},
-            "stance": {"stance": STANCE_WEIGHT},
-            "fixed_proportions": {"proportions": PROPORTIONS_MM},
-        }.items():
-            found[name] = [replace(setting, **changes) for setting in found["anatomical"]]  # type: ignore[arg-type]
+        for name, method in METHODS.items():
+            if method.change:
+                found[name] = [method.change(setting) for setting in found["anatomical"]]
         return found
 
     def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
