@@ -18,7 +18,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -102,6 +102,9 @@ format: $(DEV) ## format the sources
 
 test: $(DEV) ## the tests, on every core, in three minutes; ALL=1: the thorough ones, too; ARGS=tests/core: some
 	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(if $(ALL)$(ARGS),,-m "not thorough") $(ARGS)
+
+planted: $(DEV) ## small defects in a copy of the tree: which do the tests notice? ARGS=10: some, drawn by the commit; ARGS=core/camera
+	@$(VENV)/bin/python -m tests.planted $(ARGS)
 
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)

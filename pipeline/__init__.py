@@ -34,6 +34,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       articulated_trajectory a whole skeleton from the root to the leaves
       keypoint_walk          from keypoints of one camera to a 3D walk with error bars
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
+      rigid                  rigid motion of clusters of points
       likeness               whether two recordings may show one person
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
@@ -48,9 +49,12 @@ The modules, from the base upwards; each imports only from those above it in thi
 
     synthetic/             synthetic people: walkers, bending, limbs
     pointlight/            walks as moving dots, disturbed as experiments ask for
-    clips/                 usable clips of a data set: walks, performances, varied motion
+    clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
+    ingestion/             data sets and their recordings: the only door to formats, mappings and fetch
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
+      eigenwalkers/          Fourier samples of walks and models of them, on which several studies stand
+      occlusion              joints hidden from a camera, for several studies
       walks/                 zhang2004, zhang2007
       actions/               mozerov2006
       limbs/                 park2011

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,22 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
 from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton.recorded import MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
+
+SAME_WALK_MM = 1e-3
+"""Largest difference of the coefficients of one walk and its copy."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WalkersModel(LinearModel):
+    """Average walker and eigenwalkers, and whom they were learnt from.
+
+    Attributes
+    ----------
+    samples : (R, D)
+    """
+
+    samples: np.ndarray
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -37,7 +53,14 @@ def joints(
         A mapping that ships, ``auto``, or a YAML file.
     subject : str
         Who, in a file of several people.
+
+    Raises
+    ------
+    InvalidInput
+        If this is no recording that was read, no mapping gives its legs and pelvis, or nobody of several is chosen.
     """
+    if not isinstance(motion, MotionCapture):
+        raise InvalidInput("must be what read(path) returns", where="motion", received=repr(motion))
     _, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     return positions, valid
 
@@ -68,9 +91,16 @@ def represent(path: str | Path, skeleton: str = mappings.AUTO, subject: str = ""
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
 
 
-def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> LinearModel:
-    """Return average walker and eigenwalkers of several walks [zhang2007 3.3]."""
-    return linear_model.fit(linear_model.flatten(np.stack([walk.coefficients for walk in walks])), components)
+def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> WalkersModel:
+    """Return average walker and eigenwalkers of several walks [zhang2007 3.3].
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two.
+    """
+    samples = np.array([linear_model.flatten(walk.coefficients[None])[0] for walk in walks])
+    return WalkersModel(**vars(linear_model.fit(samples, components)), samples=samples)
 
 
 def from_view(
@@ -91,8 +121,15 @@ def from_view(
     view_angle_deg : float
     noise_variance_mm2 : float
         sigma² of [zhang2007 3.12].
+
+    Raises
+    ------
+    InvalidInput
+        If the angle is not finite, or `fit` learnt the model from this walk, too: it would be no reconstruction.
     """
-    angle = np.radians(view_angle_deg)
+    angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     sample = linear_model.flatten(walk.coefficients[None])[0]
+    if isinstance(model, WalkersModel) and (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
+        raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
     found = from_known_views(model, sample, np.array([angle]), noise_variance=noise_variance_mm2)
     return camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)

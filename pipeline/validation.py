@@ -140,8 +140,26 @@ def require_range(
         ]
         words = ("a whole number " if whole else "") + " and ".join(bounds) + (f" {unit}" if unit else "")
         received = f"{value:g}" if number else repr(value)
+        if number and any(float(received) == bound != value for bound in (at_least, above, at_most, below)):
+            received = repr(float(value))
         raise InvalidInput(f"must be {words.strip() or 'a finite number'}", where=name, received=received)
     return value
+
+
+def told_apart(value: float, bound: float, decimals: int) -> str:
+    """Return a number with as many decimals as show on which side of a bound it is, and at least so many.
+
+    Examples
+    --------
+    >>> told_apart(0.18, 0.15, 2), told_apart(0.1503, 0.15, 2), told_apart(59.98, 60, 0)
+    ('0.18', '0.1503', '59.98')
+    """
+    places = range(decimals, decimals + 15)
+    texts = (f"{value:.{n}f}" for n in places)
+    return next(
+        (t for t in texts if (float(t) > bound, float(t) < bound) == (value > bound, value < bound)),
+        repr(value),
+    )
 
 
 def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:
@@ -224,6 +242,64 @@ ViewAngle = Annotated[float, bounded(at_least=-180, at_most=180)]
 """Degrees."""
 Count = Annotated[int, bounded(at_least=1)]
 Several = Annotated[int, bounded(at_least=2)]
+CountOrAll = Annotated[int, bounded(at_least=0)]
+"""0: all, or none."""
+Increasing = Annotated[list[Value], require_increasing]
+Distinct = Annotated[list[Value], require_distinct]
+
+
+def require_bounds(name: str, options: Any) -> None:
+    """Validate the options of a dataclass, and of those in it, by the checks in their annotations.
+
+    A check is called with the full name and the value of what it annotates; None is not checked.
+
+    Raises
+    ------
+    InvalidInput
+        By the checks.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass
+    ... class Sweep:
+    ...     trials: Count
+    >>> require_bounds("sweep", Sweep(trials=0))
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
+    """
+    hints = get_type_hints(type(options), include_extras=True)
+    for field in fields(options):
+        _require(f"{name}.{field.name}", getattr(options, field.name), hints[field.name])
+
+
+def _require(name: str, value: Any, hint: Any) -> None:
+    if is_dataclass(value):
+        require_bounds(name, value)
+    for part in (hint, *get_args(hint)):  # of ``X | None`` the checks of X
+        if value is None or get_origin(part) is not Annotated:
+            continue
+        inner, *checks = get_args(part)
+        if isinstance(value, list):
+            for number, item in enumerate(value):
+                _require(f"{name}[{number}]", item, *get_args(inner))
+        for check in checks:
+            check(name, value)
+
+
+def bounded(**bounds: Any) -> partial[Any]:
+    """Return a check for the annotation of an option, within the bounds of `require_range`."""
+    return partial(require_range, **bounds)
+
+
+Finite = Annotated[float, bounded()]
+NonNegative = Annotated[float, bounded(at_least=0)]
+Positive = Annotated[float, bounded(above=0)]
+Share = Annotated[float, bounded(at_least=0, at_most=1)]
+ViewAngle = Annotated[float, bounded(at_least=-180, at_most=180)]
+"""Degrees."""
+Count = Annotated[int, bounded(at_least=1)]
 CountOrAll = Annotated[int, bounded(at_least=0)]
 """0: all, or none."""
 Increasing = Annotated[list[Value], require_increasing]
@@ -353,3 +429,18 @@ def require_finite(name: str, array: Any) -> np.ndarray:
         where = str(at[0]) if len(at) == 1 else str(at)
         raise InvalidInput("must be finite", where=name, received=f"{array[at]} at index {where}")
     return array
+
+
+_DISTRIBUTIONS = {"PIL": "pillow", "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml"}
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """Return the name, for pip, of the package that was not found; empty if it is a module of this project.
+
+    Examples
+    --------
+    >>> missing_package(ModuleNotFoundError(name="PIL.Image"))
+    'pillow'
+    """
+    first = (error.name or "").partition(".")[0]
+    return "" if first == "pipeline" else _DISTRIBUTIONS.get(first, first)

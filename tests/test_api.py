@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pipeline import fit, from_view, joints, read, represent
-from pipeline.core import errors
+from pipeline.core import errors, fourier
 from pipeline.formats import c3d
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
@@ -46,6 +46,26 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
         represent(tmp_path / "nobody.trc")
 
 
+def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    walks = [fourier.represent(positions, 40.0) for positions in made.positions_mm]
+    model = fit(walks[1:])
+    for angle in (float("nan"), float("inf")):
+        with pytest.raises(InvalidInput, match=r"view_angle_deg must be a finite number"):
+            from_view(model, walks[0], angle)
+    for walk in walks[1:]:
+        with pytest.raises(InvalidInput, match="model must be learnt from other walks"):
+            from_view(model, walk, 30.0)
+    assert from_view(model, walks[0], 30.0).shape == (5, 15, 3)
+    for few in ([], walks[:1]):
+        with pytest.raises(InvalidInput, match="at least two walkers"):
+            fit(few)
+    with pytest.raises(InvalidInput, match=r"must be what read\(path\) returns \(got .*walk.c3d"):
+        joints(tmp_path / "walk.c3d")  # type: ignore[arg-type]
+
+
 def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
@@ -66,27 +86,39 @@ def test_numpy_is_not_loaded_before_somebody_asks() -> None:
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
-@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
-def test_the_wheel_works_in_an_empty_folder(tmp_path: Path) -> None:
-    source, empty, installed = tmp_path / "source", tmp_path / "empty", tmp_path / "installed"
+def build(source: Path, to: Path, umask: int) -> Path:
+    """Build a wheel of what is tracked, copied and built under a umask."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    for name in listed.splitlines():
-        (source / name).parent.mkdir(parents=True, exist_ok=True)
-        (source / name).write_bytes((ROOT / name).read_bytes())
+    before = os.umask(umask)
+    try:
+        for name in listed.splitlines():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            (source / name).write_bytes((ROOT / name).read_bytes())
+        pip = [
+            sys.executable,
+            "-m",
+            "pip",
+            "wheel",
+            "--quiet",
+            "--no-deps",
+            "--wheel-dir",
+            str(to),
+            str(source),
+        ]
+        subprocess.run(pip, check=True, env=os.environ | {"SOURCE_DATE_EPOCH": "1700000000"})
+    finally:
+        os.umask(before)
+    (wheel,) = to.glob("*.whl")
+    return wheel
+
+
+@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
+def test_the_wheel_works_in_an_empty_folder_and_has_the_same_bytes_twice(tmp_path: Path) -> None:
+    wheel = build(tmp_path / "source", tmp_path / "one", 0o022)
+    again = build(tmp_path / "copied elsewhere", tmp_path / "two", 0o077)
+    assert again.read_bytes() == wheel.read_bytes()
+    empty, installed = tmp_path / "empty", tmp_path / "installed"
     empty.mkdir()
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "wheel",
-        "--quiet",
-        "--no-deps",
-        "--wheel-dir",
-        str(tmp_path),
-        str(source),
-    ]
-    subprocess.run(pip, check=True)
-    (wheel,) = tmp_path.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(installed)
     assert (installed / "pipeline" / "py.typed").is_file()
     run = [sys.executable, "-m", "pipeline", "experiment=zhang2007_fig2", "scale=smoke"]

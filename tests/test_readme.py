@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 from pipeline import papers
-from pipeline.cli.commands import COMMANDS
 from pipeline.cli.compose import compose
+from pipeline.cli.main import COMMANDS
 from pipeline.cli.presets import listed, presets
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest

@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pipeline.cli.compose import sentence
+from pipeline.cli.errors import sentence
 from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome, summarise

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.clips.kinds import Walks
-from pipeline.clips.missing_joints import complete
+from pipeline.clips.missing_joints import Completed, complete
 from pipeline.clips.options import Heading, Locomotion, Steady, SyntheticPeople
 from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
 from pipeline.core import fourier, walking
@@ -17,8 +17,9 @@ from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.synthetic import walkers
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, told_apart
 
 REPORT_COLUMNS = (
     "clip", "person", "source", "frames", "first_frame", "last_frame", "locomotion", "speed_mm_s", "turn_deg",
@@ -30,6 +31,9 @@ LARGEST_SLOPE, STEP_MM = 0.1, 150.0
 """Rise of the pelvis over the way, and besides, beyond which people walk on a ramp or on stairs."""
 
 _PELVIS = WALKER15.index("pelvis")
+
+BAD_JOINT_SHARE = 0.4
+"""Share of what two harmonics leave that a bad joint has, at least: of 105 recorded walks one has more, of little."""
 
 EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
@@ -103,7 +107,7 @@ def _steady_part(
             expected="a floor",
             received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
         )
-    completed = complete(level, np.isnan(level).any(axis=(0, 2)), frame_rate_hz)
+    completed, worst = _completed(level, row, frame_rate_hz, steady.residual_share)
     level, series = completed.positions, completed.series
     if steady.heading is Heading.steps:
         # A turn about the vertical moves no frequency and no share of the variance.
@@ -119,21 +123,51 @@ def _steady_part(
         raise InvalidInput(
             "no steady walking: the steady stretch is too short",
             expected=f"{steady.cycles:g} strides",
-            received=f"{row['strides']:.2f}",
+            received=told_apart(row["strides"], steady.cycles, 2),
         )
-    if row["fundamental_share"] < steady.fundamental_share:
+    share, least = row["fundamental_share"], steady.fundamental_share
+    left, most = series.residual_fraction, steady.residual_share
+    taken = [f"data.steady.fundamental_share={np.floor(100 * share) / 100:g}"] if share < least else []
+    taken += [f"data.steady.residual_share={np.ceil(100 * left) / 100:g}"] if left > most else []
+    if share < least:
         raise InvalidInput(
             "the fundamental frequency looks wrong: it holds too little of the variance",
-            expected=f"{steady.fundamental_share:g} or more (data.steady.fundamental_share)",
-            received=f"{row['fundamental_share']:.2f} at {series.frequency_hz:.2f} Hz",
+            expected=f"{least:g} or more",
+            received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz; taken with {' '.join(taken)}",
         )
-    if series.residual_fraction > steady.residual_share:
+    if left > most:
         raise InvalidInput(
-            "not periodic: two harmonics leave too much of the variance",
-            expected=f"{steady.residual_share:g} or less (data.steady.residual_share)",
-            received=f"{series.residual_fraction:.2f}",
+            f"not periodic: two harmonics leave too much of the variance, {worst}",
+            expected=f"{most:g} or less",
+            received=f"{told_apart(left, most, 2)}; taken with {taken[0]}",
         )
     return level
+
+
+def _completed(
+    level: np.ndarray, row: dict[str, Any], frame_rate_hz: float, residual_share: float
+) -> tuple[Completed, str]:
+    """Return a walk with its missing joints filled in, and which joint has most of what two harmonics leave.
+
+    As long as they leave more than `residual_share` and one joint above the legs has `BAD_JOINT_SHARE` of that, it
+    counts as missing, with a remark in `row`.
+    """
+    missing = np.isnan(level).any(axis=(0, 2))
+    remarks = []
+    while True:
+        completed = complete(level, missing, frame_rate_hz)
+        left = np.trace(completed.series.residual_covariance, axis1=1, axis2=2)
+        worst = int(left.argmax())
+        share, joint = float(left[worst] / max(left.sum(), np.finfo(float).tiny)), WALKER15.joints[worst]
+        sound = completed.series.residual_fraction <= residual_share
+        if sound or share < BAD_JOINT_SHARE or joint in LOWER_BODY:
+            break
+        missing[worst] = True
+        remarks.append(f"{joint} is estimated: it had {share:.0%} of what two harmonics leave")
+    if sound and remarks:
+        row["missing_joints"] = ", ".join(np.array(WALKER15.joints)[missing])
+        row["reason"] = "; ".join(remarks)
+    return completed, f"{share:.0%} of it at {joint}"
 
 
 def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[PreparedClip]:
@@ -165,7 +199,8 @@ def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[Prepar
         reason = InvalidInput(
             "the fundamental frequency is far from the other walkers'",
             expected=f"within a factor of {ratio:g} for the leg length",
-            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {off:.2f}",
+            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {told_apart(off, ratio ** np.sign(off - 1), 2)};"
+            f" taken with data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g}",
         )
         return PreparedClip(walk.row | {"verdict": "refused", "reason": str(reason)})
 

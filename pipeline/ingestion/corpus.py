@@ -17,6 +17,7 @@ import numpy as np
 from pipeline import fetch, formats, mappings
 from pipeline.core import walking
 from pipeline.formats import acclaim
+from pipeline.ingestion import static_trial
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
@@ -44,6 +45,8 @@ class Clip:
         Who, in a file of several people.
     mismatch : str
         Why the file is not the recording that the table lists; empty if it is.
+    statics : tuple of Path
+        What may be its static trial, for markers that it lacks.
     """
 
     name: str
@@ -57,12 +60,18 @@ class Clip:
     units: str
     mismatch: str = ""
     subject: str = ""
+    statics: tuple[Path, ...] = ()
 
     @property
     def identity(self) -> dict[str, Any]:
         """What an artefact made of this clip depends on, which the folder of the file is not."""
         mapping = self.mapping or mappings.shipped()
-        return {**asdict(self), "path": self.path.name if self.path else None, "mapping": mapping}
+        return {
+            **asdict(self),
+            "path": self.path.name if self.path else None,
+            "mapping": mapping,
+            "statics": [_digest(path) for path in self.statics],
+        }
 
 
 def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
@@ -81,7 +90,10 @@ def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
         raise InvalidInput(clip.mismatch)
     if _digest(clip.path) != clip.sha256:
         raise InvalidInput("the file changed during this run", where=clip.name)
-    motion = formats.read(clip.path, frame_rate_hz=clip.frame_rate_hz or None, units=clip.units or None)
+    stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
+    motion = formats.read(clip.path, **stated)
+    known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
+    motion = static_trial.completed(motion, known, clip.statics, **stated) if clip.statics else motion
     return joints_of(motion, clip.mapping, clip.subject)
 
 
@@ -313,7 +325,8 @@ def folder_clips(
                 mismatch="" if plain == name else "the file's name holds what is no text: rename it",
             )
         )
-    return clips
+    statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})
+    return [replace(clip, statics=statics[clip.path]) for clip in clips if clip.path]
 
 
 def in_turn(clips: list[Clip], limit: int) -> list[Clip]:

@@ -9,7 +9,7 @@ Where names tell nothing, the walker starts from several headings.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier
+from pipeline.ingestion.static_trial import technical_clusters
 from pipeline.mappings.proposal import NOT_A_PLACE, PART_NAMES
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
@@ -79,6 +80,8 @@ class _Points:
 def propose(motion: MotionCapture, name: str) -> SourceMapping:
     """Propose a mapping from names, sides, heights and distance to an average walker, every joint of it guessed.
 
+    Points of technical clusters, which mark no joint, take no part.
+
     Parameters
     ----------
     motion : MotionCapture
@@ -89,6 +92,14 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     InvalidInput
         If the recording has too few points to tell a body.
     """
+    stuck = {k for group in technical_clusters(motion) for k in group}
+    kept = [k for k in range(len(motion.names)) if k not in stuck]
+    motion = replace(
+        motion,
+        names=tuple(motion.names[k] for k in kept),
+        positions_mm=motion.positions_mm[:, kept],
+        valid=motion.valid[:, kept],
+    )
     named = mappings.propose(motion, name)
     points, up = _points(motion)
     by_name = {

@@ -80,7 +80,8 @@ def read_and_prepare(
         try:
             motion, positions, valid = read_clip(clip)
             prepared = prepare_one(RawClip(row, positions, motion.frame_rate_hz, valid, motion.notes))
-            reason = prepared.row["reason"] or "; ".join(motion.notes)
+            notes = () if prepared.positions is None else motion.notes
+            reason = "; ".join(filter(None, [prepared.row["reason"], *notes]))
             return _Read(
                 replace(prepared, row=prepared.row | {"reason": reason}),
                 _digest_of_points(positions),

@@ -11,6 +11,7 @@ from pipeline.core.keypoint_walk import ANGLES, Reconstruction
 from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths, joint_half_widths
 from pipeline.core.keypoint_walk.posterior import sample_positions
 from pipeline.reconstruct.clip import Stretch, Walk
+from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import LEVEL_95
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
@@ -18,11 +19,6 @@ from pipeline.skeleton import WALKER15
 MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
 """Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
 _PELVIS = WALKER15.index("pelvis")
-
-
-def keypoints_px(found: Reconstruction) -> np.ndarray:
-    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
-    return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
 
 
 def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
@@ -34,11 +30,6 @@ def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
     factor = wider / NORMAL[LEVEL_95] * walk.bars_factor
     mean = found.posterior.positions_mm
     return np.asarray(mean + factor * (samples - mean))
-
-
-def upright(level: np.ndarray) -> np.ndarray:
-    """Level camera axes (right, down, away) as right, away, up."""
-    return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
 
 
 def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path) -> None:

@@ -1,7 +1,7 @@
 """Putting the page together: what each paper and each figure shows, from the published folders.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/report.yaml`` the sentences on the papers and
-which columns are drawn as curves.
+`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers,
+``conf/report.yaml`` which columns are drawn as curves.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pipeline.report import entries, players, sensitivity, templates, verdicts
 from pipeline.report.published import Published, packed_json, read_published
 from pipeline.skeleton import WALKER15
 from pipeline.storage import provenance
-from pipeline.storage.sealed_folders import replace_file, writing
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
 
 PAGE = "index.html"
@@ -26,6 +26,9 @@ MOST_BYTES = 5_000_000
 """Largest page: larger ones are slow to open and refused by mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, beside those of the data sets and in a light archive."""
+
+_TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
+"""What a page of ours has in its first bytes: any other is not replaced."""
 
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
@@ -80,8 +83,8 @@ def write_page(
             expected=f"at most {most} bytes",
             received=f"{len(content)}: " + ", ".join(f"{name} {size}" for name, size in parts.items()),
         )
-    with writing(to / PAGE):
-        replace_file(to / PAGE, content)
+    with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
+        path.write_bytes(content)
     return to / PAGE, {**parts, "page": len(content)}
 
 
@@ -111,9 +114,7 @@ def _render(
         for name, figure in results.figures.items()
     }
     shown = [
-        entries.paper_entry(papers.PAPERS[key], results, layout, figures)
-        for key in papers.PAPERS
-        if key in of_papers
+        entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
     packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
     numbers, moved = entries.published_rows(results), sensitivity.moved_by_switches(results)

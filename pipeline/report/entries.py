@@ -28,11 +28,10 @@ WIDE = 1.6
 
 
 def paper_entry(
-    paper: papers.Paper, results: Published, layout: Mapping[str, Any], entries: Mapping[str, dict[str, Any]]
+    paper: papers.Paper, results: Published, entries: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
-    said = layout["papers"].get(paper.key, {})
-    shot = results.figures.get(said.get("figure", ""))
+    shot = results.figures.get(paper.page.figure)
     wanted = (*paper.figures, *paper.beyond)
     return {
         "key": paper.key,
@@ -43,9 +42,9 @@ def paper_entry(
         "ours": not paper.figures,
         "sentences": [
             sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
-            for sentence in said.get("sentences", [])
+            for sentence in paper.page.sentences
         ],
-        "shot": _picture(shot, SHOT_WIDTH, said.get("part")) if shot else None,
+        "shot": _picture(shot, SHOT_WIDTH, paper.page.part) if shot else None,
         "shot_title": shot.title if shot else "",
         "counts": counts_by_kind(results.claims_of(paper=paper.key)),
         "verdicts": [

@@ -13,6 +13,7 @@ from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance
+from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
@@ -42,7 +43,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
     inputs = FigureInputs(experiment, clips.value, dataset.value, model.value, sweep.value)
     figure = experiment.figure
     started = time.perf_counter()
-    with store.publish(folder) as publication:
+    with publish(folder, having="figure") as publication:
         made = {**figure.tables(inputs), **populations.tables(experiment, store)}
         for name, table in made.items():
             tables.write(publication.folder / f"{name}.csv", table)

@@ -36,15 +36,12 @@ from pipeline.storage.artefacts import (
 )
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
-    CANNOT_WRITE,
     FULL,
     MANIFEST,
     canonical,
     compact,
     digest,
     remove_stale,
-    require_replaceable,
-    swap_in,
     sync,
     temporary_folder,
     write_bytes,
@@ -56,29 +53,6 @@ from pipeline.validation import InvalidInput
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _LOCK = ".lock-"
 """Beginning of the name of a lock file, beside the artefacts."""
-
-
-class Publication:
-    """The temporary folder of a figure that is being published.
-
-    Attributes
-    ----------
-    folder : Path
-        Write the files here.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._facts: Mapping[str, Any] | None = None
-
-    def manifest(self, facts: Mapping[str, Any]) -> None:
-        """Set the content of the manifest; the size and digest of every file are added at the end."""
-        self._facts = facts
-
-    def _seal(self) -> None:
-        if self._facts is None:
-            raise RuntimeError("the publication has no manifest: call manifest(facts) before it ends")
-        write_manifest(self.folder, self._facts)
 
 
 class Store:
@@ -211,28 +185,6 @@ class Store:
             return dataclasses.replace(winner, computed=True, seconds=seconds, why=why)
         content = content_digest({"files": {ARRAYS: {"sha256": digest(packed_arrays)}}, "notes": notes})
         return Artefact(stage, key, content, arrays, notes, True, seconds, why)
-
-    @contextmanager
-    def publish(self, folder: Path) -> Iterator[Publication]:
-        """Fill a temporary folder that replaces `folder` when the ``with`` block ends without an exception.
-
-        The block writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it raises,
-        `folder` is not changed.  Files in `folder` that its manifest does not list move into the new folder.
-
-        Raises
-        ------
-        InvalidInput
-            If the results cannot be written, or `folder` exists and has no sealed manifest.
-        """
-        with writing(folder):
-            folder.parent.mkdir(parents=True, exist_ok=True)
-        remove_stale(folder.parent)
-        require_replaceable(folder)
-        with writing(folder, only=CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
-            publication = Publication(temporary)
-            yield publication
-            publication._seal()
-            swap_in(temporary, folder)
 
     def _why(self, made_from: dict[str, Any]) -> str:
         """Return what differs from the most similar artefact of the same stage."""

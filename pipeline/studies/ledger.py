@@ -254,7 +254,8 @@ def write_claims(
         rows += [
             {name: _cell(row[name], plain[name]) for name in plain} for row in before if {*row} == {*plain}
         ]
-    tables.write(path, {name: _column([row[name] for row in rows]) for name in plain}, sort_by=["claim"])
+    columns = {name: _column([row[name] for row in rows]) for name in plain}
+    tables.write(path, columns, sort_by=["claim"], replace=lambda old: old.startswith(b"claim,paper,"))
 
 
 def _cell(text: str, like: Any) -> Any:

@@ -90,7 +90,7 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
     old = pd.DataFrame(dict(tables.read(path))) if path.is_file() else rows[:0]
     kept = old[~old["data"].isin(rows["data"])]
     together = pd.concat([kept.assign(unit=kept["unit"].fillna("")), rows]) if len(kept) else rows
-    tables.write(path, together, sort_by=["data", "name"])
+    tables.write(path, together, sort_by=["data", "name"], replace=True)  # read above
 
 
 Cells = tuple[list[str], list[list[str]]]

@@ -89,7 +89,10 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
     found, sentence = mappings.rescaled(motion, mapping, 850.0 / factor)
     assert found == pytest.approx(factor)
     assert f"taken as {unit}" in sentence
-    assert mappings.rescaled(motion, mapping, 850.0) == (1.0, "")
+    assert mappings.rescaled(motion, mapping, 850.0) == (
+        1.0,
+        "The file states no unit; its numbers are taken as mm, which makes legs of 850 mm.",
+    )
     stated = dataclasses.replace(motion, units_assumed=False)
     assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
 

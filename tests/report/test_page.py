@@ -14,8 +14,7 @@ from PIL import Image
 
 from pipeline import papers
 from pipeline.pictures.embedding import reduced
-from pipeline.report import PAGE, write_page
-from pipeline.report.document import MOST_BYTES
+from pipeline.report.document import MOST_BYTES, PAGE, write_page
 from pipeline.report.entries import TABLE_BYTES, charts_of
 from pipeline.report.published import first_rows, read_published
 from pipeline.report.verdicts import counts_by_kind
@@ -236,12 +235,10 @@ def test_no_results_are_refused(tmp_path: Path) -> None:
 
 
 def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
-    assert set(layout["papers"]) == set(papers.PAPERS)
-    for key, said in layout["papers"].items():
-        assert len(said["sentences"]) == 3
-        assert said["figure"] in (papers.paper(key).figures or papers.paper(key).beyond)
-        for sentence in said["sentences"]:
+    for paper in papers.PAPERS.values():
+        assert len(paper.page.sentences) == 3
+        assert paper.page.figure in (paper.figures or paper.beyond)
+        for sentence in paper.page.sentences:
             for name in papers.placeholders(sentence):
                 assert papers.quantity(name).name == name
 

@@ -10,14 +10,16 @@ from typing import Annotated
 
 import numpy as np
 
+from pipeline.core.choice import evenly
 from pipeline.core.tracking import joint_error
 from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
 from pipeline.studies.actions.model import Action
-from pipeline.studies.actions.observed_joints import CameraKind, Occluded, camera_of, require_occlusion
-from pipeline.studies.actions.tracking_conditions import Condition, conditions, tracked
+from pipeline.studies.actions.observed_joints import CameraKind, camera_of
+from pipeline.studies.actions.tracking_conditions import Condition, conditions
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
+from pipeline.studies.occlusion import require_occlusion
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, Positive, bounded
 
@@ -89,7 +91,7 @@ class HeldOutTracking(Sweep):
     noise_mm: Distinct[NonNegative] = field(
         default_factory=lambda: [0.0, 10.0, 30.0]
     )  # of the observed joints
-    occluded: Distinct[Occluded] = field(
+    occluded: Distinct[Finite] = field(
         default_factory=lambda: [0.0, 0.25, 0.5]
     )  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
@@ -138,7 +140,7 @@ class HeldOutTracking(Sweep):
         """
         varied, wanted = zip(*self.conditions, strict=True)
         performances, people = performances_of(inputs.dataset), inputs.dataset.person
-        chosen = tracked(self.tracked, len(performances))
+        chosen = evenly(self.tracked, len(performances))
         ways, remarks = self.ways(people)
         shown, distinct = self.demonstrated, sorted(set(wanted))
         camera = camera_of(self.camera, view_angle_deg=self.view_angle_deg, distance_mm=self.distance_mm)

@@ -8,7 +8,8 @@ from enum import StrEnum
 import numpy as np
 
 from pipeline.clips.kinds import WALKS, Walks
-from pipeline.core import fourier, walking
+from pipeline.core import fourier
+from pipeline.core.walking.steady import set_origin
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Dataset
@@ -114,7 +115,7 @@ class FourierDataset(Dataset):
 
         def one(walk: int) -> tuple[fourier.FourierRepresentation, np.ndarray]:
             motion = clips.motion(walk)
-            centred = walking.set_origin(motion, origin=self.origin.value)
+            centred = set_origin(motion, origin=self.origin.value)
             origin = motion[0, _PELVIS] - centred[0, _PELVIS]
             # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
             centred[:, clips.dropped] = 0.0

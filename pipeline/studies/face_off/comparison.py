@@ -19,11 +19,10 @@ import numpy as np
 from pipeline.clips.kinds import Walks
 from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
+from pipeline.core.choice import evenly
 from pipeline.core.resampling import interpolate
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.actions.observed_joints import Occluded, occlusion, require_occlusion
-from pipeline.studies.actions.tracking_conditions import tracked
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.methods import (
@@ -36,10 +35,12 @@ from pipeline.studies.face_off.methods import (
     mean_walker,
 )
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
+from pipeline.studies.occlusion import occlusion, require_occlusion
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.validation import (
     CountOrAll,
+    Finite,
     Increasing,
     InvalidInput,
     NonNegative,
@@ -137,7 +138,7 @@ class FaceOffSweep(CameraSweep):
     frames: Annotated[int, bounded(at_least=LEAST_FRAMES)] = 100  # of each walk; fewer where shorter
     frame_rate_hz: Annotated[float, bounded(at_least=1)] = 30.0
     noise_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0, 3.0])
-    occluded: Increasing[Occluded] = field(
+    occluded: Increasing[Finite] = field(
         default_factory=lambda: [0.0, 0.1, 0.3]
     )  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
@@ -182,7 +183,7 @@ class FaceOffSweep(CameraSweep):
             raise InvalidInput(
                 "limbs need walks of which every joint was measured", received="an estimated joint in each"
             )
-        chosen = whole[tracked(self.walkers, len(whole))]
+        chosen = whole[evenly(self.walkers, len(whole))]
         distinct = sorted({condition for _, condition in wanted})
         noise_px = self.noise_px[len(self.noise_px) // 2]
         shown = Condition(self.varied_view_deg, noise_px, self.occluded[0])
