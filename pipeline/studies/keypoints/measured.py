@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -30,9 +30,10 @@ from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.model import KeypointWalkers
 from pipeline.studies.study import Sweep, SweepInputs
 from pipeline.synthetic.keypoints import Filming, SimulatedKeypoints
-from pipeline.validation import bounded
 
 Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
+LONGEST_S = 3.0
+"""Of a simulated clip."""
 _SCORED = GROUP_OF >= 0
 
 ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in ANGLE_KINDS)]
@@ -95,8 +96,6 @@ class FilmedClips(Sweep):
     """Simulated clips, each reconstructed by a model without the walker."""
 
     draws_random_numbers = True
-
-    longest_s: Annotated[float, bounded(at_least=1.0, at_most=20.0)] = 3.0
 
     @property
     def reads_clips(self) -> bool:
@@ -178,7 +177,7 @@ class FilmedClips(Sweep):
             **condition.filming,
         )
         return film(
-            generator, inputs.clips, case.walk, condition.error, filming, self.longest_s, condition.strides
+            generator, inputs.clips, case.walk, condition.error, filming, LONGEST_S, condition.strides
         )
 
     def _shown(self, case: Case, calibration: Calibration, inputs: Inputs) -> dict[str, Any]:

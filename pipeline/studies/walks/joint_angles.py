@@ -21,7 +21,7 @@ from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views
 from pipeline.studies.walks.seen_walker import SeenWalker
-from pipeline.validation import Distinct, Finite, Positive, bounded
+from pipeline.validation import Distinct, Positive, bounded
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ class JointAngleErrors:
         Whether all joints of the angle were measured.
     shown : (1,) int
         Walker of median error.
-    shown_view_deg : float
     shown_angle_rad : (M + 1, T, 4, 2)
         Over a cycle, the walker's own first.
     shown_joints_mm : (M + 1, T, 15, 3)
+        From the front.
     stride_hz : float
         Of the walker shown.
     """
@@ -54,7 +54,6 @@ class JointAngleErrors:
     offset_free_rad: np.ndarray
     measured: np.ndarray
     shown: np.ndarray
-    shown_view_deg: float
     shown_angle_rad: np.ndarray
     shown_joints_mm: np.ndarray
     stride_hz: float
@@ -68,7 +67,6 @@ class JointAngles(Sweep):
     methods: Distinct[Method] = field(default_factory=lambda: list(Method))
     noise_variance_mm2: Positive = 70.0
     instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
-    shown_view_deg: Finite = 0.0  # of the recording
 
     def coarser(self) -> JointAngles:
         """Return the sweep with every tenth degree of view, of the papers' approaches alone."""
@@ -124,7 +122,7 @@ class JointAngles(Sweep):
         chosen = whole if len(whole) else np.arange(len(measured))
         off = error[0, chosen].mean(axis=(1, 2))
         shown = int(chosen[np.argsort(off, kind="stable")[len(off) // 2]])
-        joints = np.concatenate([true(shown)[None], motions(shown, np.array([self.shown_view_deg]))[:, 0]])
+        joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
         return JointAngleErrors(
             methods=np.array([*(method.value for method in self.methods), Null.average_walker.value]),
             view_angle_deg=view_deg,
@@ -132,7 +130,6 @@ class JointAngles(Sweep):
             offset_free_rad=offset_free,
             measured=measured,
             shown=np.array([shown]),
-            shown_view_deg=self.shown_view_deg,
             shown_angle_rad=flexion(joints),
             shown_joints_mm=joints,
             stride_hz=float(data.frequency_hz[shown]),

@@ -84,7 +84,6 @@ class UnknownView(Sweep):
     noise_variance_mm2: Positive = 70.0
     solver: Solver = Solver["global"]
     angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
-    start_deg: float = 0.0  # of the published solver
     published_views_deg: list[float] = field(
         default_factory=lambda: [-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]
     )  # on which it is tried beside the global one
@@ -120,7 +119,6 @@ class UnknownView(Sweep):
         estimate = partial(
             viewpoint.estimate,
             angle_range_rad=(float(low), float(high)),
-            start_rad=float(np.radians(self.start_deg)),
         )
         published_deg = np.array(self.published_views_deg, dtype=float)
 

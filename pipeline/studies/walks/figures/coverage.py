@@ -21,7 +21,7 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW_AXIS
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.coverage import Bars, Coverage
+from pipeline.studies.walks.sweeps.coverage import SAMPLE_VIEW_DEG, Bars, Coverage
 from pipeline.studies.walks.sweeps.held_out import BARS
 from pipeline.studies.walks.sweeps.ladder import STYLES
 
@@ -209,7 +209,7 @@ class BarCoverage(Figure):
         sweep, data = inputs.sweep, inputs.dataset
         sample = int(inputs.model.tested[sweep.sample_person])
         walker = data.coefficients[sample]
-        angle = np.radians(sweep.sample_view_deg)
+        angle = np.radians(SAMPLE_VIEW_DEG)
         seen = camera.project(walker, angle)
         seconds = 1.0 / float(data.frequency_hz[sample])
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
@@ -223,7 +223,7 @@ class BarCoverage(Figure):
         who = inputs.model.people[sweep.sample_person]
         with inputs.recording(
             folder,
-            f"\nThe walker shown is {who}, the one of median error, seen from {sweep.sample_view_deg:g}°. Thin: "
+            f"\nThe walker shown is {who}, the one of median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
             f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
         ) as rec:
             rec.skeleton("world/original", original + ground, WALKER15.bones, index=index)
@@ -253,7 +253,7 @@ class BarCoverage(Figure):
             rec.blueprint(
                 recordings.Columns(
                     space,
-                    recordings.Image2D(name=f"observed at {sweep.sample_view_deg:g}°", beside=space),
+                    recordings.Image2D(name=f"observed at {SAMPLE_VIEW_DEG:g}°", beside=space),
                     recordings.Notes(),
                     shares=(4, 3, 2),
                 ),

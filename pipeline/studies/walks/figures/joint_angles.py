@@ -122,7 +122,7 @@ class JointAngleFigure(Figure):
         with inputs.recording(
             folder,
             f"\nThe walker of median error, {inputs.samples[int(sweep.shown[0])]}, over one cycle: original and "
-            f"reconstructed from {sweep.shown_view_deg:g} degrees (0 is the frontal view). Curves: flexion of the left "
+            "reconstructed from the frontal view. Curves: flexion of the left "
             "side in degrees.\n",
         ) as rec:
             for number, (name, style) in enumerate(shown.items()):

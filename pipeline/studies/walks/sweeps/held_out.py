@@ -28,6 +28,9 @@ PHASES = 8
 
 BARS = ("as computed", "calibrated")
 """Error bars by the textbook, and with multipliers learnt from other people."""
+NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 700.0, 1000.0, 1500.0)
+"""sigma² of MAP that others choose among; joints that are hidden or noisy leave out both ends."""
+
 NORMAL_95 = 1.959963984540054
 """Half width of the 95 % interval of a normal distribution, standard deviations."""
 

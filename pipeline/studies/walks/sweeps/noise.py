@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -12,9 +12,15 @@ from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, Choosers, Fold, People
+from pipeline.studies.walks.sweeps.held_out import (
+    NOISE_VARIANCES_MM2,
+    NORMAL_95,
+    PHASES,
+    Choosers,
+    Fold,
+    People,
+)
 from pipeline.studies.walks.sweeps.setting import Setting, anatomical_setting
-from pipeline.validation import Distinct, Positive
 
 CONDITIONS = {
     "none": (0.0, 0.0, 0.0),
@@ -49,7 +55,6 @@ class ObservedNoise(Sweep):
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: Distinct[Positive] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:
         """Return errors and coverage of every method under each condition."""
@@ -57,7 +62,7 @@ class ObservedNoise(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
+        tuned = people.tuned_map(NOISE_VARIANCES_MM2[1:-1], self.partners, inputs.workers)
         blocks = 1 + 2 * people.harmonics
         rng = inputs.generator("detector")
         shape = (people.count, len(view), anatomical.JOINTS, 3, blocks)

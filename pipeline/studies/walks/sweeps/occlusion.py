@@ -16,9 +16,16 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import BARS, NORMAL_95, PHASES, Choosers, People
+from pipeline.studies.walks.sweeps.held_out import (
+    BARS,
+    NOISE_VARIANCES_MM2,
+    NORMAL_95,
+    PHASES,
+    Choosers,
+    People,
+)
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
-from pipeline.validation import Distinct, InvalidInput, Positive, require_choice
+from pipeline.validation import InvalidInput, require_choice
 
 HIDDEN = {
     "head": ("head",),
@@ -60,7 +67,6 @@ class Occlusion(Sweep):
 
     seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: Distinct[Positive] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
     hidden: list[str] = field(default_factory=lambda: list(HIDDEN))
     joints: list[str] = field(default_factory=list)  # hides these joints, too, as the condition "own"
 
@@ -82,7 +88,7 @@ class Occlusion(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
+        tuned = people.tuned_map(NOISE_VARIANCES_MM2[1:-1], self.partners, inputs.workers)
         conditions = {name: HIDDEN[name] for name in self.hidden}
         if self.joints:
             conditions["own"] = tuple(self.joints)

@@ -7,8 +7,7 @@ one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a ro
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Annotated
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,16 +17,24 @@ from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import Choosers, Fold, MirroredViews, People
+from pipeline.studies.walks.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
 from pipeline.studies.walks.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
-from pipeline.validation import Count, Distinct, Positive, bounded, require_range
+from pipeline.validation import require_range
 
 FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
 """Methods that also learn from one laboratory and are tried in another."""
 DIAGONAL = 0.5
 """What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
-Kept = Annotated[float, bounded(above=0, at_most=1.0 / (1.0 + DIAGONAL))]
+PARTS_EVERY = 3
+"""Of the views, for what is taken away or varied and for other sources."""
+SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
+LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
+PAIR_FACTORS = (1.0, 2.0, 4.0)
+NOISE_FACTORS = (0.5, 1.0, 2.0)
+"""On sigma² and tau together."""
+SHRINKAGES = (0.1, 0.2, 0.4)
+"""What others choose among, as of `NOISE_VARIANCES_MM2`."""
 
 
 @dataclass(frozen=True)
@@ -72,18 +79,7 @@ class Structure(Sweep):
     """Ladder of the anatomical reconstruction at known views."""
 
     seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
-    parts_every: Count = 3  # of the views, for what is taken away or varied and for other sources
     partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
-    noise_variances_mm2: Distinct[Positive] = field(
-        default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500]
-    )
-    shrunken_noise_variances_mm2: Distinct[Positive] = field(default_factory=lambda: [50, 100, 200])
-    length_factors: Distinct[Positive] = field(default_factory=lambda: [1, 1.5, 2, 3])
-    pair_factors: Distinct[Positive] = field(default_factory=lambda: [1, 2, 4])
-    noise_factors: Distinct[Positive] = field(
-        default_factory=lambda: [0.5, 1, 2]
-    )  # on sigma² and tau together
-    shrinkages: Distinct[Kept] = field(default_factory=lambda: [0.1, 0.2, 0.4])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
         """Return the errors of every method."""
@@ -95,7 +91,7 @@ class Structure(Sweep):
         settings = self._settings(people, specified, inputs.workers)
 
         middle = len(view) // 2
-        few = np.flatnonzero((np.arange(len(view)) - middle) % self.parts_every == 0)
+        few = np.flatnonzero((np.arange(len(view)) - middle) % PARTS_EVERY == 0)
         parts, everywhere = of_part("taken away", "varied"), of_part("added", "settings")
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
@@ -135,11 +131,11 @@ class Structure(Sweep):
             "average_walker": [published],
             "map_70": [published],
             **{
-                name: [setting.with_noise(value) for value in self.noise_variances_mm2]
+                name: [setting.with_noise(value) for value in NOISE_VARIANCES_MM2]
                 for name, setting in tuned.items()
             },
-            "shrinkage": [whole.linear.with_noise(value) for value in self.shrunken_noise_variances_mm2],
-            "anatomical": [replace(whole, within=factor) for factor in self.length_factors],
+            "shrinkage": [whole.linear.with_noise(value) for value in SHRUNKEN_NOISE_VARIANCES_MM2],
+            "anatomical": [replace(whole, within=factor) for factor in LENGTH_FACTORS],
         }
         tried = list(dict.fromkeys(setting for of in candidates.values() if len(of) > 1 for setting in of))
         score = people.tried(tried, self.partners, workers)
@@ -169,7 +165,7 @@ class Structure(Sweep):
                         setting.shrinkage, extra_variance=factor * whole.shrinkage.extra_variance
                     ),
                 )
-                for factor in self.noise_factors
+                for factor in NOISE_FACTORS
             ]
 
         def shrunken(setting: Setting) -> list[Setting]:
@@ -179,11 +175,11 @@ class Structure(Sweep):
                     noise=replace(setting.noise, share=share),
                     shrinkage=replace(setting.shrinkage, within_harmonic=share, diagonal=DIAGONAL * share),
                 )
-                for share in self.shrinkages
+                for share in SHRINKAGES
             ]
 
         return [
-            lambda setting: [replace(setting, pairs=factor) for factor in self.pair_factors],
+            lambda setting: [replace(setting, pairs=factor) for factor in PAIR_FACTORS],
             noisier,
             shrunken,
             lambda setting: [replace(setting, harmonics=number) for number in (3, whole.harmonics)],
