@@ -9,8 +9,13 @@ from hypothesis import given, settings
 
 from pipeline.core.bootstrap import percentile_interval, weighted_means, weighted_medians
 from pipeline.studies import measures
-from pipeline.studies.limbs.figures.presentation import over_trials
-from pipeline.studies.replicated import Statistic, interval_over_clusters, interval_over_people, replicate
+from pipeline.studies.replicated import (
+    Statistic,
+    aggregate,
+    interval_over_clusters,
+    interval_over_people,
+    replicate,
+)
 from tests.strategies import seeds
 
 
@@ -34,7 +39,7 @@ def trials(rng: np.random.Generator, clips: int) -> pd.DataFrame:
 def test_a_column_of_a_table_has_the_interval_that_a_verdict_on_it_rests_on(seed: int) -> None:
     table = trials(np.random.default_rng(seed), 7)
     medians = {"error_median": ("error", "median")}
-    rows = over_trials(table.assign(trial=0), ["camera", "scale"], medians, list(medians))
+    rows = aggregate(table, ["camera", "scale"], medians, list(medians))
     found = rows.set_index("camera")[["error_median_low", "error_median_high"]]
     drawn = replicate(["figure/table_trials"], {"figure/table_trials": table})
     assert drawn is not None

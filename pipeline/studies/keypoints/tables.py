@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 
 TURNED_DEG = 30.0
 """A view that is farther off has been mistaken for another."""
@@ -15,16 +15,11 @@ WRONG_CADENCE_PERCENT = 15.0
 """A frequency that is farther off is another harmonic's."""
 
 
-def errors_by(people: pd.DataFrame, by: list[str]) -> list[dict[str, Any]]:
+def errors_by(people: pd.DataFrame, by: list[str]) -> pd.DataFrame:
     """Mean errors over clips, with their intervals over people, by some columns."""
-    rows = []
-    for keys, part in people.groupby(by, sort=True):
-        low, high = interval_over_people(part["person"].to_numpy(), part[ERRORS].to_numpy())
-        row = dict(zip(by, keys, strict=True)) | {"clips": len(part)}
-        for k, name in enumerate(ERRORS):
-            row |= {name: part[name].mean(), f"{name}_low": low[k], f"{name}_high": high[k]}
-        rows.append(row)
-    return rows
+    means = {name: (name, "mean") for name in ERRORS}
+    table = aggregate(people, by, means, ERRORS, cluster="person", count="clips")
+    return table[[*by, "clips", *(f"{name}{end}" for name in ERRORS for end in ("", "_low", "_high"))]]
 
 
 def views_by(clips: pd.DataFrame, of: pd.Series) -> list[dict[str, Any]]:

@@ -24,7 +24,6 @@ from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
     LEAST,
-    over_trials,
     quartile_columns,
 )
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
@@ -32,6 +31,7 @@ from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
 from pipeline.studies.presentation import interval_words
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
 Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
@@ -93,7 +93,7 @@ class RootErrorFigure(Figure):
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows = inputs.sweep.rows
         above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
-        cameras = over_trials(
+        cameras = aggregate(
             above,
             ["camera", "root_error_ratio"],
             {
@@ -196,7 +196,7 @@ class RadiusScaleFigure(Figure):
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
         rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
         medians = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": (ADJUSTED_NULL, "median")}
-        cameras = over_trials(
+        cameras = aggregate(
             rows,
             ["camera", *swept],
             {

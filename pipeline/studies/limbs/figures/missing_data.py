@@ -14,11 +14,11 @@ from pipeline import pictures, recordings
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
-from pipeline.studies.limbs.figures.presentation import over_trials
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import interval_words, lift
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
@@ -52,7 +52,7 @@ class MissingDataFigure(Figure):
         rows = inputs.sweep.rows
         medians = ("limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm")
         means = ("relative_error_up_to_mirror", "hanging_relative_error", "mean_pose_relative_error")
-        points = over_trials(
+        points = aggregate(
             rows,
             ["missing_fraction", "pattern"],
             {

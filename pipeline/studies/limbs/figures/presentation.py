@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline.core.bootstrap import weighted_means, weighted_medians
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
-from pipeline.studies.replicated import interval_over_clusters
 
 ADJUST_NAMES = {
     "refined": "refined with the trajectory",
@@ -76,38 +73,6 @@ def quartile_columns(name: str, column: str) -> dict[str, Any]:
         f"{name}_median": (column, "median"),
         **{f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in quartiles.items()},
     }
-
-
-def over_trials(
-    rows: pd.DataFrame, by: Sequence[str], columns: Mapping[str, tuple[str, Any]], banded: Sequence[str]
-) -> pd.DataFrame:
-    """Return a table over trials: how many there are, means and medians, and some of their intervals over clips.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        With columns ``trial`` and ``clip``.
-    by : sequence of str
-        Columns that tell apart what is aggregated.
-    columns : mapping of str to tuple
-        Name → column that it is of, and how it is aggregated.
-    banded : sequence of str
-        Those means and medians that have 95 % intervals, ``<name>_low`` and ``<name>_high``: all trials of a clip are
-        drawn together; NaN where all trials are of one clip.
-    """
-    groups = rows.groupby(list(by))
-    statistics = {"mean": weighted_means, "median": weighted_medians}
-    bands: dict[str, dict[Any, float]] = {}
-    for how, statistic in statistics.items():
-        names = [name for name in banded if columns[name][1] == how]
-        for key, group in groups if names else ():
-            values = group[[columns[name][0] for name in names]].to_numpy(dtype=float)
-            ends = interval_over_clusters(group["clip"].to_numpy(), values, statistic)
-            for name, low, high in zip(names, *ends, strict=True):
-                bands.setdefault(f"{name}_low", {})[key] = low
-                bands.setdefault(f"{name}_high", {})[key] = high
-    aggregated = groups.agg(trials=("trial", "size"), **columns)
-    return aggregated.assign(**{name: list(ends.values()) for name, ends in bands.items()}).reset_index()
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
