@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
+from pipeline.palette import Style
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import one_row, steps
-from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.figures.ladder import one_row
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import METHODS, STYLES, of_part
 from pipeline.studies.walks.sweeps.structure import Structure, StructureErrors
@@ -35,6 +37,7 @@ class StructureLadder(Figure):
     model = AnatomicalModel
     sweep = Structure
     sequence = "seen_from_deg"
+    timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by method and view; ``table_ladder``: by method; walkers, settings, other sources beside them."""
@@ -134,94 +137,34 @@ class StructureLadder(Figure):
                     )
         return tidy(rows, by=["source", "left_out", "method"])
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
-        by_view = pictures.Panel(
-            y="absolute_error_mm2",
-            band=("absolute_error_mm2_low", "absolute_error_mm2_high"),
-            where={"method": list(SHOWN)},
-            x="view_angle_deg",
-            by="method",
-            ylabel="Absolute error (mm$^2$)",
-            xlabel=VIEW_AXIS,
-            xticks=30,
-            from_zero=True,
-        )
-        ladder = tables["table_ladder"]
-
-        def panel(names: list[str], column: str, ylabel: str) -> pictures.Panel:
-            series, places = steps(ladder, names, column, STYLES)
-            return pictures.Panel(
-                series=series,
-                ylabel=ylabel,
-                xlabel="",
-                xticks=places,
-                xwords=[METHODS[name].words for name in names],
-                references=[("y", 0.0, "")] if column.endswith("percent") else [],
-            )
-
+        error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
+        step = partial(error, table="table_ladder", x="method")
         walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")
-        top = float(walkers[[BASELINE, "anatomical"]].to_numpy().max()) * 1.05
-        people = pictures.Panel(
-            series=[
-                pictures.Series(
-                    x=walkers[BASELINE].to_numpy(),
-                    y=walkers["anatomical"].to_numpy(),
-                    colour="green",
-                    line="points",
-                ),
-                pictures.Series(x=np.array([0.0, top]), y=np.array([0.0, top]), colour="reference"),
-            ],
-            xlabel="MAP, σ² chosen by others (mm$^2$)",
-            ylabel="Anatomical (mm$^2$)",
-            xlim=(0.0, top),
-            from_zero=True,
-            annotation="a point to each person",
-        )
-        pictures.draw_lines(
-            stem,
-            [
-                by_view,
-                people,
-                panel(of_part("added"), "absolute_error_mm2", "Absolute error (mm$^2$)"),
-                panel(
-                    of_part("settings", "taken away", "varied"), "below_whole_percent", "Below the whole (%)"
-                ),
-            ],
-            tables["table"],
-            styles=SHOWN,
-            columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} The whole has four. Bands and bars: 95 % intervals over people; settings of"
-            " each person chosen by others.",
-        )
+        pairs = {name: walkers[name].tolist() for name in (BASELINE, "anatomical")}
+        top = 1.05 * max(max(values) for values in pairs.values())
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """The errors over view angle."""
-        table = tables["table"]
-        half = (table["absolute_error_mm2_high"] - table["absolute_error_mm2_low"]) / (2 * 1.96)
-        with inputs.recording(folder, timeline="view_angle_deg") as rec:
-            rec.curves(
-                table.assign(half=half),
-                x="view_angle_deg",
-                y="absolute_error_mm2",
-                by="method",
-                sd="half",
-                where={"method": list(SHOWN)},
-                styles=SHOWN,
-                entity="curves/ladder/{series}",
-            )
-            parts = table[~table["method"].isin(list(SHOWN))]
-            rec.curves(
-                parts, x="view_angle_deg", y="absolute_error_mm2", by="method", entity="parts/ladder/{series}"
-            )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Plot(name="error (mm²) by view angle, ± standard error", origin="curves"),
-                        recordings.Plot(name="with one part less or more (mm²)", origin="parts"),
-                    ),
-                    recordings.Notes(),
-                    shares=(2, 1),
-                )
-            )
+        def steps(*parts: str) -> dict[str, Any]:
+            words = {name: METHODS[name].words for name in of_part(*parts)}
+            return {"words": words, "styles": {name: STYLES.get(name, Style("", "black")) for name in words}}
+
+        charts = [
+            error(**VIEW, styles=SHOWN, zero=True),
+            Chart(
+                table=pairs, x=BASELINE, x_label="MAP, σ² chosen by others", x_unit="mm²", y="anatomical",
+                label="anatomical", unit="mm²", styles=Style("", "green", line="points"), x_limits=(0.0, top),
+                limits=(0.0, top), note="a point to each person", references=[Reference(slope=1.0)],
+            ),
+            step(**steps("added"), zero=True),
+            step(**{**steps("settings", "taken away", "varied"), "y": "below_whole_percent", "label": "below the whole",
+                    "unit": "%"}, references=[Reference(y=0.0)]),
+            error(**VIEW, styles={n: Style(m.words) for n, m in METHODS.items() if m.part and not m.style}, picture=False,
+                  name="absolute_error_of_parts_mm2", title="with one part less or more", page=False),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption="The whole has four. Bands and bars: 95 % intervals over people; settings of each person chosen by"
+            " others.",
+        )
