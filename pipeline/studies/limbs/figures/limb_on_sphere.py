@@ -34,8 +34,8 @@ def record_on_sphere(
     bones, index = path_bones(truth.shape[1]), {timeline: at}
     with begin(
         f"\nThe limb shown is `{shown['limb']}` of `{shown['clip']}`, {Camera(shown['camera']).words}: the trial whose"
-        " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: "
-        "green the truth, orange the estimate at the value at the cursor, drawn "
+        " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre:"
+        " green the truth, orange the estimate at the value at the cursor, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
     ) as rec:
