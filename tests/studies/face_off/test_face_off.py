@@ -14,11 +14,11 @@ from pipeline import recordings
 from pipeline.cli.summary import Outcome
 from pipeline.core import camera as parallel
 from pipeline.core import fourier
-from pipeline.core.camera_paths import still
 from pipeline.core.linear_model import LinearModel
 from pipeline.storage import tables
 from pipeline.studies.face_off.comparison import KEEP_THE_IMAGE, METHODS
 from pipeline.studies.face_off.methods import SeenWalk, mean_walker, series_of_seen
+from tests.core.cameras import still
 
 Columns = dict[str, np.ndarray]
 
