@@ -113,9 +113,9 @@ planted: $(DEV) ## small defects in a copy of the tree: which do the tests notic
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
 
-golden: $(DEV) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
-	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden figure.picture=false figure.recording=false
-	@for f in $(FIGURES); do cp results/golden/scratch/*/$$f/table.csv tests/golden/$$f.csv; done; rm -rf results/golden
+golden: $(DEV) ## renew tests/golden from a smoke run, FIGURE=… for one (numbers that move need a line under "Scientific changes")
+	@rm -rf results/golden && $(RUN) figures $(if $(FIGURE),experiment=$(FIGURE)) data=synthetic scale=smoke results=results/golden
+	@$(VENV)/bin/python -m tests.contents results/golden/synthetic/smoke $(or $(FIGURE),$(FIGURES)); rm -rf results/golden
 
 digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some
 	@$(VENV)/bin/python -m tests.golden_digits $(ARGS)

@@ -7,6 +7,7 @@ The modules, from the base upwards; each imports only from those above it in thi
     resources              files that travel with the package
     shortened              short representations of results
     palette, tidy          colours and looks of series; rows of a table by series
+    charts, scenes         what is drawn, as plain values: charts of tables; views, postures and matrices
     processes, locks       work on several processes, which share the cores; what only one of them may do
     compilation            compiled loops: the only numba
     seeding                random generators

@@ -60,18 +60,21 @@ INSIDE = {name: imports(tree)[0] for name, tree in TREES.items()}
 OUTSIDE = {name: imports(tree)[1] for name, tree in TREES.items()}
 
 
-_GROUND = "validation locks shortened skeleton palette tidy processes compilation seeding resources"
+_GROUND = (
+    "validation locks shortened skeleton palette tidy charts scenes processes compilation seeding resources"
+)
 LAYERS = {
     "validation locks shortened": "",
     "skeleton palette tidy processes compilation seeding resources": "validation locks shortened",
+    "charts scenes": "validation palette tidy",
     "core": "validation skeleton compilation shortened",
-    "formats mappings fetch storage papers pictures recordings": "validation locks shortened skeleton palette tidy"
-    " resources",
+    "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources",
+    "pictures recordings": "validation locks skeleton palette tidy resources charts scenes",
     "synthetic": f"{_GROUND} core",
     "clips pointlight": f"{_GROUND} core synthetic",
     "ingestion": f"{_GROUND} core clips formats mappings fetch",
     "studies": f"{_GROUND} core synthetic clips storage papers pictures recordings",
-    "stages": f"{_GROUND} clips ingestion studies storage papers",
+    "stages": f"{_GROUND} clips ingestion studies storage papers pictures recordings",
     "api": f"{_GROUND} core clips ingestion formats mappings",
     "report": f"{_GROUND} core studies storage papers pictures",
     "reconstruct": f"{_GROUND} core synthetic clips formats report storage papers pictures recordings",
@@ -90,7 +93,6 @@ FROM_OUTSIDE = {
     "PIL": {"pictures"},
     "jinja2": {"report"},
     "rerun": {"recordings"},
-    "pyarrow": {"recordings"},
     "hydra": {"cli"},
     "omegaconf": {"cli"},
     "rich": {"cli"},
@@ -258,7 +260,7 @@ def test_what_one_must_know_of_a_figure_is_bounded() -> None:
 
 
 @pytest.mark.parametrize("module", FIGURES)
-def test_a_figure_reaches_no_reader(module: str) -> None:
+def test_a_figure_reaches_no_reader_and_no_renderer(module: str) -> None:
     assert not {package(m) for m in reached(module)} & {
         "formats",
         "mappings",
@@ -266,6 +268,8 @@ def test_a_figure_reaches_no_reader(module: str) -> None:
         "ingestion",
         "stages",
         "cli",
+        "pictures",
+        "recordings",
     }
 
 
