@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 
 def result_type(method: Callable[..., Any]) -> type:
@@ -42,7 +41,7 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     arrays: dict[str, np.ndarray] = {}
 
     def without_arrays(part: Any, path: str) -> Any:
-        if isinstance(part, pd.DataFrame):
+        if _is_table(part):
             arrays.update({f"{path}{name}": np.asarray(part[name].tolist()) for name in part})
             return list(part)
         inner = _parts(part)
@@ -57,6 +56,11 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     notes = without_arrays(value, "")
     return arrays, notes
+
+
+def _is_table(part: Any) -> bool:
+    """Return whether a value or type is a DataFrame, told by what it has: the store does not import pandas."""
+    return hasattr(part, "iloc")
 
 
 def _parts(part: Any) -> dict[str, Any] | None:
@@ -89,8 +93,8 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         return arrays[path]
     prefix = f"{path}." if path else ""
     origin: Any = typing.get_origin(kind) or kind
-    if origin is pd.DataFrame and notes is not None:
-        return pd.DataFrame({name: arrays[prefix + name] for name in notes})
+    if _is_table(origin) and notes is not None:
+        return origin({name: arrays[prefix + name] for name in notes})
     if notes is None and not any(name.startswith(prefix) for name in arrays if path):
         return None
     if dataclasses.is_dataclass(origin):
