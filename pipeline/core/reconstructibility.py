@@ -235,6 +235,8 @@ def _compared(truth: float, impostor: float, size: float) -> Reconstructibility:
 
 
 def _confidence(value: float, red_below: float, green_above: float) -> Confidence:
+    if np.isnan(value):
+        raise InvalidInput("must be a number", where="margin", received="nan")
     return "red" if value < red_below else "green" if value > green_above else "amber"
 
 

@@ -169,13 +169,10 @@ def refine(
     check_options({"cutoff": cutoff, "tolerance": tolerance}, max_iterations)
     require_range("length_factor", length_factor, above=1.0)
     rows = basis_rows(basis, frames)
-    turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
     if paths is None:
-        whole = np.asarray(directions, dtype=float)
-        paths = [
-            starting_path(whole[:, limb], rows, chart=turns[limb], cutoff=cutoff, called=called[limb + 1])
-            for limb in range(limbs)
-        ]
+        turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
+        starts = zip(np.moveaxis(np.asarray(directions, dtype=float), 1, 0), turns, called[1:], strict=True)
+        paths = [starting_path(d, rows, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts]
     given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths)
     _check_start(given, unknowns, called)
     if cutoff is not None:
