@@ -133,9 +133,10 @@ def claims(arguments: Sequence[str]) -> int:
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Write the README's tables from results/published.csv.
+    """Write the tables of results in docs/ from results/published.csv.
 
-    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the pictures too.
+    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the README's
+    pictures, too.
     """
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
@@ -150,10 +151,12 @@ def readme(arguments: Sequence[str]) -> int:
             draw_first_screen(
                 read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
             )
-    document = provenance.PROJECT / "README.md"
-    text = document.read_text(encoding="utf-8")
     made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
-    document.write_text(published.insert(text, made), encoding="utf-8")
+    for name, document in (("figures", "figures.md"), ("headline", "results.md")):
+        page = provenance.PROJECT / "docs" / document
+        page.write_text(
+            published.insert(page.read_text(encoding="utf-8"), {name: made[name]}), encoding="utf-8"
+        )
     return 0
 
 

@@ -119,7 +119,7 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             found.lines += motion.notes[noted:]
             fit = mappings.suggest(motion, known)
         except InvalidInput as refusal:
-            found.lines.append(f"cannot be used: {refusal}")
+            found.lines.append(f"cannot be used: {refusal if found.people else _found(refusal)}")
             if found.people:
                 file, first = shlex.quote(str(path)), shlex.quote(found.people[0])
                 found.lines.append(f"next: python -m pipeline inspect {file} subject={first}")

@@ -1,7 +1,7 @@
 """Conversion of dataclasses to arrays and notes for the store, and back.
 
 What a stage hands to the next is a frozen dataclass.  Its arrays become the arrays of an artefact, named by the path to
-the field (``space.mean``); everything else becomes its notes.
+the field (``space.mean``), as do the columns of its tables; everything else becomes its notes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 
 def result_type(method: Callable[..., Any]) -> type:
@@ -26,8 +27,8 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     Parameters
     ----------
     value : dataclass
-        Its fields are arrays, dataclasses, `None`, mappings from text to arrays or dataclasses, or plain values
-        (numbers, text, lists and mappings of such).
+        Its fields are arrays, tables, dataclasses, `None`, mappings from text to arrays or dataclasses, or plain
+        values (numbers, text, lists and mappings of such).
 
     Examples
     --------
@@ -41,6 +42,9 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     arrays: dict[str, np.ndarray] = {}
 
     def without_arrays(part: Any, path: str) -> Any:
+        if isinstance(part, pd.DataFrame):
+            arrays.update({f"{path}{name}": np.asarray(part[name].tolist()) for name in part})
+            return list(part)
         inner = _parts(part)
         if inner is None:
             return part
@@ -85,6 +89,8 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         return arrays[path]
     prefix = f"{path}." if path else ""
     origin: Any = typing.get_origin(kind) or kind
+    if origin is pd.DataFrame and notes is not None:
+        return pd.DataFrame({name: arrays[prefix + name] for name in notes})
     if notes is None and not any(name.startswith(prefix) for name in arrays if path):
         return None
     if dataclasses.is_dataclass(origin):

@@ -527,8 +527,9 @@ def test_a_recording_is_found_here_then_in_the_mirror(case: Case) -> None:
     assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
     assert resolve(row, raw=case.raw) is None
     target.parent.mkdir(parents=True)
-    target.write_bytes(CONTENT[:10])
-    assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
+    for wrong in (CONTENT[:10], CONTENT + b"more"):
+        target.write_bytes(wrong)
+        assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
     target.write_bytes(CONTENT)
     assert resolve(row, raw=case.raw, mirror=case.mirror) == target
 

@@ -97,6 +97,16 @@ def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
     posture = recorded({name: place[:1] for name, place in static.items()})
     carried = static_trial.carry(recorded(without(walk, [*ANATOMICAL, *gone])), posture, "static.trc", KNOWN)
     assert not set(gone) & set(carried.names)
+    # Three markers of a side of the pelvis are rigid, too, and beside no segment of the leg.
+    for points in (walk, static):
+        for side, sign in (("R", 1.0), ("L", -1.0)):
+            across = (points["R.ASIS"] - points["L.ASIS"]) * 0.2 * sign
+            points |= {f"{side}.PSIS": points["V.Sacral"] + across}
+            points |= {f"{side}.Crest": 0.5 * (points[f"{side}.PSIS"] + points[f"{side}.ASIS"]) + across}
+    gone = [*ANATOMICAL, *(name for name in walk if "Thigh" in name)]
+    posture = recorded({name: place[:1] for name, place in static.items()})
+    carried = static_trial.carry(recorded(without(walk, gone)), posture, "static.trc", KNOWN)
+    assert not [name for name in carried.names if "Knee" in name or "Thigh" in name]
 
 
 def test_a_static_trial_that_is_none_is_refused(tmp_path: Path) -> None:

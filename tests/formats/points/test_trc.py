@@ -244,8 +244,8 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
     assert len(motion.valid) == 20
     assert np.flatnonzero(~motion.valid.all(axis=1)).tolist() == [5, 6]
     assert motion.notes == ("2 frames have no row and are missing.",)
-    told = read(tmp_path, line(np.delete(np.arange(20) / 100, [5, 6])))  # the rate is that of most steps
-    assert told.frame_rate_hz == 100.0
+    told = read(tmp_path, line(np.delete(np.arange(20) / 128, [5, 6])))  # the rate is that of most steps
+    assert told.frame_rate_hz == 128.0
     np.testing.assert_array_equal(told.valid, motion.valid)
 
 
