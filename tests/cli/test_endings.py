@@ -160,7 +160,7 @@ def test_what_workers_leave_that_have_to_be_killed_is_removed(
     worker.start()
     ready.wait()
     assert [len(list(folder.iterdir())) for folder in folders] == [1, 1]
-    monkeypatch.setattr(pool, "GRACE_S", 0.0)
+    monkeypatch.setattr(pool, "EACH_S", 0.0)
     experiment = SimpleNamespace(results=str(tmp_path))
     pool._end([SimpleNamespace(process=worker)], [(experiment, folders[0] / "zhang2007_fig5")])  # type: ignore[list-item]
     assert worker.exitcode == -signal.SIGKILL
