@@ -15,7 +15,10 @@ import numpy as np
 import pandas as pd
 
 from pipeline import pictures
+from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, errors, fourier, linear_model, reconstruction
+from pipeline.palette import Style
+from pipeline.scenes import PostureRow
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import publish
 from pipeline.synthetic import walkers
@@ -78,7 +81,7 @@ side = [
 with publish(FOLDER / "one_walker", having="tutorial") as published:
     pictures.draw_postures(
         published.folder / "one_walker",
-        [("", [pictures.PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
+        [("", [PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
         WALKER15.bones,
         column_titles=[f"{share:.0%}" for share in times],
         legend=("true walk", "reconstructed from 30°"),
@@ -135,26 +138,25 @@ answer = (
     .reset_index()
 )
 print(answer.round(1).to_string(index=False))
+chart = Chart(
+    x="walkers",
+    x_label="walkers that the model is learnt from",
+    log_x=True,
+    ticks=(3, 5, 10, 20, 40, 80),
+    y="mean",
+    band=("low", "high"),
+    by="method",
+    styles={"null": Style("their average (null)", "null"), "map": Style("MAP", "map")},
+    label="error in depth",
+    unit="mm",
+    zero=True,
+)
 with publish(FOLDER / "answer", having="tutorial") as published:
     answer.to_csv(published.folder / "answer.csv", index=False, float_format="%.6g")
-    pictures.draw_lines(
+    pictures.draw_charts(
         published.folder / "answer",
-        [
-            pictures.Panel(
-                y="mean",
-                band=("low", "high"),
-                ylabel="error in depth (mm)",
-                from_zero=True,
-                xscale="log",
-                xticks=(3, 5, 10, 20, 40, 80),
-            )
-        ],
-        answer,
-        x="walkers",
-        by="method",
-        styles={"null": pictures.Style("their average (null)", "null"), "map": pictures.Style("MAP", "map")},
-        xlabel="walkers that the model is learnt from",
-        legend="figure",
+        Sheet(charts=[chart]),
+        {"table": answer},
         caption=f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws.",
     )
     published.manifest({"tutorial": "number of walkers", "draws": DRAWS})

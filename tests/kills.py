@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.storage.agreement import TIMING
 from pipeline.storage.sealed_folders import complaints_about
 from tests.processes import WAIT_S, started
 
@@ -32,11 +33,15 @@ def finished(results: Path) -> Iterator[Path]:
 
 def tables(results: Path) -> dict[str, bytes]:
     """Return tables and arrays of all figures, without times."""
-    return {
-        path.relative_to(results).as_posix(): path.read_bytes()
-        for path in results.glob("*/smoke/*/*")
-        if path.suffix in (".csv", ".npz") and not path.name.startswith("table_timing")
-    }
+    found = {}
+    for path in results.glob("*/smoke/*/*"):
+        name = path.relative_to(results).as_posix()
+        if path.suffix == ".csv" and not path.name.startswith(TIMING):
+            found[name] = path.read_bytes()
+        elif path.suffix == ".npz":
+            with np.load(path, allow_pickle=False) as stored:
+                found |= {f"{name}: {of}": stored[of].tobytes() for of in stored.files if of != "seconds"}
+    return found
 
 
 def require_whole(results: Path) -> None:

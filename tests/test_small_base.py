@@ -87,7 +87,15 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Path, wal
     )  # fmt: skip
     assert (said.returncode, said.stderr) == (0, "")
     written = {path.name for path in (walks / "out").iterdir()}
-    assert written == {"summary.json", "joints.csv", "walk.c3d", "walk.trc", "walk.bvh", "walk.csv"}
+    assert written == {
+        "manifest.json",
+        "summary.json",
+        "joints.csv",
+        "walk.c3d",
+        "walk.trc",
+        "walk.bvh",
+        "walk.csv",
+    }
     for file, package in (
         ("picture.png", "matplotlib"),
         ("recording.rrd", "rerun-sdk"),

@@ -133,9 +133,10 @@ def claims(arguments: Sequence[str]) -> int:
 
 
 def readme(arguments: Sequence[str]) -> int:
-    """Write the README's tables from results/published.csv.
+    """Write the tables of results in docs/ from results/published.csv.
 
-    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the pictures too.
+    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the README's
+    pictures, too.
     """
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
@@ -150,10 +151,12 @@ def readme(arguments: Sequence[str]) -> int:
             draw_first_screen(
                 read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
             )
-    document = provenance.PROJECT / "README.md"
-    text = document.read_text(encoding="utf-8")
     made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
-    document.write_text(published.insert(text, made), encoding="utf-8")
+    for name, document in (("figures", "figures.md"), ("headline", "results.md")):
+        page = provenance.PROJECT / "docs" / document
+        page.write_text(
+            published.insert(page.read_text(encoding="utf-8"), {name: made[name]}), encoding="utf-8"
+        )
     return 0
 
 
@@ -203,7 +206,9 @@ def keep(arguments: Sequence[str]) -> int:
     }
     if name := own.get("name"):
         run = Path(own["run"]) if own.get("run") else _latest_run(Path(config.results) / "scratch")
-        out.print(f"kept {run} in {archive.keep_run(run, root, name=name, **facts)}", soft_wrap=True)
+        data, found = archive.figures_of_run(run)
+        kept = archive.keep(run, root, found, name=name, data=data, scale="", **facts)
+        out.print(f"kept {run} in {kept}", soft_wrap=True)
         return 0
     figures = figures_for(arguments)
     if only := own.get("only"):
@@ -220,8 +225,8 @@ def keep(arguments: Sequence[str]) -> int:
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
         out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
-    single = f"{facts['date']}-{facts['commit'][:12]}-{only}" if only else ""
-    kept = archive.keep(folder, root, figures_expected=chosen, name=single, current=current, **facts)
+    moment = f"{facts['date']}-{facts['commit'][:12]}" + (f"-{only}" if only else "")
+    kept = archive.keep(folder, root, chosen, name=moment, data=config.data.name, current=current, **facts)
     out.print(f"kept in {kept}")
     return 0
 

@@ -13,10 +13,12 @@ from rich.console import Console
 from rich.text import Text
 
 from pipeline.cli.errors import sentence
+from pipeline.cli.own_result import own_result
 from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome, summarise
 from pipeline.clips.kinds import Clips
+from pipeline.ingestion.data import FolderData
 from pipeline.papers import Verdict
 from pipeline.processes import core_lent
 from pipeline.stages import dataset, figure, ingest, model, sweep
@@ -120,13 +122,16 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
     cores = max([1, *(experiment.workers for experiment, _ in jobs)])
     processes = min(cores, len(jobs))
     started = time.perf_counter()
-    with Display([e for e, _ in jobs], console, slots=processes, cores=cores) as display:
+    with Display([e for e, _ in jobs], console, slots=processes) as display:
         if processes > 1:
             made = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
         else:
             made = _make_in_turn(jobs, display)
     outcomes = [one for one in made if isinstance(one, Outcome)]
     if outcomes:
+        own = {e.name for e, _ in jobs if isinstance(e.data, FolderData)}
+        for words in filter(None, (own_result(one.folder) for one in outcomes if one.figure in own)):
+            console.print(Text(words, style="bold"), soft_wrap=True)
         verdicts = _ledger(outcomes, {e.name: e for e, _ in jobs})
         summarise(outcomes, verdicts, console, seconds=time.perf_counter() - started)
     failures = [one for one in made if isinstance(one, Failure)]

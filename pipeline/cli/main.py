@@ -14,7 +14,7 @@
   python -m pipeline sensitivity [data=...] [GROUP]       each switch of conf/sensitivity.yaml: which verdict it moves
                      [SWITCH ...]                         these alone, with _ for spaces
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
-  python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
+  python -m pipeline readme [data=...]                    the tables of results in docs/, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
   python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
                      [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options

@@ -40,6 +40,6 @@ def first_comment(name: str) -> str:
 
 
 def listed() -> str:
-    """Return the README's table of the figures: name and first comment of each preset, as Markdown."""
+    """Return the documentation's table of the figures: name and first comment of each preset, as Markdown."""
     rows = (f"| `{name}` | {first_comment(name)} |" for name in presets())
     return "\n".join(["| figure | shows |", "|---|---|", *rows])

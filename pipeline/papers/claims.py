@@ -110,7 +110,7 @@ def _told(value: Any) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A number of ours that an explanation or the README quotes, without a claim about it.
+    """A number of ours that an explanation or the documentation quotes, without a claim about it.
 
     Attributes
     ----------

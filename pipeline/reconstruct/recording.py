@@ -13,6 +13,7 @@ from pipeline.core.keypoint_walk.posterior import sample_positions
 from pipeline.reconstruct.clip import Stretch, Walk
 from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import LEVEL_95
+from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 
@@ -89,24 +90,22 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
             )  # fmt: skip
         recording.curve("curves/residual/rms", seconds, rms, label="rms", colour="black")
         recording.blueprint(
-            recordings.Columns(
-                recordings.Rows(
-                    recordings.Image2D(name="image: keypoints (dots), reprojection (lines)"),
-                    recordings.Plot(name="residual (px)", origin="curves/residual"),
+            Columns(
+                Rows(
+                    Image2D(name="image: keypoints (dots), reprojection (lines)"),
+                    Plot(name="residual (px)", origin="curves/residual"),
                     shares=(3, 1),
                 ),
-                recordings.Rows(
-                    recordings.Space3D(
+                Rows(
+                    Space3D(
                         name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
                     ),
-                    recordings.Plot(
-                        name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"
-                    ),
+                    Plot(name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"),
                     shares=(3, 1),
                 ),
-                recordings.Rows(
-                    recordings.Notes(),
-                    recordings.Bars(name="evidence by heading, 0: towards", origin="view"),
+                Rows(
+                    Notes(),
+                    Bars(name="evidence by heading, 0: towards", origin="view"),
                     shares=(3, 2),
                 ),
                 shares=(3, 3, 2),

@@ -1,7 +1,6 @@
 """Putting the page together: what each paper and each figure shows, from the published folders.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers,
-``conf/report.yaml`` which columns are drawn as curves.
+`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from pipeline.palette import COLOURS, ROLES
 from pipeline.report import entries, players, sensitivity, templates, verdicts
 from pipeline.report.published import Published, packed_json, read_published
 from pipeline.skeleton import WALKER15
-from pipeline.storage import provenance
 from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
 
@@ -66,15 +64,14 @@ def write_page(
     """
     results = read_published(folder, figures)
     to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
     width = entries.PICTURE_WIDTH
-    text, parts = _render(results, layout, variants, to, width)
+    text, parts = _render(results, variants, to, width)
     # Pictures become smaller until it fits; their bytes go with the area.
     while len(text.encode()) > most and parts["pictures"] and width > LEAST_WIDTH:
         room = parts["pictures"] - (len(text.encode()) - most)
         share = max(room, 1) / parts["pictures"]
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
-        text, parts = _render(results, layout, variants, to, width)
+        text, parts = _render(results, variants, to, width)
     content = text.encode()
     if len(content) > most:
         raise InvalidInput(
@@ -90,7 +87,6 @@ def write_page(
 
 def _render(
     results: Published,
-    layout: Mapping[str, Any],
     variants: Sequence[Mapping[str, Any]],
     to: Path,
     width: int,
@@ -110,7 +106,7 @@ def _render(
     ]
     terms = entries.terms_of(results)
     figures = {
-        name: entries.figure_entry(figure, results, layout, terms, to, width)
+        name: entries.figure_entry(figure, results, terms, to, width)
         for name, figure in results.figures.items()
     }
     shown = [
@@ -122,7 +118,7 @@ def _render(
         packed["published"] = packed_json({entries.PUBLISHED: numbers})
     if moved:
         packed["sensitivity"] = packed_json({sensitivity.TABLE: moved["text"]})
-    curves = {name: entries.curve_tables(figure, layout) for name, figure in results.figures.items()}
+    curves = {name: entries.curve_tables(figure) for name, figure in results.figures.items()}
     packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
     text = environment.get_template("index.html.j2").render(
@@ -146,7 +142,7 @@ def _render(
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
-        roles=packed_json({**{name: name for name in COLOURS}, **ROLES, **layout["colours"]}),
+        roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
         bones=packed_json([list(bone) for bone in WALKER15.bones]),
         joints=packed_json(list(WALKER15.joints)),
         walkers_packed=walkers_packed,

@@ -1,4 +1,4 @@
-"""Published numbers: ``results/published.csv``, and the tables of the README and the page, which are made from it.
+"""Published numbers: ``results/published.csv``, and the tables of documentation and page, which are made from it.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
 commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.

@@ -10,7 +10,7 @@ stage      option                  method
 dataset    `Dataset`               ``build(clips, workers)``
 model      `Model`                 ``learn(dataset, workers)``
 sweep      `Sweep`                 ``measure(inputs)``
-figure     `Figure`                ``tables(inputs)``, then ``draw`` and ``record``
+figure     `Figure`                ``tables(inputs)``, ``charts``, then ``draw`` and ``record``
 =========  ======================  ==========================================================
 
 Each method returns a frozen dataclass of arrays (a figure: DataFrames), whose type the store takes from the return
@@ -21,18 +21,22 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from pipeline.charts import Sheet
 from pipeline.clips.kinds import Corpus
+from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, require_range
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder
 
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
@@ -52,19 +56,21 @@ class Grid:
     array([-90., -45.,   0.,  45.,  90.])
     """
 
-    start: float
-    stop: float
-    step: float
+    start: Finite
+    stop: Finite
+    step: Positive
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
-        for end in ("start", "stop"):
-            require_range(f"{name}.{end}", getattr(self, end))
-        require_range(f"{name}.step", self.step, above=0)
+        require_bounds(name, self)
         require_range(f"{name}.stop", self.stop, above=self.start)
         count = np.floor((self.stop - self.start) / self.step + 1e-9) + 1
         require_range(f"the number of values of {name}", count, at_most=MOST_VALUES)
         return self.start + self.step * np.arange(int(count), dtype=float)
+
+
+Swept = Annotated[Grid, lambda name, grid: grid.values(name)]
+"""A grid whose values there are."""
 
 
 def scaled(**fields: str | float) -> Any:
@@ -93,6 +99,7 @@ class Dataset(ABC):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_bounds("dataset", self)
 
     def shared(self) -> Dataset:
         """Return the options whose samples serve these, for populations that several figures share."""
@@ -118,6 +125,7 @@ class Model(ABC):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_bounds("model", self)
 
     @abstractmethod
     def learn(self, dataset: Any, *, workers: int) -> Any:
@@ -166,6 +174,7 @@ class Sweep(ABC):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_bounds("sweep", self)
 
     def coarser(self) -> Sweep:
         """Return the sweep that further populations go through: the same, or with fewer values."""
@@ -205,12 +214,15 @@ class Figure(ABC):
     """Tables that are made again of every further population."""
     sequence: ClassVar[str] = ""
     """Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none."""
+    timeline: ClassVar[str] = ""
+    """Timeline of a recording that has charts alone."""
 
     picture: bool = True
     recording: bool = True
 
     def validate(self, experiment: Any) -> None:
-        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        """Validate the options, also against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        require_bounds("figure", self)
 
     @abstractmethod
     def tables(self, inputs: Any) -> dict[str, pd.DataFrame]:
@@ -220,13 +232,18 @@ class Figure(ABC):
         """Return further arrays of ``arrays.npz``, of which the report computes; none by default."""
         return {}
 
-    @abstractmethod
-    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Write the picture of the tables as ``<stem>.svg`` and ``<stem>.png``."""
+    def charts(self, inputs: Any, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Return what is drawn of the tables, for picture, recording and page; no chart by default."""
+        return Sheet()
 
-    @abstractmethod
-    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Write ``recording.rrd``, and further recordings, into a folder."""
+    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+        """Draw the picture: the charts by default."""
+        picture.charts()
+
+    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+        """Write the recording: the charts over `timeline` by default."""
+        with begin(timeline=self.timeline) as recording:
+            recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))
 
     def check_sequence(self, sweep: Sweep) -> None:
         """Require whole numbers on the recording's timeline.  Raises InvalidInput."""

@@ -12,7 +12,7 @@ from scipy.fft import dct
 from scipy.linalg import null_space
 
 from pipeline.core.articulation import RayHits, ray_sphere
-from pipeline.core.camera_paths import around, hand_held, parallel, still
+from pipeline.core.camera_paths import around, hand_held
 from pipeline.core.pinhole import project_by_matrix
 from pipeline.core.reconstructibility import (
     Reconstructibility,
@@ -25,8 +25,10 @@ from pipeline.core.reconstructibility import (
     view_from_the_camera,
     viewing_angles,
 )
-from pipeline.synthetic.limbs import angular_limb, cartesian_limb
+from pipeline.synthetic.limbs import angular_limb
 from pipeline.validation import InvalidInput
+from tests.core.cameras import parallel, still
+from tests.core.limbs import cartesian_limb
 from tests.strategies import seeds
 
 
@@ -289,8 +291,8 @@ BASIS, ONES, SIGNS = cosines(5, 2), np.ones((5, 3)), np.ones(5)
 @pytest.mark.parametrize(
     ("arguments", "options", "sentence"),
     [
-        ((BASIS, ONES, ONES[:4], SIGNS), {}, r"do not fit \(.*received \(5, 3\), \(4, 3\) and \(5,\)"),
-        ((BASIS, ONES, ONES, 0 * SIGNS), {}, r"F of \+1 and -1"),
+        ((BASIS, ONES, ONES[:4], SIGNS), {}, r"half chord must have shape \(5, 3\)"),
+        ((BASIS, ONES, ONES, 0 * SIGNS), {}, r"signs must be \+1 or -1"),
         (
             (BASIS[:4], ONES, ONES, SIGNS),
             {},
@@ -307,8 +309,12 @@ BASIS, ONES, SIGNS = cosines(5, 2), np.ones((5, 3)), np.ones(5)
             {},
             r"too few frames .*expected 3 or more, received 2",
         ),
-        ((BASIS, ONES, ONES, SIGNS), {"reading": "angle"}, "angles need the axis"),
-        ((BASIS, ONES, ONES, SIGNS), {"reading": "angle", "axis": ONES[:2]}, "limbs and axes do not fit"),
+        ((BASIS, ONES, ONES, SIGNS), {"reading": "angle"}, r"axis must have shape \(5, 3\)"),
+        (
+            (BASIS, ONES, ONES, SIGNS),
+            {"reading": "angle", "axis": ONES[:2]},
+            r"axis must have shape \(5, 3\)",
+        ),
         ((BASIS, ONES, ONES, SIGNS), {"reading": "tangent"}, "reading must be vector or angle"),
     ],
 )

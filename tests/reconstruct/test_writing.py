@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import formats, recordings
+from pipeline import formats
 from pipeline.reconstruct.motion import Format, in_walkers_axes
 from pipeline.reconstruct.summary import scale_mm
 from pipeline.reconstruct.writing import Output, Reconstruct, run
@@ -20,6 +20,7 @@ from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip, walks
 from tests.processes import python
 from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
+from tests.recordings import reading, viewer
 
 
 def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
@@ -130,19 +131,19 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     text = (folder / "walk.html").read_text(encoding="utf-8")
     assert html.escape(summary["view_angle_deg"]["words"]).replace("&#x27;", "&#39;") in text
     file = folder / "recording.rrd"
-    recordings.verify(file)
+    viewer.verify(file)
     assert file.stat().st_size < 5_000_000
     T = len(walk.best.pixels)
-    _, mean = recordings.read_column(file, "world/reconstructed", "Points3D:positions", "time")
-    _, samples = recordings.read_column(file, "world/samples", "Points3D:positions", "time")
+    _, mean = reading.read_column(file, "world/reconstructed", "Points3D:positions", "time")
+    _, samples = reading.read_column(file, "world/samples", "Points3D:positions", "time")
     assert mean.shape == (T, 15, 3)
     drawn = samples.reshape(T, -1, 15, 3)
     # Walks drawn from the posterior stand about its mean, the wrists farther from it than the hips.
     spread = 1e3 * (drawn - mean[:, None]).std(axis=1).mean(axis=(0, 2))
     assert spread[8] < 1e-2
     assert spread[[4, 7]].mean() > 1.2 * spread[[9, 12]].mean()
-    _, seen = recordings.read_column(file, "image/keypoints", "Points2D:positions", "time")
-    _, made = recordings.read_column(file, "image/reprojection", "Points2D:positions", "time")
+    _, seen = reading.read_column(file, "image/keypoints", "Points2D:positions", "time")
+    _, made = reading.read_column(file, "image/reprojection", "Points2D:positions", "time")
     assert np.nanmedian(np.abs(seen - made)) * 1e3 < 15.0
 
 

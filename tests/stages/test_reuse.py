@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.cli.summary import Outcome
 from pipeline.storage import source_code, tables
 from pipeline.studies.experiment import Experiment
+from tests.recordings import reading
 
 pytestmark = pytest.mark.thorough
 
@@ -54,7 +54,7 @@ def test_drawing_and_logging_again_gives_the_same_picture_and_recording(
     outcome = figure(smoke_results, "zhang2007_fig5", "scale=smoke", quick=False)
     first = smoke_results / "synthetic" / "smoke" / "zhang2007_fig5"
     assert made(outcome.folder, ".svg", ".png") == made(first, ".svg", ".png")
-    digests = {recordings.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
+    digests = {reading.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
     assert len(digests) == 1
 
 

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from pipeline.validation import InvalidInput, require_range
+from pipeline.shortened import shortened
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 BOUND = 3.0
 """Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
@@ -29,6 +30,7 @@ _FARTHEST = 38.0
 """Standard deviations beyond which the probability of a normal number is zero in double precision."""
 
 
+@shortened
 @dataclass(frozen=True)
 class ActionModel:
     """Mean performance of an action and the standard deviation at each of its postures.
@@ -41,13 +43,11 @@ class ActionModel:
         At each posture; at least the floor.
     floored : (P, b) bool
         Where the floor took the place of a smaller standard deviation.
-    n_performances : int
     """
 
     mean: np.ndarray
     standard_deviation: np.ndarray
     floored: np.ndarray
-    n_performances: int
 
 
 def learn(performances: np.ndarray) -> ActionModel:
@@ -77,7 +77,6 @@ def learn(performances: np.ndarray) -> ActionModel:
         mean=performances.mean(axis=0),
         standard_deviation=np.maximum(deviation, floor),
         floored=deviation < floor,
-        n_performances=len(performances),
     )
 
 
@@ -183,12 +182,7 @@ def acceptance_left_out(
     """
     performances = _checked(performances)
     labels = np.arange(len(performances)) if groups is None else np.asarray(groups)
-    if labels.shape != performances.shape[:1]:
-        raise InvalidInput(
-            "the groups do not match the performances",
-            expected=str(performances.shape[:1]),
-            received=str(labels.shape),
-        )
+    require_shape("groups", labels, performances.shape[:1])
     result = np.empty(performances.shape[:2], dtype=bool)
     for label in np.unique(labels):
         out = labels == label

@@ -9,6 +9,7 @@ import numpy as np
 
 from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, harmless
+from pipeline.shortened import shortened
 
 LARGEST_PX = 1e6
 MOST_FRAMES = 10_000_000
@@ -16,6 +17,7 @@ MOST_PAIRS = 20_000_000
 """Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
 
 
+@shortened
 @dataclass(frozen=True)
 class Detections:
     """2D keypoints of one video, as a file holds them: any number of people in any frame.

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.core import posture
 from pipeline.core.choice import evenly
@@ -34,6 +33,7 @@ from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Trial
 from pipeline.studies.occlusion import occlusion
 from pipeline.studies.study import SweepInputs
 from pipeline.validation import InvalidInput
+from tests.recordings import reading
 from tests.strategies import seeds
 
 QUICK = HeldOutTracking(particles=[60], tracked=2, noise_mm=[10.0], occluded=[0.0, 0.5])
@@ -329,7 +329,7 @@ def test_the_rows_of_the_figure_are_means_of_performances(smoke_results: Path) -
     folder = smoke_results / "synthetic" / "smoke" / "mozerov2006_tracking"
     recording = folder / "recording.rrd"
     wanted = {f"{top}/{m}" for m in METHODS for top in ("world/tracked", "curves/error_mm")}
-    assert wanted | {"world/original", "image/observed", "about"} <= set(recordings.entities(recording))
+    assert wanted | {"world/original", "image/observed", "about"} <= set(reading.entities(recording))
     table = tables.read(folder / "table.csv")
     each = tables.read(folder / "table_performances.csv")
     assert len(each["error_mm"]) == 2 * len(table["error_mm"])

@@ -8,16 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
 import pandas as pd
 
-from pipeline import pictures
+from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.palette import Style
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.limb_on_sphere import record_on_sphere
 from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
@@ -25,19 +23,21 @@ from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
     LEAST,
-    median_intervals,
+    NULL_LABELS,
     quartile_columns,
-    trial_columns,
 )
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
-from pipeline.studies.limbs.radius_scale import RadiusErrors, RadiusScaleSweep
-from pipeline.studies.limbs.root_error import RootErrors, RootErrorSweep
+from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
+from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
 from pipeline.studies.presentation import interval_words
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
-RootInputs = FigureInputs[LimbStretches, BasisFit, RootErrors]
-RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
+Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 NULLS = ("hanging_error", "mean_pose_error")
 """Errors of limbs that do nothing, as `nulls.limb_errors`."""
@@ -45,11 +45,19 @@ NULLS = ("hanging_error", "mean_pose_error")
 ADJUSTED_NULL = "adjusted_hanging_error"
 """The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
 
-NULL_MEDIANS = {f"{name}_median": name for name in NULLS}
+NULL_MEDIANS = {f"{name}_median": (name, "median") for name in NULLS}
 
-RADIUS_NULL_MEDIANS = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": ADJUSTED_NULL}
+ROOT = "root_error_ratio"
 
-NULL_LABELS = ("hangs straight down", "mean pose")
+PUBLISHED_ROOT = [
+    Reference(x="park2011_small_root_error_reliable", label="reliable"),
+    Reference(x="park2011_large_root_error_unreliable", label="unreliable"),
+]
+PUBLISHED_RADIUS = [
+    Reference(x="park2011_small_radius_reliable", label="reliable"),
+    Reference(x=1.0),
+    Reference(x="park2011_large_radius_unreliable", label="unreliable"),
+]
 
 NULL_WORDS = (
     "Grey, medians of what does nothing: a limb of the {length} length that hangs straight down (dotted), and one that "
@@ -74,13 +82,13 @@ class LimbErrors(Figure):
         """Return ``table``: trials before the first camera; ``table_points``: over them; and others of each sweep."""
         return self._of(inputs).tables(inputs)
 
-    def draw(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error against what is swept."""
-        self._of(inputs).draw(inputs, tables, stem)
+    def charts(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Return the charts of what is swept."""
+        return self._of(inputs).charts(inputs, tables)
 
-    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the error, and a limb on its sphere or a skeleton with missing points."""
-        self._of(inputs).record(inputs, tables, folder)
+        self._of(inputs).record(inputs, tables, begin)
 
     def _of(self, inputs: FigureInputs) -> Figure:
         kinds = (RootErrorFigure, RadiusScaleFigure, MissingDataFigure)
@@ -94,104 +102,66 @@ class RootErrorFigure(Figure):
     model = TrajectoryBasisModel
     sweep = RootErrorSweep
 
-    def tables(self, inputs: RootInputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
-        measured = (
-            "limb_error", "relative_error", "error_up_to_mirror", "child_error_ratio", "parent_error_ratio",
-            "reconstructibility", "proved", "objective", "lower_bound", *NULLS,
-        )  # fmt: skip
-        swept = {"root_error_ratio": inputs.sweep.values[:, None]}
-        every = _every_trial(inputs, swept, measured)
-        every["above_parent"] = every["child_error_ratio"] > every["parent_error_ratio"]
-        return _tables(
-            inputs.sweep,
-            every.drop(columns="above_parent"),
-            every.groupby(["camera", *swept]).agg(
-                trials=("trial", "size"),
+        rows = inputs.sweep.rows
+        above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
+        cameras = aggregate(
+            above,
+            ["camera", "root_error_ratio"],
+            {
                 **quartile_columns("child_error", "child_error_ratio"),
-                child_error_sd=("child_error_ratio", lambda ratios: sd(ratios.to_numpy(), 0)),
-                share_above_parent_error=("above_parent", "mean"),
-                limb_error_median=("limb_error", "median"),
-                error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **{name: (column, "median") for name, column in NULL_MEDIANS.items()},
-            ),
-            {"child_error_median": "child_error_ratio", **NULL_MEDIANS},
-            ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"],
+                "child_error_sd": ("child_error_ratio", lambda ratios: sd(ratios.to_numpy(), 0)),
+                "share_above_parent_error": ("above_parent", "mean"),
+                "limb_error_median": ("limb_error", "median"),
+                "error_up_to_mirror_median": ("error_up_to_mirror", "median"),
+                **NULL_MEDIANS,
+            },
+            ["child_error_median", *NULL_MEDIANS],
         )
+        errors = ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"]
+        return _tables(rows, cameras, ["root_error_ratio"], errors)
 
-    def draw(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error against that of the parent, and its standard deviation over trials."""
-        options, ratios = cast(RootErrorSweep, inputs.experiment.sweep), inputs.sweep.values
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The error against that of the parent, and its standard deviation over trials."""
+        options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
         styles = {
-            str(camera): pictures.Style(
-                camera, camera.colour, line="solid" if camera is first else "dashed", banded=camera is first
-            )
-            for camera in options.cameras
+            str(c): Style(c.words, c.colour, line="solid" if c is first else "dashed", banded=c is first)
+            for c in options.cameras
         }
-        parent = pictures.Series(x=ratios, y=ratios, label="parent", colour="null", line="dotted")
-        panel = partial(pictures.Panel, from_zero=True)
-        pictures.draw_lines(
-            stem,
-            [
-                panel(
-                    y="child_error_median",
-                    band=("child_error_low", "child_error_high"),
-                    ylabel="3D error / limb length",
-                    series=[
-                        *pictures.intervals(
-                            tables["table_cameras"],
-                            x="root_error_ratio",
-                            y="child_error_median",
-                            by="camera",
-                            styles=styles,
-                        ),
-                        parent,
-                        *_null_lines(tables["table_points"], "root_error_ratio"),
-                    ],
-                ),
-                panel(y="child_error_sd", ylabel="Its standard deviation"),
-            ],
-            tables["table_cameras"],
-            x="root_error_ratio",
-            by="camera",
-            styles=styles,
-            xlabel=r"Error of the parent $r_e$ / limb length $r_a$",
-            legend="figure",
+        parent = Lines(
+            table="table_points",
+            y=ROOT,
+            styles={"parent": Style("error of the parent", "null", line="dotted")},
+        )
+        against = partial(
+            Chart, table="table_cameras", x=ROOT, x_label="error of the parent / limb length", by="camera",
+            styles=styles, zero=True, references=PUBLISHED_ROOT,
+        )  # fmt: skip
+        charts = [
+            against(
+                y="child_error_median",
+                band=("child_error_low", "child_error_high"),
+                name="child_error",
+                label="3D error / limb length",
+                timeline="root_error_per_mille",
+                also=[parent, *_null_lines()],
+            ),
+            against(y="child_error_sd", label="standard deviation of the error"),
+        ]
+        return Sheet(
+            charts=charts,
             columns=2,
-            caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
+            caption=f"{_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
-            + f"; light band: quartiles of the trials from the {first} one; dotted: the error of the parent itself. "
-            f"{_interval_words(tables)} {NULL_WORDS.format(length='assumed')} (b) Over trials.",
+            + f"; light band: quartiles of the trials from the {first} one. {_interval_words(tables)}"
+            f" {NULL_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
-    def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median error from every camera and the error of the parent, and the limb that is shown."""
-        table, cameras = tables["table_cameras"], [Camera(name) for name in inputs.sweep.cameras]
-        parent = tables["table_points"].assign(camera="parent")
-        parent["child_error_median"] = parent["root_error_ratio"]
-        curves = pd.concat([table, parent], ignore_index=True)
-        record_on_sphere(
-            inputs,
-            folder,
-            {
-                "root_error_per_mille": np.rint(1000 * curves["root_error_ratio"]),
-                "child_error": curves["child_error_median"],
-                **{
-                    f"child_error_{end}": curves[f"child_error_median_{end}"].where(
-                        curves["camera"] != "parent"
-                    )
-                    for end in ("low", "high")
-                },
-                "camera": curves["camera"],
-            },
-            by="camera",
-            styles={
-                **{camera: pictures.Style(camera.words, camera.colour) for camera in cameras},
-                "parent": pictures.Style("error of the parent", "null"),
-            },
-            plot="median error / limb length over 1000 x root error / limb length",
-        )
+        record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
 
 @dataclass(kw_only=True)
@@ -201,142 +171,68 @@ class RadiusScaleFigure(Figure):
     model = TrajectoryBasisModel
     sweep = RadiusScaleSweep
 
-    def tables(self, inputs: RadiusInputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
-        measured = (
-            "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
-            "objective", "lower_bound", *NULLS, ADJUSTED_NULL,
-        )  # fmt: skip
-        sweep = inputs.sweep
-        swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
-        every = _every_trial(inputs, swept, measured)
-        return _tables(
-            sweep,
-            every,
-            every.groupby(["camera", *swept]).agg(
-                trials=("trial", "size"),
+        rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
+        medians = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": (ADJUSTED_NULL, "median")}
+        cameras = aggregate(
+            rows,
+            ["camera", *swept],
+            {
                 **quartile_columns("limb_error", "limb_error"),
-                adjusted_share=("adjusted_share", "mean"),
-                error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **{name: (column, "median") for name, column in RADIUS_NULL_MEDIANS.items()},
-            ),
-            {"limb_error_median": "limb_error", **RADIUS_NULL_MEDIANS},
-            ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL],
+                "adjusted_share": ("adjusted_share", "mean"),
+                "error_up_to_mirror_median": ("error_up_to_mirror", "median"),
+                **medians,
+            },
+            ["limb_error_median", *medians],
         )
+        errors = ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL]
+        return _tables(rows, cameras, swept, errors)
 
-    def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error against the scale of the radius, a panel to a camera."""
-        options, table = cast(RadiusScaleSweep, inputs.experiment.sweep), tables["table_cameras"]
-        ends = [f"limb_error_{end}" for end in ("median", "low", "high", "median_low", "median_high")]
-        table = table.assign(**{end: table[end].clip(lower=LEAST) for end in ends})
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The error against the scale of the radius, a panel to a camera."""
+        options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
-        styles: dict[str, pictures.Style] = {
-            adjust: pictures.Style(
-                adjust.replace("_", " "),
-                ADJUST_COLOURS[adjust],
-                line="solid" if adjust is first else "dashed",
-                banded=adjust is first,
-            )
-            for adjust in options.ways
-        }
-        panels = [
-            pictures.Panel(
-                y=ends[0],
-                band=(ends[1], ends[2]),
-                where={"camera": camera},
-                ylabel=f"3D error / limb length, {camera.words}",
-                xscale="log",
-                yscale="log",
-                references=[("x", 1.0, ""), ("x", 10.0, "")],
-                series=[
-                    *pictures.intervals(
-                        table,
-                        x="radius_scale",
-                        y=ends[0],
-                        by="adjust",
-                        styles=styles,
-                        where={"camera": camera},
-                    ),
-                    *_null_lines(
-                        table[(table["camera"] == camera) & (table["adjust"] == first)],
-                        "radius_scale",
-                        (ADJUSTED_NULL, "mean_pose_error"),
-                    ),
-                ],
+        styles = {
+            str(way): Style(ADJUST_NAMES[way], ADJUST_COLOURS[way], line="solid" if way is first else "dashed",
+                            banded=way is first)
+            for way in options.ways
+        }  # fmt: skip
+        charts = [
+            Chart(
+                table="table_cameras", x="radius_scale", x_label="assumed radius / true radius", log_x=True,
+                y="limb_error_median", band=("limb_error_low", "limb_error_high"), by="adjust", styles=styles,
+                where={"camera": str(camera)}, label=f"3D error / limb length, {camera.words}", log_y=True, least=LEAST,
+                name="limb_error", timeline="log10_scale_per_mille" if camera is options.cameras[0] else "",
+                references=PUBLISHED_RADIUS,
+                also=_null_lines(
+                    (ADJUSTED_NULL, "mean_pose_error"), table="table_cameras",
+                    where={"camera": str(camera), "adjust": str(first)},
+                ),
             )
             for camera in options.cameras
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            table,
-            x="radius_scale",
-            by="adjust",
-            styles=styles,
-            xlabel="Assumed radius / true radius",
-            legend="figure",
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
             columns=2,
-            caption=f"{inputs.caption} {_trials(options)} Lines: median for each way of adjusting the radius to rays "
-            "that miss the sphere (global: as long as the farthest ray asks for; robust: as 95 % of the rays ask for; "
-            "per frame: longer in a frame alone), and refined: from the first of these, with the trajectory, as in "
-            "the paper; light band: quartiles of the trials of the first. Upright dotted lines: the true radius, and "
-            f"ten times that. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
+            caption=f"{_trials(options)} Lines: median for each way of adjusting the radius to rays that miss"
+            f" the sphere"
+            " (as long as the farthest ray asks for; as 95 % of the rays ask for; longer in a frame alone), and"
+            " refined:"
+            " from the first of these, with the trajectory, as in the paper; light band: quartiles of the trials of the"
+            f" first. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
         )
 
-    def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median error before the first camera over the scale, and the limb that is shown."""
-        table = tables["table_points"]
-        record_on_sphere(
-            inputs,
-            folder,
-            {
-                "log10_scale_per_mille": np.rint(1000 * np.log10(table["radius_scale"])),
-                **{
-                    f"log10_limb_error{end}": np.log10(table[f"limb_error_median{end}"].clip(lower=LEAST))
-                    for end in ("", "_low", "_high")
-                },
-                "adjust": table["adjust"],
-            },
-            by="adjust",
-            styles={
-                adjust: pictures.Style(ADJUST_NAMES[adjust], ADJUST_COLOURS[adjust])
-                for adjust in map(str, inputs.sweep.adjusts)
-            },
-            plot="log10 of median error / limb length over 1000 log10 of the scale",
-        )
-
-
-def _every_trial(
-    inputs: RootInputs | RadiusInputs, swept: Mapping[str, np.ndarray], measured: Sequence[str]
-) -> pd.DataFrame:
-    """Every trial before every camera; the shapes of `swept` broadcast with the trials as the last axis."""
-    sweep: SweptErrors = inputs.sweep
-    shape = sweep.limb_error.shape
-    cameras = sweep.cameras.reshape(-1, *[1] * (len(shape) - 1))
-    columns = {"camera": cameras, **swept, **{name: getattr(sweep, name) for name in measured}}
-    return tidy(
-        {
-            **trial_columns(inputs.samples, sweep.stretch, sweep.limb, shape),
-            **{name: np.broadcast_to(values, shape).ravel() for name, values in columns.items()},
-        },
-        by=["trial", *swept],
-    )
+        record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
 def _tables(
-    sweep: SweptErrors,
-    every: pd.DataFrame,
-    over_trials: pd.DataFrame,
-    medians: Mapping[str, str],
-    errors: Sequence[str],
+    rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]
 ) -> dict[str, pd.DataFrame]:
-    """Every trial before the first camera, errors before all; over trials before the first, and before all.
-
-    Of those medians that are named, by the column that they are of, with intervals over clips.
-    """
-    swept = [name for name in over_trials.index.names if name != "camera"]
-    intervals = median_intervals(every, over_trials.index.names, medians)
-    first, cameras = sweep.cameras[0], over_trials.join(intervals).reset_index()
+    """Every trial before the first camera, errors before all; over trials before the first, and before all."""
+    every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {
         "table": every[every["camera"] == first],
         "table_trials": every[["trial", "clip", "limb", "camera", *swept, *errors, *NULLS]],
@@ -345,11 +241,13 @@ def _tables(
     }
 
 
-def _null_lines(table: pd.DataFrame, x: str, names: Sequence[str] = NULLS) -> list[pictures.Series]:
+def _null_lines(names: Sequence[str] = NULLS, **rows: Any) -> list[Lines]:
     """Medians of limbs that do nothing, over what is swept: one that hangs, and one in its mean pose."""
     return [
-        pictures.Series(
-            x=table[x].to_numpy(), y=table[f"{name}_median"].to_numpy(), label=label, colour="null", line=line
+        Lines(
+            **{"table": "table_points", **rows},
+            y=f"{name}_median",
+            styles={name: Style(label, "null", line=line, interval=False)},
         )
         for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
     ]

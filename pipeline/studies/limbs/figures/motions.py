@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, MotionBlock, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
@@ -24,9 +25,15 @@ from pipeline.studies.limbs.scores import acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput
+
+if TYPE_CHECKING:
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder, Recording
 
 LIMBS = WALKER14.limbs
+
+PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published, one video of walking")
 
 VIEWS = {"from its left": np.pi / 2, "half right": -np.pi / 4}
 """The other views of the picture: how far around the camera's own azimuth they stand, rad."""
@@ -52,14 +59,14 @@ class MotionsFigure(Figure):
     sweep = MotionsSweep
 
     mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
-    instants: int = 4
+    instants: Count = 4
     shown: list[str] = field(  # the first clip whose action says so is drawn
         default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
     )
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
-        require_range("figure.instants", self.instants, at_least=1)
+        super().validate(experiment)
         if self.mirrors and not cast(MotionsSweep, experiment.sweep).try_mirrors:
             raise InvalidInput(
                 "no mirrors are tried",
@@ -82,13 +89,10 @@ class MotionsFigure(Figure):
         """
         shown = self._of(inputs)
         sweep = shown.sweep
-        grid = sweep.error_mm.shape[:2]
-        of_limbs = (*grid, len(LIMBS))
         error = sweep.error_mm[..., CHILDREN]
         mean = error.mean(axis=-1)  # (N, C, F)
         margin = np.minimum(sweep.mirror_margin, MOST)
         middle_margin = np.median(margin, axis=-1)
-        limbs = np.tile(LIMBS, int(np.prod(grid)))
         order = ["clip", "camera"]
         of_paper = {
             "error_mm": sweep.papers_error_mm,
@@ -101,54 +105,53 @@ class MotionsFigure(Figure):
             "camera_outside_basis": sweep.camera_outside_basis,
             "mean_pose_error_mm": sweep.mean_pose_error_mm,
         }
-        papers = {name: values.ravel() for name, values in of_paper.items()}
-        beside = {"table_papers": tidy({**_keys(shown, grid), **papers}, by=order)}
+        beside = {"table_papers": tidy({**_keys(shown), **of_paper}, by=order)}
         return {
             **(beside if _options(shown).papers_too and not self.mirrors else {}),
             "table": tidy(
                 {
-                    **_keys(shown, of_limbs),
-                    "joint": limbs,
-                    "error_mm": error.mean(axis=2).ravel(),
-                    "error_sd_mm": error.std(axis=2, ddof=1).ravel(),
-                    "imputed_share": sweep.imputed[..., CHILDREN].mean(axis=2).ravel(),
+                    **_keys(shown, 1),
+                    "joint": LIMBS,
+                    "error_mm": error.mean(axis=2),
+                    "error_sd_mm": error.std(axis=2, ddof=1),
+                    "imputed_share": sweep.imputed[..., CHILDREN].mean(axis=2),
                 },
                 by=order,
             ),
             "table_clips": tidy(
                 {
-                    **_keys(shown, grid),
-                    "lengths": np.full(np.prod(grid), str(_options(shown).lengths)),
-                    "error_mm": mean.mean(axis=-1).ravel(),
-                    "error_sd_mm": mean.std(axis=-1, ddof=1).ravel(),
-                    "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm.ravel(),
-                    "length_change_max": sweep.length_change.max(axis=-1).ravel(),
-                    "acceleration_ratio": acceleration_ratio(sweep.positions, sweep.truth[:, None]).ravel(),
-                    "hanging_error_mm": sweep.hanging_error_mm.ravel(),
-                    "mean_pose_error_mm": sweep.mean_pose_error_mm.ravel(),
-                    "reprojection_error_px": sweep.reprojection_error_px.ravel(),
-                    "proved_share": sweep.proved.mean(axis=-1).ravel(),
-                    "confidence": confidences(middle_margin).ravel(),
-                    "mirror_margin_median": middle_margin.ravel(),
-                    "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST).ravel(),
+                    **_keys(shown),
+                    "lengths": str(_options(shown).lengths),
+                    "error_mm": mean.mean(axis=-1),
+                    "error_sd_mm": mean.std(axis=-1, ddof=1),
+                    "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm,
+                    "length_change_max": sweep.length_change.max(axis=-1),
+                    "acceleration_ratio": acceleration_ratio(sweep.positions, sweep.truth[:, None]),
+                    "hanging_error_mm": sweep.hanging_error_mm,
+                    "mean_pose_error_mm": sweep.mean_pose_error_mm,
+                    "reprojection_error_px": sweep.reprojection_error_px,
+                    "proved_share": sweep.proved.mean(axis=-1),
+                    "confidence": confidences(middle_margin),
+                    "mirror_margin_median": middle_margin,
+                    "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST),
                 },
                 by=order,
             ),
             "table_limbs": tidy(
                 {
-                    **_keys(shown, of_limbs),
-                    "limb": limbs,
-                    "reconstructibility": np.minimum(sweep.reconstructibility, MOST).ravel(),
-                    "mirror_margin": margin.ravel(),
-                    "confidence": confidences(margin).ravel(),
-                    "mirrored": sweep.mirrored.ravel(),
-                    "proved": sweep.proved.ravel(),
-                    "objective": sweep.objective.ravel(),
-                    "best_objective": sweep.best_objective.ravel(),
-                    "lower_bound": sweep.lower_bound.ravel(),
-                    "limb_error": sweep.limb_error.ravel(),
-                    "components": sweep.components.ravel(),
-                    "length_ratio": sweep.length_ratio.ravel(),
+                    **_keys(shown, 1),
+                    "limb": LIMBS,
+                    "reconstructibility": np.minimum(sweep.reconstructibility, MOST),
+                    "mirror_margin": margin,
+                    "confidence": confidences(margin),
+                    "mirrored": sweep.mirrored,
+                    "proved": sweep.proved,
+                    "objective": sweep.objective,
+                    "best_objective": sweep.best_objective,
+                    "lower_bound": sweep.lower_bound,
+                    "limb_error": sweep.limb_error,
+                    "components": sweep.components,
+                    "length_ratio": sweep.length_ratio,
                 },
                 by=order,
             ),
@@ -163,7 +166,17 @@ class MotionsFigure(Figure):
         ]
         return list(dict.fromkeys(n for n in found if n is not None)) or [0]
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Error of every clip from every camera, on the page, with the paper's number."""
+        table = tables["table_clips"]
+        chart = Chart(
+            table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
+            y="error_mm", by="camera", label="error", zero=True, picture=False, references=[PUBLISHED],
+            styles={str(name): Style(f"{name} camera", Camera(name).colour) for name in self._of(inputs).sweep.cameras},
+        )  # fmt: skip
+        return Sheet(charts=[chart])
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Draw a row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
         shown = self._of(inputs)
         options, sweep = _options(shown), shown.sweep
@@ -184,7 +197,7 @@ class MotionsFigure(Figure):
                 of_clip = of_clips.loc[(clips[n], camera)]
                 action = of_clip["action"].split(" - ")[0].split(",")[0]
                 row.append(
-                    pictures.MotionBlock(
+                    MotionBlock(
                         title=f"{action.capitalize()}, {camera} camera: {of_clip['error_mm']:.0f} mm "
                         f"(hanging {of_clip['hanging_error_mm']:.0f})",
                         image=options.upright_mm(sweep.images[n, c, instants]),
@@ -197,12 +210,11 @@ class MotionsFigure(Figure):
                 )
             rows.append(row)
         means = tables["table_clips"].groupby("camera")["error_mm"].mean()
-        pictures.draw_motions(
-            stem,
+        picture.motions(
             rows,
             WALKER15.bones,
             views=list(VIEWS),
-            caption=f"{inputs.caption} Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
+            caption=f"Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
             f"the image {options.noise_px:g} px"
             + ("; knees and elbows flex one way" if options.use_hinges else "")
             + ("; mirrors of limbs in doubt tried" if self.mirrors else "")
@@ -215,7 +227,7 @@ class MotionsFigure(Figure):
             "the first of the other views, true ones thin.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
         shown = self._of(inputs)
         sweep, options = shown.sweep, _options(shown)
@@ -223,8 +235,7 @@ class MotionsFigure(Figure):
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
-        with inputs.recording(
-            folder,
+        with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
             "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
@@ -251,20 +262,20 @@ class MotionsFigure(Figure):
                 angle = float(azimuth) + np.pi / 3
                 paths = ("world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
                          f"world/trajectories/{camera}")  # fmt: skip
-                space = recordings.Space3D(
+                space = Space3D(
                     name=f"{camera} camera, seen from its left",
                     contents=paths,
                     shown=tuple(f"{path}/{first}" for path in paths),
                     eye_mm=(-2600.0 * float(np.sin(angle)), 2600.0 * float(np.cos(angle)), 1500.0),
                 )
-                image_view = recordings.Image2D(
+                image_view = Image2D(
                     name=f"image of the {camera} camera",
                     contents=(f"image/{camera}",),
                     shown=(f"image/{camera}/{first}",),
                     beside=space,
                 )
-                columns.append(recordings.Rows(space, image_view))
-            layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
+                columns.append(Rows(space, image_view))
+            layout = Columns(*columns, Notes(), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)
 
 
@@ -278,16 +289,14 @@ def _options(inputs: Shown) -> MotionsSweep:
     return cast(MotionsSweep, inputs.experiment.sweep)
 
 
-def _keys(inputs: Shown, shape: Sequence[int]) -> dict[str, np.ndarray]:
-    """Columns that say which clip and camera a row of (N, C, …) is of."""
-    further = [1] * (len(shape) - 2)
-    stretch = inputs.sweep.stretch
-    columns = {
-        "clip": inputs.dataset.clip[stretch].reshape(-1, 1, *further),
-        "action": inputs.dataset.action[stretch].reshape(-1, 1, *further),
-        "camera": inputs.sweep.cameras.reshape(-1, *further),
+def _keys(inputs: Shown, further: int = 0) -> dict[str, np.ndarray]:
+    """Columns that say which clip and camera a value of (N, C) is of, or with so many further axes."""
+    stretch, more = inputs.sweep.stretch, (None,) * further
+    return {
+        "clip": inputs.dataset.clip[stretch][:, None, *more],
+        "action": inputs.dataset.action[stretch][:, None, *more],
+        "camera": inputs.sweep.cameras[:, *more],
     }
-    return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}
 
 
 def _without_help(tables: dict[str, pd.DataFrame]) -> str:
@@ -324,7 +333,7 @@ def _lines(inputs: Shown, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
 
 
 def _limbs_of(
-    rec: recordings.Recording,
+    rec: Recording,
     entity: str,
     positions: np.ndarray,
     which: np.ndarray,
@@ -341,7 +350,7 @@ def _limbs_of(
     rec.skeleton(entity, apart, bones, index=index, colour=colour, thickness_mm=9.0)
 
 
-def _trace(rec: recordings.Recording, entity: str, positions: np.ndarray, colour: str) -> None:
+def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> None:
     """Add whole trajectories of wrists and ankles: one row at the beginning, which stands for all times."""
     frames = len(positions)
     points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])

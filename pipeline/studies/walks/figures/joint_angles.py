@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Sheet
 from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.figures.presentation import CURVES, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
@@ -39,90 +42,76 @@ class JointAngleFigure(Figure):
         Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
         worst walker, over all views.
         """
-        sweep, person = inputs.sweep, np.asarray(inputs.dataset.person)
-        errors = ("rmse_deg", "offset_free_rmse_deg")
-        both = np.degrees(np.stack([sweep.error_rad, sweep.offset_free_rad]))
-        over, walkers, summary = [], [], []
-        for k, angle in enumerate(JOINT_ANGLES):
-            who = np.flatnonzero(sweep.measured[:, k])
-            if not len(who):
-                continue
-            by_view = both[..., k][:, :, who]
-            of_walker = by_view.mean(axis=3, keepdims=True)
-            found = np.moveaxis(np.concatenate([by_view, of_walker], axis=3), 2, 0)  # (R, 2, M, A + 1)
-            low, high = interval_over_people(person[who], found)
-            mean, spread = found.mean(axis=0), sd(found, 0)
-            for m, method in enumerate(sweep.methods.tolist()):
-                which = {"method": method, "angle": angle}
-                views: dict[str, object] = {**which, "view_angle_deg": sweep.view_angle_deg}
-                each: dict[str, object] = {
-                    **which,
-                    "person": person[who],
-                    "walker": np.array(inputs.samples)[who],
-                }
-                row: dict[str, object] = {**which, "walkers": len(who)}
-                for e, name in enumerate(errors):
-                    at = (e, m, slice(None, -1))
-                    views |= {name: mean[at], name.replace("_deg", "_sd_deg"): spread[at]}
-                    views |= {f"{name}_low": low[at], f"{name}_high": high[at]}
-                    each[name] = of_walker[e, m, :, 0]
-                    row |= {
-                        name: mean[e, m, -1],
-                        f"{name}_low": low[e, m, -1],
-                        f"{name}_high": high[e, m, -1],
-                    }
-                    row |= {name.replace("_deg", "_median_deg"): np.median(of_walker[e, m])}
-                    row |= {name.replace("_deg", "_worst_deg"): of_walker[e, m].max()}
-                over.append(pd.DataFrame(views))
-                walkers.append(pd.DataFrame(each))
-                summary.append(row)
+        sweep, which = inputs.sweep, ["method", "angle"]
+        errors = ["rmse_deg", "offset_free_rmse_deg"]
+        rows = tidy(
+            {
+                "method": sweep.methods[:, None, None, None],
+                "angle": JOINT_ANGLES,
+                "person": inputs.dataset.person[:, None, None],
+                "walker": np.array(inputs.samples)[:, None, None],
+                "view_angle_deg": sweep.view_angle_deg[:, None],
+                errors[0]: np.degrees(sweep.error_rad),
+                errors[1]: np.degrees(sweep.offset_free_rad),
+            },
+            by=[],
+        ).dropna()
+        walkers = rows.groupby([*which, "person", "walker"], sort=False)[errors].mean().reset_index()
+
+        def over(of: pd.DataFrame, by: list[str], **further: Any) -> pd.DataFrame:
+            columns = {name: (name, "mean") for name in errors} | {
+                name.replace("_deg", f"_{end}_deg"): (name, how)
+                for name in errors
+                for end, how in further.items()
+            }
+            return aggregate(of, by, columns, errors, cluster="person", count="walkers")
+
+        def ordered(*patterns: str) -> list[str]:
+            return [pattern.format(stem) for stem in ("rmse", "offset_free_rmse") for pattern in patterns]
+
+        by_view = over(rows, [*which, "view_angle_deg"], sd=lambda values: sd(values.to_numpy(), 0))
+        summary = over(walkers, which, median="median", worst="max")
+        ends = ("{}_deg_low", "{}_deg_high")
         return {
-            "table": tidy(pd.concat(over), by=["method", "angle", "view_angle_deg"]),
-            "table_walkers": tidy(pd.concat(walkers), by=["walker", "method", "angle"]),
-            "table_summary": tidy(pd.DataFrame(summary), by=["method", "angle"]),
+            "table": by_view[[*which, "view_angle_deg", *ordered("{}_deg", "{}_sd_deg", *ends)]],
+            "table_walkers": tidy(walkers, by=["walker", *which]),
+            "table_summary": summary[
+                [*which, "walkers", *ordered("{}_deg", *ends, "{}_median_deg", "{}_worst_deg")]
+            ],
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw a column for each angle: its error, and below it the error without the constant offset."""
-        rows = {"rmse_deg": "RMSE (degree)", "offset_free_rmse_deg": "without offset (degree)"}
-        table = tables["table"]
-        panels = [
-            partial(pictures.Panel, from_zero=True, xticks=45)(
-                y=column,
-                band=(f"{column}_low", f"{column}_high"),
-                where={"angle": angle},
-                title=angle if column == "rmse_deg" else "",
-                ylabel=label if number == 0 else "",
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """A column for each angle: its error, and below it the error without the constant offset."""
+        shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
+        charts = [
+            Chart(
+                **{**VIEW, "ticks": 45}, y=column, by="method", styles=CURVES, where={"angle": angle}, title=angle,
+                label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
             )
-            for column, label in rows.items()
-            for number, angle in enumerate(_measured(table))
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            table,
-            x="view_angle_deg",
-            by="method",
-            styles=CURVES,
-            xlabel=VIEW_AXIS,
-            columns=len(_measured(table)),
-            legend="figure",
-            share_y="row",
-            caption=f"{inputs.caption} Root mean square over a cycle, mean of left and right and over walkers; bands: "
-            "95 % interval of the mean over people. Average walker: its depth, the image kept.",
+            for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))
+            for angle in shown
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=len(shown),
+            share_y=True,
+            letters=False,
+            panel_size=(1.9, 1.8),
+            caption="Root mean square over a cycle, mean of left and right and over walkers; bands: 95 %"
+            " interval of the"
+            " mean over people. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one walker over a cycle, own and reconstructed, with its joint angles."""
         sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
         index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
         shown = {"truth": Style("original", "original"), **{m: CURVES[m] for m in methods}}
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nThe walker of median error, {inputs.samples[int(sweep.shown[0])]}, over one cycle: original and "
-            f"reconstructed from {sweep.shown_view_deg:g} degrees (0 is the frontal view). Curves: flexion of the left "
+            "reconstructed from the frontal view. Curves: flexion of the left "
             "side in degrees.\n",
         ) as rec:
             for number, (name, style) in enumerate(shown.items()):
@@ -138,22 +127,16 @@ class JointAngleFigure(Figure):
                     entity = f"curves/{angle}_deg/{name}"
                     rec.curve(entity, seconds, left, label=style.label, colour=style.colour)
             plots = [
-                recordings.Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg")
-                for angle in JOINT_ANGLES
+                Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg") for angle in JOINT_ANGLES
             ]
             rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Space3D(name="original and reconstructed"),
-                        recordings.Notes(),
+                Columns(
+                    Rows(
+                        Space3D(name="original and reconstructed"),
+                        Notes(),
                         shares=(3, 1),
                     ),
-                    recordings.Rows(*plots),
+                    Rows(*plots),
                 ),
                 playing=True,
             )
-
-
-def _measured(table: pd.DataFrame) -> list[str]:
-    """The angles of which there are errors, in their order."""
-    return [angle for angle in JOINT_ANGLES if (table["angle"] == angle).any()]

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
+from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.noise import NoiseErrors, ObservedNoise
+from pipeline.studies.walks.sweeps.ladder import STYLES
+from pipeline.studies.walks.sweeps.noise import CONDITIONS, NoiseErrors, ObservedNoise
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, NoiseErrors]
 
@@ -46,110 +51,63 @@ class NoiseTolerance(Figure):
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by condition and method; ``table_walkers``: by walker."""
-        sweep = inputs.sweep
-        methods = sweep.methods.tolist()
+        sweep = inputs.sweep.rows
         people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
-        square = sweep.absolute_error_mm2.mean(axis=-1)  # (M, S, P)
-        rows, walkers = [], []
-        for s, condition in enumerate(sweep.conditions.tolist()):
-            for m, method in enumerate(methods):
-                mine, than = square[m, s], square[methods.index("map_tuned"), s]
-                share = 100.0 * sweep.covered[m, s].mean(axis=-1)
-                rows.append(
-                    {
-                        "condition": condition,
-                        "method": method,
-                        "white_mm": float(sweep.white_mm[s]),
-                        "bias_mm": float(sweep.bias_mm[s]),
-                        "slow_mm": float(sweep.slow_mm[s]),
-                        **one_row(people.mean(mine), "absolute_error_mm2"),
-                        **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                        **one_row(people.mean(share), "covered_percent"),
-                        "half_width_mm": float(sweep.half_width_mm[m, s].mean()),
-                        "walkers_better": int((mine < than).sum()),
-                    }
-                )
-                walkers += [
-                    {
-                        "person": who,
-                        "walker": who,
-                        "condition": condition,
-                        "method": method,
-                        "absolute_error_mm2": float(error),
-                        "covered_percent": float(covered),
-                    }
-                    for who, error, covered in zip(inputs.model.people, mine, share, strict=True)
-                ]
+        rows = []
+        for keys, of in sweep.groupby(["condition", "method", "white_mm", "bias_mm", "slow_mm"], sort=False):
+            baseline = sweep[(sweep["condition"] == keys[0]) & (sweep["method"] == "map_tuned")]
+            mine, than = (each["absolute_error_mm2"].to_numpy() for each in (of, baseline))
+            rows.append(
+                {
+                    **dict(zip(("condition", "method", "white_mm", "bias_mm", "slow_mm"), keys, strict=True)),
+                    **one_row(people.mean(mine), "absolute_error_mm2"),
+                    **one_row(people.reduction_percent(mine, than), "below_map_percent"),
+                    **one_row(people.mean(of["covered_percent"].to_numpy()), "covered_percent"),
+                    "half_width_mm": of["half_width_mm"].mean(),
+                    "walkers_better": int((mine < than).sum()),
+                }
+            )
+        columns = ["person", "walker", "condition", "method", "absolute_error_mm2", "covered_percent"]
+        walkers = sweep.assign(walker=sweep["person"])[columns]
         return {
-            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["condition", "method"]),
-            "table_walkers": tidy(
-                pd.DataFrame(walkers).to_dict("list"), by=["walker", "condition", "method"]
-            ),
+            "table": tidy(rows, by=["condition", "method"]),
+            "table_walkers": tidy(walkers, by=["walker", "condition", "method"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error and coverage under each condition."""
-        conditions = inputs.sweep.conditions.tolist()
-        places = [float(place) for place in range(len(conditions))]
-        panel = partial(pictures.Panel, xticks=places, xwords=[WORDS[name] for name in conditions], xlabel="")
         table = tables["table"]
         top = 1.3 * float(table.loc[table["method"] == "map_tuned", "absolute_error_mm2_high"].max())
-        panels = [
-            panel(
-                series=points_of(table, conditions, "condition", "absolute_error_mm2", METHODS),
-                ylabel="Absolute error (mm$^2$)",
-                ylim=(0.0, top),
-            ),
-            panel(
-                series=points_of(table, conditions, "condition", "covered_percent", METHODS),
-                ylabel="Covered by 95 % bars (%)",
-                references=[("y", 95.0, "")],
-            ),
+        words = {name: WORDS[name] for name in list(CONDITIONS)}
+        by_condition = partial(
+            Chart, x="condition", x_label="error of the image", words=words, by="method", styles=METHODS
+        )
+        charts = [
+            by_condition(y="absolute_error_mm2", label="mean square error", limits=(0.0, top)),
+            by_condition(y="covered_percent", label="covered by 95 % bars", references=[Reference(y=95.0)]),
         ]
-        pictures.draw_lines(
-            stem,
-            panels,
+        return Sheet(
+            charts=charts,
             columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} Errors of the observed dimensions, root mean square; bars as computed. Vertical"
-            " bars: 95 % intervals over people; what lies above the axes is in the table.",
+            caption="Errors of the observed dimensions, root mean square; bars as computed. Vertical bars: 95 %"
+            " intervals over people; what lies above the axes is in the table.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Error of every walker under every condition, walkers down and conditions across."""
         walkers = tables["table_walkers"]
-        conditions = inputs.sweep.conditions.tolist()
-        with inputs.recording(
-            folder,
+        conditions = list(CONDITIONS)
+        with begin(
             f"\nMatrices: a row to each of {len(inputs.model.people)} people, a column to each condition: "
             f"{', '.join(WORDS[name] for name in conditions)}.\n",
             timeline="condition",
         ) as rec:
-            for method in inputs.sweep.methods.tolist():
+            for method in METHODS:
                 of = walkers[walkers["method"] == method]
                 wide = of.pivot(index="walker", columns="condition", values="absolute_error_mm2")[conditions]
                 rec.matrix(f"matrices/{method}", wide.to_numpy())
-            rows = tables["table"].set_index("condition")
-            for method, style in METHODS.items():
-                mine = rows[rows["method"] == method].loc[conditions]
-                rec.curve(
-                    f"curves/covered_percent/{method}",
-                    pd.RangeIndex(len(conditions)).to_numpy(),
-                    mine["covered_percent"].to_numpy(),
-                    label=style.label,
-                    colour=style.colour,
-                )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        *(
-                            recordings.Matrix(name=f"error, {METHODS[m].label}", origin=f"matrices/{m}")
-                            for m in ("map_tuned", "anatomical_told")
-                        )
-                    ),
-                    recordings.Rows(
-                        recordings.Plot(name="covered by 95 % bars (%), by condition"), recordings.Notes()
-                    ),
-                    shares=(1, 1),
-                )
-            )
+            matrices = [
+                Matrix(name=f"error, {METHODS[m].label}", origin=f"matrices/{m}")
+                for m in ("map_tuned", "anatomical_told")
+            ]
+            rec.blueprint(Columns(Rows(*matrices), Rows(*rec.plots, Notes())))

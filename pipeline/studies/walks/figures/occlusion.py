@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
-from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
+from pipeline.studies.walks.figures.ladder import one_row
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.occlusion import AXES, WITH_BARS, HiddenJoints, Occlusion
+from pipeline.studies.walks.sweeps.held_out import BARS
+from pipeline.studies.walks.sweeps.ladder import STYLES
+from pipeline.studies.walks.sweeps.occlusion import METHODS, WITH_BARS, HiddenJoints, Occlusion
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, HiddenJoints]
 
@@ -38,155 +40,105 @@ class HiddenJointErrors(Figure):
 
     model = AnatomicalModel
     sweep = Occlusion
+    timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them.
 
         ``table_bars`` is over the three axes of the hidden joints, ``table_axes`` has each of them.
         """
-        sweep = inputs.sweep
-        methods, views = sweep.methods.tolist(), sweep.view_angle_deg
+        rows, bars = inputs.sweep.rows, inputs.sweep.bars
         people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
-        away = np.sqrt(sweep.hidden_error_mm2)  # (M, S, P, A)
-        seen = sweep.seen_error_mm2
-        of_map = methods.index("map_tuned")
+        which = ["hidden", "method"]
 
-        def row(share: np.ndarray, half: np.ndarray) -> dict[str, float]:
-            """Per cent covered, with its interval, and mean half width, of numbers (P, …)."""
-            each = people.mean(share.reshape(len(share), -1).mean(axis=1))
-            return {**one_row(each, "covered_percent"), "half_width_mm": float(half.mean())}
+        def groups(table: pd.DataFrame, by: list[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+            for keys, of in table.groupby(by, sort=False):
+                yield dict(zip(by, keys, strict=True)), of
 
-        by_view, whole, bars, of_axes, walkers, covered = [], [], [], [], [], []
-        for s, hidden in enumerate(sweep.conditions.tolist()):
-            for m, method in enumerate(methods):
-                keys = {"hidden": hidden, "method": method}
-                by_view += [
-                    {
-                        **keys,
-                        "view_angle_deg": view,
-                        **one_row(people.mean(away[m, s, :, a]), "hidden_error_mm"),
-                    }
-                    for a, view in enumerate(views.tolist())
-                ]
-                mine, than = away[m, s].mean(axis=1), away[of_map, s].mean(axis=1)
-                whole.append(
-                    {
-                        **keys,
-                        **one_row(people.mean(mine), "hidden_error_mm"),
-                        **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                        **one_row(people.mean(seen[m, s].mean(axis=1)), "seen_error_mm2"),
-                        "walkers_better": int((mine < than).sum()),
-                    }
-                )
-                walkers += [
-                    {"person": who, "walker": who, **keys, "hidden_error_mm": float(error)}
-                    for who, error in zip(inputs.model.people, mine, strict=True)
-                ]
-            for m, method in enumerate(WITH_BARS):
-                for k, kind in enumerate(BARS):
-                    keys = {"hidden": hidden, "method": method, "bars": kind}
-                    share, half = 100.0 * sweep.covered[k, m, s], sweep.half_width_mm[k, m, s]  # (P, A, 3)
-                    bars.append({**keys, **row(share, half)})
-                    of_axes += [
-                        {**keys, "axis": axis, **row(share[..., x], half[..., x])}
-                        for x, axis in enumerate(AXES)
-                    ]
-                covered += [
-                    {
-                        "person": who,
-                        "walker": who,
-                        "hidden": hidden,
-                        "method": method,
-                        "bars": kind,
-                        "covered_percent": float(share),
-                    }
-                    for k, kind in enumerate(BARS)
-                    for who, share in zip(
-                        inputs.model.people, 100.0 * sweep.covered[k, m, s].mean(axis=(1, 2)), strict=True
-                    )
-                ]
+        def mean(of: pd.DataFrame, column: str) -> dict[str, float]:
+            return one_row(people.mean(of[column].to_numpy()), column)
+
+        def covering(table: pd.DataFrame, by: list[str]) -> pd.DataFrame:
+            """Per cent covered, with its interval, and mean half width."""
+            found = [
+                {**keys, **mean(of, "covered_percent"), "half_width_mm": of["half_width_mm"].mean()}
+                for keys, of in groups(table, by)
+            ]
+            return tidy(found, by=by)
+
+        by_view = [
+            {**keys, **mean(of, "hidden_error_mm")} for keys, of in groups(rows, [*which, "view_angle_deg"])
+        ]
+        each = rows.groupby(["person", *which], sort=False).mean().reset_index()
+        whole = []
+        for keys, of in groups(each, which):
+            baseline = each[(each["hidden"] == keys["hidden"]) & (each["method"] == "map_tuned")]
+            mine, than = (table["hidden_error_mm"].to_numpy() for table in (of, baseline))
+            whole.append(
+                {
+                    **keys,
+                    **mean(of, "hidden_error_mm"),
+                    **one_row(people.reduction_percent(mine, than), "below_map_percent"),
+                    **mean(of, "seen_error_mm2"),
+                    "walkers_better": int((mine < than).sum()),
+                }
+            )
+        kinds = [*which, "bars"]
+        numbers = ["covered_percent", "half_width_mm"]
+        over_axes = bars.groupby(["person", *kinds], sort=False)[numbers].mean().reset_index()
+        who = ["person", "walker"]
         return {
-            "table": _sorted(by_view, ["hidden", "method", "view_angle_deg"]),
-            "table_hidden": _sorted(whole, ["hidden", "method"]),
-            "table_bars": _sorted(bars, ["hidden", "method", "bars"]),
-            "table_axes": _sorted(of_axes, ["hidden", "method", "bars", "axis"]),
-            "table_walkers": _sorted(walkers, ["walker", "hidden", "method"]),
-            "table_walkers_bars": _sorted(covered, ["walker", "hidden", "method", "bars"]),
+            "table": tidy(by_view, by=[*which, "view_angle_deg"]),
+            "table_hidden": tidy(whole, by=which),
+            "table_bars": covering(over_axes, kinds),
+            "table_axes": covering(bars, [*kinds, "axis"]),
+            "table_walkers": tidy(
+                each.assign(walker=each["person"])[[*who, *which, "hidden_error_mm"]], by=["walker", *which]
+            ),
+            "table_walkers_bars": tidy(
+                over_axes.assign(walker=over_axes["person"])[[*who, *kinds, "covered_percent"]],
+                by=["walker", *kinds],
+            ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Distance by hidden joints, and by view where most is hidden; what the bars cover and how wide they are."""
-        conditions = inputs.sweep.conditions.tolist()
-        styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
-        places = [float(place) for place in range(len(conditions))]
-        most = conditions[-1]
-        panel = partial(pictures.Panel, xticks=places, xwords=[WORDS[name] for name in conditions], xlabel="")
-        calibrated = tables["table_bars"][tables["table_bars"]["bars"] == "calibrated"]
-        panels = [
-            panel(
-                series=points_of(tables["table_hidden"], conditions, "hidden", "hidden_error_mm", styles),
-                ylabel="Error of hidden joints (mm)",
-                from_zero=True,
-            ),
-            pictures.Panel(
-                y="hidden_error_mm",
-                band=("hidden_error_mm_low", "hidden_error_mm_high"),
-                x="view_angle_deg",
-                where={"hidden": most},
-                title=f"{WORDS[most]} hidden",
-                xlabel=VIEW_AXIS,
-                ylabel="Error of hidden joints (mm)",
-                xticks=30,
-                from_zero=True,
-            ),
-            panel(
-                series=points_of(
-                    calibrated, conditions, "hidden", "covered_percent", {m: styles[m] for m in WITH_BARS}
-                ),
-                ylabel="Covered by 95 % bars (%)",
-                references=[("y", 95.0, "")],
-            ),
-            panel(
-                series=points_of(tables["table_hidden"], conditions, "hidden", "seen_error_mm2", styles),
-                ylabel="Error of joints seen (mm$^2$)",
-                from_zero=True,
-            ),
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            tables["table"],
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Distance by hidden joints, and by view; what the bars cover; the error of what is seen."""
+        conditions = inputs.sweep.rows["hidden"].unique().tolist()
+        styles = {name: STYLES[name] for name in METHODS}
+        distance = partial(
+            Chart,
+            y="hidden_error_mm",
+            label="error of hidden joints",
             by="method",
             styles=styles,
-            columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} Seen from the right; distance in space of the hidden joints, root mean square"
-            " over the cycle. Bars: 95 % intervals over people.",
+            zero=True,
         )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Error over view angle for each set of hidden joints."""
-        table = tables["table"]
-        half = (table["hidden_error_mm_high"] - table["hidden_error_mm_low"]) / (2 * 1.96)
-        conditions = inputs.sweep.conditions.tolist()
-        with inputs.recording(folder, timeline="view_angle_deg") as rec:
-            for hidden in conditions:
-                rec.curves(
-                    table.assign(half=half),
-                    x="view_angle_deg",
-                    y="hidden_error_mm",
-                    by="method",
-                    sd="half",
-                    where={"hidden": hidden},
-                    styles={name: STYLES[name] for name in inputs.sweep.methods.tolist()},
-                    entity=f"curves/{hidden}/{{series}}",
-                )
-            plots = [
-                recordings.Plot(name=f"{WORDS[hidden]} hidden: error (mm)", origin=f"curves/{hidden}")
-                for hidden in conditions
-            ]
-            rec.blueprint(recordings.Columns(recordings.Rows(*plots), recordings.Notes(), shares=(2, 1)))
-
-
-def _sorted(rows: list[dict], by: list[str]) -> pd.DataFrame:
-    return tidy(pd.DataFrame(rows).to_dict("list"), by=by)
+        by_hidden: dict[str, Any] = {
+            "x": "hidden", "x_label": "what is hidden", "words": {name: WORDS[name] for name in conditions}
+        }  # fmt: skip
+        of_views = [
+            distance(**VIEW, where={"hidden": name}, title=f"{WORDS[name]} hidden", name=name,
+            picture=name == conditions[-1],
+                     page=name == conditions[-1])
+            for name in conditions
+        ]  # fmt: skip
+        charts = [
+            distance(**by_hidden, table="table_hidden"),
+            *of_views,
+            Chart(
+                **by_hidden, table="table_bars", where={"bars": BARS[1]}, y="covered_percent", by="method",
+                styles={name: STYLES[name] for name in WITH_BARS}, label="covered by 95 % bars",
+                references=[Reference(y=95.0)],
+            ),
+            Chart(
+                **by_hidden, table="table_hidden", y="seen_error_mm2", by="method", styles=styles, zero=True,
+                label="mean square error of joints seen",
+            ),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption="Seen from the right; distance in space of the hidden joints, root mean square over the"
+            " cycle. Bars:"
+            " 95 % intervals over people.",
+        )

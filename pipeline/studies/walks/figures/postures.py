@@ -4,25 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import permutations
-from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
 from pipeline.palette import colour_name
+from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
-from pipeline.validation import require_range
+from pipeline.validation import Count, CountOrAll, require_range
+
+if TYPE_CHECKING:
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder
 
 _PLAYED_HZ = 30.0
 
@@ -47,15 +51,9 @@ class Postures(Figure):
     sweep = KnownView
     over_people = ("table_demonstrations", "table_identification")
 
-    walker: int = 0
-    instants: int = 5
-    recorded: int = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("figure.walker", self.walker, at_least=0)
-        require_range("figure.instants", self.instants, at_least=1)
-        require_range("figure.recorded", self.recorded, at_least=1)
+    walker: CountOrAll = 0
+    instants: Count = 5
+    recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
@@ -68,36 +66,27 @@ class Postures(Figure):
         views = sweep.demonstration_view_deg
         times = np.arange(self.instants) / self.instants  # fractions of a cycle, at one hertz
         original = fourier.synthesise(data.coefficients[self.walker], 1.0, times)
-        rows: dict[str, list[np.ndarray]] = {}
-        joints = np.tile(WALKER15.joints, self.instants)
-        for m, method in enumerate(methods):
-            for v, view in enumerate(views):
-                again = fourier.synthesise(reconstructed(inputs, m, self.walker, v), 1.0, times)
-                block = {
-                    "walker": np.full(joints.size, inputs.samples[self.walker]),
-                    "view_angle_deg": np.full(joints.size, view),
-                    "method": np.full(joints.size, method),
-                    "instant": np.repeat(np.arange(self.instants), len(WALKER15.joints)),
-                    "joint": joints,
-                }
-                for which, motion in (("original", original), ("reconstructed", again)):
-                    for axis, name in enumerate("xyz"):
-                        block[f"{which}_{name}_mm"] = motion[..., axis].ravel()
-                for name, values in block.items():
-                    rows.setdefault(name, []).append(values)
+        every = np.stack(
+            [
+                [
+                    fourier.synthesise(reconstructed(inputs, m, self.walker, v), 1.0, times)
+                    for v in range(len(views))
+                ]
+                for m in range(len(methods))
+            ]
+        )  # (M, V, T, 15, 3)
         squared = errors.walker_error(sweep.demonstration_error_mm2)
-        demonstrations = {
-            "person": np.repeat(data.person, len(views)),
-            "walker": np.repeat(inputs.samples, len(views)),
-            "view_angle_deg": np.tile(views, len(inputs.samples)),
+        demonstrations: dict[str, np.ndarray] = {
+            "person": data.person[:, None],
+            "walker": np.array(inputs.samples)[:, None],
+            "view_angle_deg": views,
         }
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
-        untried = np.full(squared[0].size, np.nan)
+        untried = np.array(np.nan)
         for method in TRIED:
             if method in methods:
-                errors_of_method = np.sqrt(squared[methods.index(method)]).ravel()
-                demonstrations[f"rms_error_{method}_mm"] = errors_of_method
+                demonstrations[f"rms_error_{method}_mm"] = np.sqrt(squared[methods.index(method)])
             elif method in published:
                 demonstrations[f"rms_error_{method}_mm"] = untried
         both = set(METHODS) <= set(methods)
@@ -105,28 +94,55 @@ class Postures(Figure):
             apart = untried
             if both:
                 one, other = (sweep.missing[methods.index(method)] for method in METHODS)
-                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other))).ravel()
+                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other)))
             demonstrations["rms_between_methods_mm"] = apart
         nothing = sweep.nulls.tolist().index(Null.average_walker)
         average = np.sqrt(errors.walker_error(sweep.null_demonstration_error_mm2[nothing]))
-        demonstrations["rms_error_average_walker_mm"] = average.ravel()
+        demonstrations["rms_error_average_walker_mm"] = average
         for method in TRIED:
             if method in methods:
                 away = sweep.missing[methods.index(method)] - sweep.null_missing[nothing]
                 squares = errors.walker_error(errors.absolute_error(away))
-                demonstrations[f"rms_{method}_from_average_walker_mm"] = np.sqrt(squares).ravel()
+                demonstrations[f"rms_{method}_from_average_walker_mm"] = np.sqrt(squares)
             elif method in published:
                 demonstrations[f"rms_{method}_from_average_walker_mm"] = untried
         return {
             "table": tidy(
-                {name: np.concatenate(values) for name, values in rows.items()},
+                {
+                    "walker": inputs.samples[self.walker],
+                    "view_angle_deg": views[:, None, None],
+                    "method": np.array(methods)[:, None, None, None],
+                    "instant": np.arange(self.instants)[:, None],
+                    "joint": WALKER15.joints,
+                    **{
+                        f"{which}_{axis}_mm": motion[..., number]
+                        for which, motion in (("original", original), ("reconstructed", every))
+                        for number, axis in enumerate("xyz")
+                    },
+                },
                 by=["view_angle_deg", "method", "instant"],
             ),
             "table_demonstrations": tidy(demonstrations, by=["walker", "view_angle_deg"]),
             "table_identification": _identification(inputs),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """RMS error of every walker from the middle view, on the page."""
+        tried = [m for m in TRIED if m in inputs.sweep.methods]
+        views = inputs.sweep.demonstration_view_deg
+        middle = float(views[len(views) // 2])
+        found: list[dict[str, Any]] = [
+            {"table": "table_demonstrations", "y": f"rms_error_{m}_mm", "styles": {m: TRIED[m]},
+             "where": {"view_angle_deg": middle}}
+            for m in tried
+        ]  # fmt: skip
+        chart = Chart(
+            **found[0], x="walker", x_label=f"walker, seen from {middle:g}°", label="RMS error", zero=True,
+            words={name: name for name in inputs.samples}, also=[Lines(**one) for one in found[1:]], picture=False,
+        )  # fmt: skip
+        return Sheet(charts=[chart])
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
         columns = columns_of(tables["table"])
         methods = inputs.sweep.methods.tolist()
@@ -144,7 +160,7 @@ class Postures(Figure):
                     across = camera.missing_dimension(space, np.radians(view))
                     seen.append(np.stack([across, space[..., 2]], axis=-1))
                 rows.append(
-                    pictures.PostureRow(
+                    PostureRow(
                         label=f"{view:g}°",
                         original=seen[0],
                         reconstructed=seen[1],
@@ -153,15 +169,14 @@ class Postures(Figure):
                 )
             title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
             groups.append((title, rows))
-        pictures.draw_postures(
-            stem,
+        picture.postures(
             groups,
             WALKER15.bones,
-            caption=f"{inputs.caption} Walker {inputs.samples[self.walker]}; across the page runs the dimension that"
+            caption=f"Walker {inputs.samples[self.walker]}; across the page runs the dimension that"
             " the view did not show.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         methods = inputs.sweep.methods.tolist()
@@ -172,8 +187,7 @@ class Postures(Figure):
         index = {"time": times}
         spread = np.linspace(0, len(inputs.samples) - 1, min(self.recorded, len(inputs.samples)))
         recorded = sorted({self.walker, *np.rint(spread).astype(int).tolist()})
-        with inputs.recording(
-            folder,
+        with begin(
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
             " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
@@ -211,7 +225,7 @@ class Postures(Figure):
                             estimated=estimated,
                         )
             spaces = [
-                recordings.Space3D(
+                Space3D(
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
@@ -225,15 +239,15 @@ class Postures(Figure):
                 for view in views
             ]
             rec.blueprint(
-                recordings.Columns(
-                    recordings.Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
-                    recordings.Image2D(
+                Columns(
+                    Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
+                    Image2D(
                         name=f"observed at {views[middle]:g}°",
                         contents=(f"image/observed/view_{views[middle]:.0f}",),
                         shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
                         beside=spaces[middle],
                     ),
-                    recordings.Notes(),
+                    Notes(),
                     shares=(4, 3, 2),
                 ),
                 playing=True,

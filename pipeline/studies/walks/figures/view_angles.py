@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import statistics
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.figures.presentation import CURVES, NULLS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]
@@ -29,7 +28,7 @@ class ViewAngleEstimates(Figure):
     model = EigenwalkersModel
     sweep = UnknownView
     over_people = ("table", "table_people")
-    sequence = "view_angle_deg"
+    sequence = timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.
@@ -42,130 +41,79 @@ class ViewAngleEstimates(Figure):
         views, estimated = sweep.view_angle_deg, np.concatenate([sweep.angle_deg, sweep.null_angle_deg])
         error = statistics.angle_difference_deg(estimated, views)
         failed = np.abs(error) > sweep.failure_deg
-        methods, walkers, angles = estimated.shape
         mean_error = statistics.circular_mean_deg(error, axis=1)
         low, high = interval_over_people(person, np.swapaxes(error, 0, 1))
-        approaches = len(sweep.methods)
         of_published = {}
         if len(sweep.published_view_deg):
             of_published["table_published"] = _errors_of_people(
                 inputs, names, sweep.published_view_deg, sweep.published_angle_deg
             )
+        own, own_failed = error[: len(sweep.methods)], failed[: len(sweep.methods)]
         return {
             **of_published,
             "table": tidy(
                 {
-                    "method": np.repeat(names, angles),
-                    "view_angle_deg": np.tile(views, methods),
-                    "estimated_mean_deg": (views + mean_error).ravel(),
-                    "estimated_mean_deg_low": (views + low).ravel(),
-                    "estimated_mean_deg_high": (views + high).ravel(),
-                    "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1).ravel(),
-                    "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1).ravel(),
-                    "failures": failed.sum(axis=1).ravel(),
-                    "walkers": np.full(methods * angles, walkers),
+                    "method": np.array(names)[:, None],
+                    "view_angle_deg": views,
+                    "estimated_mean_deg": views + mean_error,
+                    "estimated_mean_deg_low": views + low,
+                    "estimated_mean_deg_high": views + high,
+                    "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1),
+                    "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1),
+                    "failures": failed.sum(axis=1),
+                    "walkers": len(person),
                 },
                 by=["method", "view_angle_deg"],
             ),
             "table_people": _errors_of_people(inputs, names, views, estimated),
             "table_walkers": tidy(
                 {
-                    "person": np.tile(person, approaches),
-                    "walker": np.tile(inputs.samples, approaches),
-                    "method": np.repeat(sweep.methods.tolist(), walkers),
-                    "mean_error_deg": statistics.circular_mean_deg(error[:approaches], axis=2).ravel(),
-                    "absolute_angle_error_median_deg": np.median(np.abs(error[:approaches]), axis=2).ravel(),
-                    "absolute_angle_error_max_deg": np.abs(error[:approaches]).max(axis=2).ravel(),
-                    "failures": failed[:approaches].sum(axis=2).ravel(),
-                    "runner_up_cost_ratio_min": (sweep.runner_up_cost / sweep.cost).min(axis=2).ravel(),
-                    "not_converged": (~sweep.converged).sum(axis=2).ravel(),
+                    "person": person,
+                    "walker": inputs.samples,
+                    "method": sweep.methods[:, None],
+                    "mean_error_deg": statistics.circular_mean_deg(own, axis=2),
+                    "absolute_angle_error_median_deg": np.median(np.abs(own), axis=2),
+                    "absolute_angle_error_max_deg": np.abs(own).max(axis=2),
+                    "failures": own_failed.sum(axis=2),
+                    "runner_up_cost_ratio_min": (sweep.runner_up_cost / sweep.cost).min(axis=2),
+                    "not_converged": (~sweep.converged).sum(axis=2),
                 },
                 by=["walker", "method"],
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Mean estimated angle (solid) and one standard deviation on either side (dashed), a panel to a method."""
-        table, methods = tables["table"], inputs.sweep.methods.tolist()
-        mean, spread = table["estimated_mean_deg"], table["estimated_sd_deg"]
-        edges = table.assign(low=mean - spread, high=mean + spread)
-        solid = pictures.Style("mean", "black")
-        dashed = pictures.Style("±1 sd", "black", line="dashed")
-        nothing = NULLS["average_walker"]
-        around = partial(pictures.series, edges, x="view_angle_deg", where={"method": "average_walker"})
-        panels = []
-        for method in methods:
-            line = partial(pictures.series, edges, x="view_angle_deg", where={"method": method})
-            panels.append(
-                pictures.Panel(
-                    series=[
-                        *line(
-                            y="estimated_mean_deg",
-                            styles=solid,
-                            band=("estimated_mean_deg_low", "estimated_mean_deg_high"),
-                        ),
-                        *line(y="low", styles=dashed),
-                        *line(y="high", styles=replace(dashed, label="")),
-                        *around(y="low", styles=replace(nothing, label="average walker ±1 sd")),
-                        *around(y="high", styles=replace(nothing, label="")),
-                    ],
-                    xlabel=VIEW_AXIS,
-                    ylabel="Reconstructed viewpoint (degree)",
-                    xticks=30,
-                    annotation=_note(table[table["method"] == method], method, inputs.sweep.failure_deg),
-                )
-            )
-        pictures.draw_lines(
-            stem,
-            panels,
-            columns=len(panels),
-            legend="figure",
-            caption=f"{inputs.caption} Band: 95 % interval of the mean over people.",
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Estimated against true angle, what is left of it, and the median of its size."""
+        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
+        estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
+        charts = [
+            estimate(label="estimated view angle", references=[Reference(slope=1.0)]),
+            estimate(
+                label="estimate less truth",
+                less="view_angle_deg",
+                name="error_deg",
+                references=[Reference(y=0.0)],
+            ),
+            view(y="absolute_angle_error_median_deg", label="median error", zero=True),
+        ]
+        notes = [
+            _note(tables["table"], str(method), inputs.sweep.failure_deg) for method in inputs.sweep.methods
+        ]
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption="Bands: ±1 standard deviation over walkers, and 95 % interval of the mean over people. "
+            + " ".join(notes),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Estimate less truth over the true angle, with its spread; median error below."""
-        table = tables["table"]
-        table = table.assign(error_deg=table["estimated_mean_deg"] - table["view_angle_deg"])
-        with inputs.recording(folder, timeline="view_angle_deg") as rec:
-            for name, column, spread in (
-                ("estimated_deg", "estimated_mean_deg", "estimated_sd_deg"),
-                ("error_deg", "error_deg", "estimated_sd_deg"),
-                ("absolute_error_median_deg", "absolute_angle_error_median_deg", ""),
-            ):
-                rec.curves(
-                    table,
-                    x="view_angle_deg",
-                    y=column,
-                    by="method",
-                    sd=spread,
-                    styles=CURVES,
-                    entity=f"curves/{name}/{{series}}",
-                )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Plot(
-                        name="estimated view angle (°) ± sd over walkers", origin="curves/estimated_deg"
-                    ),
-                    recordings.Rows(
-                        recordings.Plot(name="estimate less truth (°)", origin="curves/error_deg"),
-                        recordings.Plot(
-                            name="median absolute error (°)",
-                            origin="curves/absolute_error_median_deg",
-                        ),
-                        recordings.Notes(),
-                    ),
-                    shares=(1, 1),
-                )
-            )
 
-
-def _note(rows: pd.DataFrame, method: str, failure_deg: float) -> str:
-    """Return what is written into a method's panel, from its rows of the table."""
+def _note(table: pd.DataFrame, method: str, failure_deg: float) -> str:
+    """Return what the caption says of a method."""
+    rows = table[table["method"] == method]
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (
-        f"{CURVES[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
-        f"off by more than {failure_deg:g}°: {rows['failures'].sum()} of {rows['walkers'].sum()}"
+        f"{CURVES[method].label}: means off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°, off by more than "
+        f"{failure_deg:g}° {rows['failures'].sum()} of {rows['walkers'].sum()} times."
     )
 
 
@@ -174,15 +122,14 @@ def _errors_of_people(
 ) -> pd.DataFrame:
     """Return a row for every walker, method (M,) and view (A,), from the estimated angles (M, R, A)."""
     error = statistics.angle_difference_deg(estimated_deg, views)
-    many, walkers, angles = error.shape
     return tidy(
         {
-            "person": np.tile(np.repeat(inputs.dataset.person, angles), many),
-            "walker": np.tile(np.repeat(inputs.samples, angles), many),
-            "method": np.repeat(methods, walkers * angles),
-            "view_angle_deg": np.tile(views, many * walkers),
-            "error_deg": error.ravel(),
-            "failed": (np.abs(error) > inputs.sweep.failure_deg).ravel().astype(int),
+            "person": inputs.dataset.person[:, None],
+            "walker": np.array(inputs.samples)[:, None],
+            "method": np.array(methods)[:, None, None],
+            "view_angle_deg": views,
+            "error_deg": error,
+            "failed": (np.abs(error) > inputs.sweep.failure_deg).astype(int),
         },
         by=["walker", "method", "view_angle_deg"],
     )

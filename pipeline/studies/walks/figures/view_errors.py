@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, errors, fourier
 from pipeline.core.reconstruction import from_known_views
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
@@ -21,8 +23,15 @@ from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.figures.presentation import CURVES, UNNAMED, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
+THIRTY_PERCENT = Reference(
+    below="least_squares", percent="zhang2007_map_thirty_percent", label="30 % below I (published)"
+)
 
 _INSTANT = 0.25
 """Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
@@ -53,7 +62,7 @@ class ViewErrors(Figure):
         per_joint = np.concatenate([sweep.absolute_error_mm2, sweep.null_error_mm2])
         absolute = errors.walker_error(per_joint)
         relative = errors.walker_error(np.concatenate([sweep.relative_error, sweep.null_relative_error]))
-        variance = np.broadcast_to(sweep.missing_variance_mm2, absolute.shape)
+        variance = np.tile(sweep.missing_variance_mm2, (len(names), 1, 1))
         averaged = {
             "absolute_error_mm2": absolute,
             "rms_error_mm": np.sqrt(absolute),
@@ -87,62 +96,35 @@ class ViewErrors(Figure):
             "person": data.person,
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Three panels: absolute error, relative error, variance of the missing dimension."""
-        methods = inputs.sweep.methods.tolist()
-        panel = partial(pictures.Panel, from_zero=True, xticks=30)
-        shown = {"method": [*methods, "average_walker"]}
-
-        def interval(column: str) -> list[pictures.Series]:
-            return pictures.series(
-                tables["table"],
-                x="view_angle_deg",
-                y=column,
-                by="method",
-                band=(f"{column}_low", f"{column}_high"),
-                where={"method": methods},
-                styles={method: UNNAMED[method] for method in methods},
-            )
-
-        absolute = panel(
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Absolute error, relative error, variance of the missing dimension."""
+        first = str(inputs.sweep.methods[0])
+        view = partial(Chart, **VIEW, zero=True)
+        shown = {name: CURVES[name] for name in (*map(str, inputs.sweep.methods), "average_walker")}
+        error = partial(view, by="method", styles=shown)
+        absolute = error(
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
-            ylabel="Absolute error (mm$^2$)",
-            where=shown,
-            series=interval("absolute_error_mm2"),
+            label="mean square error",
+            references=[THIRTY_PERCENT] if {*METHODS} <= {*inputs.sweep.methods.tolist()} else [],
         )
-        relative = panel(
-            y="relative_error",
-            band="relative_error_sd",
-            ylabel="Relative error",
-            where=shown,
-            series=interval("relative_error"),
-        )
-        variance = panel(
+        relative = error(y="relative_error", band="relative_error_sd")
+        variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
-            ylabel="Variance (mm$^2$)",
-            by="",
-            where={"method": methods[0]},  # the same for every method
+            label="missing variance",
+            where={"method": first},  # the same for every method
+            styles={"truth": Style("", "green")},
         )
-        # zhang2004 prints the variance between the two errors; zhang2007 after them.
-        printed_last = inputs.experiment.paper == "zhang2007"
-        pictures.draw_lines(
-            stem,
-            [absolute, relative, variance] if printed_last else [absolute, variance, relative],
-            tables["table"],
-            x="view_angle_deg",
-            by="method",
-            styles=CURVES,
-            xlabel=VIEW_AXIS,
-            legend="figure",
-            caption=f"{inputs.caption} Bands: ±1 standard deviation over walkers, as far as the axes go, and within it"
-            " the 95 % interval of the mean over people. Average walker: its depth, the image kept.",
+        return Sheet(
+            charts=[absolute, relative, variance],
+            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands: 95 %"
+            " interval of the"
+            " mean over people. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
-        table = tables["table"]
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         absolute = errors.walker_error(sweep.absolute_error_mm2)
@@ -153,27 +135,11 @@ class ViewErrors(Figure):
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
         ground = lift(posture)
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
-            "is what the camera at that angle sees, the coloured skeletons what each approach makes of it"
-            + (" (at the phase of the 3D motion).\n" if sweep.phase_rad is not None else ".\n"),
+            "is what the camera at that angle sees, the coloured skeletons what each approach makes of it.\n",
             timeline="view_angle_deg",
         ) as rec:
-            for measure, spread in (
-                ("absolute_error_mm2", "absolute_error_sd_mm2"),
-                ("relative_error", "relative_error_sd"),
-            ):
-                rec.curves(table, x="view_angle_deg", y=measure, by="method", sd=spread, styles=CURVES)
-            rec.curves(
-                table,
-                x="view_angle_deg",
-                y="missing_variance_mm2",
-                sd="missing_variance_sd_mm2",
-                where={"method": sweep.methods[0]},  # the same for every method
-                styles=recordings.Style("variance of the missing dimension", "green"),
-                entity="curves/missing_variance_mm2/truth",
-            )
             for method in sweep.methods.tolist():
                 if method == "anatomical":
                     found = AnatomicalApproach(data).reconstruct(walker, angles, fold).missing
@@ -201,29 +167,9 @@ class ViewErrors(Figure):
             )
             seen = np.stack([camera.project(posture, a) for a in angles])
             rec.image_points("image/observed", seen, WALKER15.bones, index=index)
-            space = recordings.Space3D(name="original and reconstructed")
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Plot(name="absolute error (mm²)", origin="curves/absolute_error_mm2"),
-                        recordings.Plot(name="relative error", origin="curves/relative_error"),
-                        recordings.Plot(
-                            name="variance of the missing dimension (mm²)",
-                            origin="curves/missing_variance_mm2",
-                        ),
-                    ),
-                    recordings.Rows(
-                        recordings.Columns(
-                            space,
-                            recordings.Image2D(name="observed", beside=space),
-                            shares=(3, 2),
-                        ),
-                        recordings.Notes(),
-                        shares=(3, 1),
-                    ),
-                    shares=(1, 1),
-                )
-            )
+            space = Space3D(name="original and reconstructed")
+            scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
+            rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
 
 
 def summary_over_walkers(person: np.ndarray, values: np.ndarray) -> dict[str, np.ndarray]:
@@ -240,10 +186,9 @@ def summary_over_walkers(person: np.ndarray, values: np.ndarray) -> dict[str, np
 
 def _over_walkers(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
     """Mean over walkers of each quantity (M, R, A), with its interval, and standard deviations."""
-    views = inputs.sweep.view_angle_deg
     columns: dict[str, np.ndarray] = {
-        "method": np.repeat(names, len(views)),
-        "view_angle_deg": np.tile(views, len(names)),
+        "method": np.array(names)[:, None],
+        "view_angle_deg": inputs.sweep.view_angle_deg,
     }
     deviations = {
         "absolute_error_mm2": "absolute_error_sd_mm2",
@@ -251,25 +196,24 @@ def _over_walkers(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarr
         "missing_variance_mm2": "missing_variance_sd_mm2",
     }
     for name, values in averaged.items():
-        columns[name] = values.mean(axis=1).ravel()
+        columns[name] = values.mean(axis=1)
         if name in deviations:
-            columns[deviations[name]] = sd(values, 1).ravel()
+            columns[deviations[name]] = sd(values, 1)
         if not name.endswith(SIDES_AT_RANDOM):
             low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
-            columns |= {f"{name}_low": low.ravel(), f"{name}_high": high.ravel()}
+            columns |= {f"{name}_low": low, f"{name}_high": high}
     return tidy(columns, by=["method", "view_angle_deg"])
 
 
 def _every_walker(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
     """Each quantity (M, R, A) of every walker."""
-    methods, walkers, angles = averaged["absolute_error_mm2"].shape
     return tidy(
         {
-            "person": np.tile(np.repeat(inputs.dataset.person, angles), methods),
-            "walker": np.tile(np.repeat(inputs.samples, angles), methods),
-            "method": np.repeat(names, walkers * angles),
-            "view_angle_deg": np.tile(inputs.sweep.view_angle_deg, methods * walkers),
-            **{name: values.ravel() for name, values in averaged.items()},
+            "person": inputs.dataset.person[:, None],
+            "walker": np.array(inputs.samples)[:, None],
+            "method": np.array(names)[:, None, None],
+            "view_angle_deg": inputs.sweep.view_angle_deg,
+            **averaged,
         },
         by=["walker", "method", "view_angle_deg"],
     )
@@ -299,11 +243,11 @@ def _walkers(inputs: Inputs, names: list[str], absolute: np.ndarray, relative: n
     """Mean over views of the errors (M, R) of every walker."""
     return tidy(
         {
-            "person": np.tile(inputs.dataset.person, len(names)),
-            "walker": np.tile(inputs.samples, len(names)),
-            "method": np.repeat(names, len(inputs.samples)),
-            "absolute_error_mm2": absolute.ravel(),
-            "relative_error": relative.ravel(),
+            "person": inputs.dataset.person,
+            "walker": inputs.samples,
+            "method": np.array(names)[:, None],
+            "absolute_error_mm2": absolute,
+            "relative_error": relative,
         },
         by=["walker", "method"],
     )
@@ -311,16 +255,16 @@ def _walkers(inputs: Inputs, names: list[str], absolute: np.ndarray, relative: n
 
 def _coefficients(inputs: Inputs) -> pd.DataFrame:
     """How often coefficients leave the range of training: those found, and those of the walker seen whole."""
-    sweep, methods = inputs.sweep, len(inputs.sweep.methods)
+    sweep = inputs.sweep
     return tidy(
         {
-            "person": np.tile(inputs.dataset.person, methods),
-            "walker": np.tile(inputs.samples, methods),
-            "method": np.repeat(sweep.methods.tolist(), len(inputs.samples)),
-            "coefficients_beyond": sweep.coefficients_beyond.ravel(),
-            "own_coefficients_beyond": np.tile(sweep.own_coefficients_beyond, methods),
-            "views_far_beyond": sweep.views_far_beyond.ravel(),
-            "own_far_beyond": np.tile(sweep.own_far_beyond, methods),
+            "person": inputs.dataset.person,
+            "walker": inputs.samples,
+            "method": sweep.methods[:, None],
+            "coefficients_beyond": sweep.coefficients_beyond,
+            "own_coefficients_beyond": sweep.own_coefficients_beyond,
+            "views_far_beyond": sweep.views_far_beyond,
+            "own_far_beyond": sweep.own_far_beyond,
         },
         by=["walker", "method"],
     )
@@ -330,16 +274,15 @@ def _joints(inputs: Inputs, names: list[str], per_joint: np.ndarray) -> pd.DataF
     """Mean over walkers and views of the errors (M, R, A, 15) of every joint, with its interval over people."""
     values = per_joint.mean(axis=2)
     low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
-    joints = len(WALKER15.joints)
     return tidy(
         {
-            "method": np.repeat(names, joints),
-            "joint": np.tile(WALKER15.joints, len(names)),
-            "absolute_error_mm2": values.mean(axis=1).ravel(),
-            "absolute_error_mm2_low": low.ravel(),
-            "absolute_error_mm2_high": high.ravel(),
-            "absolute_error_median_mm2": np.median(values, axis=1).ravel(),
-            "absolute_error_worst_mm2": values.max(axis=1).ravel(),
+            "method": np.array(names)[:, None],
+            "joint": WALKER15.joints,
+            "absolute_error_mm2": values.mean(axis=1),
+            "absolute_error_mm2_low": low,
+            "absolute_error_mm2_high": high,
+            "absolute_error_median_mm2": np.median(values, axis=1),
+            "absolute_error_worst_mm2": values.max(axis=1),
         },
         by=["method", "joint"],
     )

@@ -1,4 +1,4 @@
-"""What the README tells people to do works as it stands there."""
+"""What the README and the pages of the documentation tell people to do works as it stands there."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import shlex
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -14,15 +15,25 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.main import COMMANDS
 from pipeline.cli.presets import listed, presets
+from pipeline.formats import c3d
+from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.studies import published
 from pipeline.studies.registry import options
+from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput
+from tests.core.keypoint_walk.walkers import clip
+from tests.pages import PAGES, blocks
+from tests.reconstruct.walks import ERROR, alphapose, in_layout
 
 ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = PAGES["README.md"]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) <= 150
 
 
 @pytest.mark.parametrize(
@@ -31,38 +42,64 @@ MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 def test_the_library_examples_do_what_they_say(
     capsys: pytest.CaptureFixture[str], example: int, expected: float, within: float
 ) -> None:
-    codes = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    codes = blocks("docs/python.md", "python")
     assert len(codes) == 3
-    exec(compile(codes[example], "README.md", "exec"), {})
+    exec(compile(codes[example], "python.md", "exec"), {})
     said = capsys.readouterr().out
     assert abs(float(said.split()[-1]) - expected) <= within
     assert "red" not in said
 
 
-def test_every_make_target_named_exists() -> None:
-    named = set(re.findall(r"`?(?:^|[`\s])make ([a-z][a-z0-9_]*)", README, re.MULTILINE))
-    targets = set(re.findall(r"^([a-z]+):", MAKEFILE, re.MULTILINE)) | set(presets())
-    assert {"sweeps", "test", "data"} <= named
+def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every block of Python of the pages, but the loop of PsychoPy, in order and in one folder."""
+    pytest.importorskip("xarray")
+    people = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    (tmp_path / "my_walks").mkdir()
+    for k, walk in enumerate(people.positions_mm):
+        c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+    (tmp_path / "walk.c3d").write_bytes((tmp_path / "my_walks" / "p0.c3d").read_bytes())
+    alphapose(tmp_path / "walk.json", in_layout(clip(60.0, ERROR), "coco17"))
+    monkeypatch.chdir(tmp_path)
+    for page in ("README.md", "docs/keypoints.md", "docs/python.md"):
+        names: dict[str, object] = {}
+        for code in blocks(page, "py"):
+            exec(compile(code, page, "exec"), names)
+        assert names, page
+    assert np.shape(names["coefficients"]) == (5, 15, 3)
+    others = {page for page in PAGES if blocks(page, "py")} - {
+        "README.md",
+        "docs/keypoints.md",
+        "docs/python.md",
+    }
+    assert others == {"docs/pointlight.md"}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_make_target_named_exists(page: str) -> None:
+    named = set(re.findall(r"(?:^|`)make ([a-z][a-z0-9_-]*)", PAGES[page], re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE)) | set(presets())
     assert named <= targets, named - targets
+    assert page != "README.md" or {"sweeps", "test", "data"} <= named
 
 
 MADE_LATER = "results/archive/light/synthetic/"
 """Made by `make archive LIGHT=1`, which needs results of the very commit."""
 
 
-def test_every_file_and_section_that_the_readme_links_to_exists() -> None:
-    linked = re.findall(r"\]\(([^)\s]+)\)|(?:src|srcset)=\"([^\"]+)\"", README)
-    there = {one or other for one, other in linked}
-    sections = {
-        re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
-        for title in re.findall(r"^## (.+)$", README, re.MULTILINE)
-    }
-    places = {place[1:] for place in there if place.startswith("#")}
-    assert places == sections, "the table of contents"
-    files = {place for place in there if not place.startswith("#")}
-    assert len(files) >= 5
-    for place in files:
-        assert place.startswith(MADE_LATER) or (ROOT / place).is_file(), place
+@pytest.mark.parametrize("page", PAGES)
+def test_every_file_and_section_that_a_page_links_to_exists(page: str) -> None:
+    linked = re.findall(r"\]\(([^)\s]+)\)|(?:src|srcset)=\"([^\"]+)\"", PAGES[page])
+    for place in {one or other for one, other in linked}:
+        file, _, section = place.partition("#")
+        path = (ROOT / page).parent / file if file else ROOT / page
+        assert file.startswith(MADE_LATER) or path.is_file(), place
+        if section:
+            titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            assert section in {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}, (
+                place
+            )
 
 
 def test_the_first_screen_is_light() -> None:
@@ -70,33 +107,33 @@ def test_the_first_screen_is_light() -> None:
     assert sum((ROOT / place).stat().st_size for place in pictures) <= 300_000
 
 
-COMMAND_LINES = [
-    line.split("#")[0].strip()
-    for language, block in re.findall(r"^```(\w*)\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
-    if not language
-    for line in block.splitlines()
-]
-
-
-def test_every_command_can_be_typed() -> None:
+@pytest.mark.parametrize("page", PAGES)
+def test_every_command_can_be_typed(page: str) -> None:
     """All lines set apart from the text: `make` with targets, or a command of the program with overrides."""
-    run = [line for line in COMMAND_LINES if not line.startswith("make ")]
-    assert len(COMMAND_LINES) > len(run) > 3
-    for line in run:
+    lines = [line.split("#")[0].strip() for block in blocks(page, "") for line in block.splitlines()]
+    for line in filter(None, lines):
+        if line.startswith("make "):
+            continue
         assert line.startswith("python -m pipeline "), line
         words = shlex.split(line)[3:]
         if words[0] not in COMMANDS:
             assert compose(words).name in presets(), line
 
 
-def test_every_override_named_composes() -> None:
-    for line in re.findall(r"^make run ARGS=\"([^\"]+)\"", README, re.MULTILINE):
+@pytest.mark.parametrize("page", PAGES)
+def test_every_override_named_composes(page: str) -> None:
+    for line in re.findall(r"^make run ARGS=\"([^\"]+)\"", PAGES[page], re.MULTILINE):
         words = [w for w in line.split() if "=" in w and not w.startswith("hydra/")]
         plain = [re.sub(r"=(\w+),.*", r"=\1", w.replace("'", "")) for w in words]
-        assert compose(plain).name in presets(), line
+        assert not plain or compose(plain).name in presets(), line
 
 
-@pytest.mark.parametrize("option", sorted(set(re.findall(r"`((?:sweep|model|dataset)\.\w+)`", README))))
+OPTIONS = sorted(
+    {name for text in PAGES.values() for name in re.findall(r"`((?:sweep|model|dataset)\.\w+)`", text)}
+)
+
+
+@pytest.mark.parametrize("option", OPTIONS)
 def test_every_option_of_the_table_exists(option: str) -> None:
     group, name = option.split(".")
     assert any(name in {field.name for field in fields(choice)} for choice in options(group).values())
@@ -111,7 +148,8 @@ PUBLISHED = tables.read(ROOT / "results" / "published.csv")
 def test_the_result_tables_are_those_of_the_published_numbers() -> None:
     """`make readme` renews them."""
     made = {"figures": listed(), **published.rendered({"headline": LAYOUT["headline"]}, PUBLISHED)}
-    assert published.insert(README, made) == README
+    for page, name in (("docs/figures.md", "figures"), ("docs/results.md", "headline")):
+        assert published.insert(PAGES[page], {name: made[name]}) == PAGES[page]
 
 
 def test_every_published_number_is_quoted_and_has_a_figure_and_a_commit() -> None:
