@@ -109,19 +109,6 @@ COMMANDS = {
 }
 """The other commands: module of `pipeline.cli` and function, imported when it is called."""
 
-WRITES = {
-    "figures": "publication", "status": "", "fetch": "recordings", "reconstruct": "publication", "model": "publication",
-    "report": "beside figures", "claims": "beside figures", "sensitivity": "beside figures", "equations": "",
-    "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
-    "pointlight": "file",
-}  # fmt: skip
-"""How each command writes, empty if it writes nothing; no file of others is ever replaced.
-
-A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; *beside
-figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
-*archive* only grows; *this clone* are the tables and pictures of the README.
-"""
-
 
 def command(name: str) -> Callable[[Sequence[str]], int]:
     """Return the function of a command, with the modules that it alone needs."""

@@ -59,7 +59,7 @@ class Display:
     def began(self, slot: int, figure: int) -> None:
         """Show that a figure, by its number, is made in a slot."""
         name = self._experiments[figure].name
-        self._progress.reset(self._slots[slot], description=name, visible=True, figure=name)
+        self._progress.reset(self._slots[slot], description=name, visible=True, figure=name, count="")
 
     def at(self, slot: int, stage: str) -> None:
         """Show that a stage begins."""

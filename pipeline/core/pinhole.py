@@ -210,7 +210,6 @@ def look_at(
     *,
     focal_px: float,
     principal_px: tuple[float, float] = (0.0, 0.0),
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0),
 ) -> Pinhole:
     """A camera that looks from a centre to a target with the world's vertical upright in the image.
 
@@ -221,7 +220,6 @@ def look_at(
     focal_px : float
     principal_px : (x, y)
         Where the target appears, px.
-    up : (x, y, z)
 
     Raises
     ------
@@ -230,7 +228,7 @@ def look_at(
     """
     centre, target = np.asarray(centre, dtype=float), np.asarray(target, dtype=float)
     ahead = target - centre
-    right = np.cross(ahead, np.asarray(up, dtype=float))
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
     distance, across = np.linalg.norm(ahead, axis=-1), np.linalg.norm(right, axis=-1)
     if (across <= 1e-9 * np.maximum(distance, 1e-300)).any():
         raise InvalidInput("a camera looks along the vertical, or at itself", expected="a target to its side")

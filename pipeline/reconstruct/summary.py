@@ -100,8 +100,8 @@ def _round(value: float, digits: int) -> float:
     return round(float(value), digits)
 
 
-def _interval(centre: float, half: float, digits: int = 1) -> list[float]:
-    return [_round(centre - half, digits), _round(centre + half, digits)]
+def _interval(centre: float, half: float) -> list[float]:
+    return [_round(centre - half, 1), _round(centre + half, 1)]
 
 
 def off_middle_rad(found: Reconstruction) -> float:

@@ -28,6 +28,7 @@ from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoi
 from pipeline.validation import require_range
 
 HEADINGS_DEG = (0, 30, -30, 60, -60, 90, -90, 180)
+"""Of simulated clips, overground and on a treadmill each; a person's walks take turns."""
 
 
 @dataclass(kw_only=True)
@@ -76,9 +77,7 @@ class LeftOutClip:
         return errors.angle_errors(self.found, self.simulated.positions_mm)
 
 
-def left_out_clips(
-    walks: Walks, options: Training, error: DetectorError, *, headings_deg: tuple[int, ...] = HEADINGS_DEG
-) -> Iterator[LeftOutClip]:
+def left_out_clips(walks: Walks, options: Training, error: DetectorError) -> Iterator[LeftOutClip]:
     """Reconstruct simulated clips of each person by a model that was trained without him.
 
     Parameters
@@ -86,8 +85,6 @@ def left_out_clips(
     walks : Walks
     options : Training
     error : DetectorError
-    headings_deg : tuple of int
-        Overground and on a treadmill each; a person's walks take turns.
     """
     trained = training_walks(walks)
     people = list(dict.fromkeys(walks.person.tolist()))
@@ -98,7 +95,7 @@ def left_out_clips(
         model = model_of(expand(compact(without, options.components)))
         prior = prepare(model, Detector(floor_mm=np.full(15, error.bias_mm)))
         mine = np.flatnonzero(~others)
-        cases = [(overground, heading) for overground in (True, False) for heading in headings_deg]
+        cases = [(overground, heading) for overground in (True, False) for heading in HEADINGS_DEG]
         for case, (overground, heading) in enumerate(cases):
             k = int(mine[case % len(mine)])
             generator = derive_generator(options.seed, f"{number} {case}")

@@ -19,7 +19,7 @@ import pytest
 
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.cli.main import COMMANDS, WRITES
+from pipeline.cli.main import COMMANDS
 from pipeline.fetch import NEEDED_COLUMNS
 from pipeline.ingestion.data import RecordedData
 from pipeline.reconstruct import model_file
@@ -282,6 +282,20 @@ model_file.save(trained, Path({str(folder)!r}))
     model_file.save(model_file.load(), folder)
     assert (folder / "CARD.md").read_text() == "mine"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["model"]
+
+
+WRITES = {
+    "figures": "publication", "status": "", "fetch": "recordings", "reconstruct": "publication", "model": "publication",
+    "report": "beside figures", "claims": "beside figures", "sensitivity": "beside figures", "equations": "",
+    "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
+    "pointlight": "file",
+}  # fmt: skip
+"""How each command writes, empty if it writes nothing; no file of others is ever replaced.
+
+A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; *beside
+figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
+*archive* only grows; *this clone* are the tables and pictures of the README.
+"""
 
 
 @pytest.mark.thorough

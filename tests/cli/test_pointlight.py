@@ -173,10 +173,10 @@ sys.modules["psychopy"] = made
 """
 
 
-def test_the_loop_in_the_readme_runs(tmp_path: Path) -> None:
+def test_the_loop_in_the_documentation_runs(tmp_path: Path) -> None:
     """With the four things of PsychoPy that it needs in place of PsychoPy."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (loop,) = re.findall(r"```py\n(import csv\n.*?)```", readme, re.DOTALL)
+    page = (ROOT / "docs" / "pointlight.md").read_text(encoding="utf-8")
+    (loop,) = re.findall(r"```py\n(import csv\n.*?)```", page, re.DOTALL)
     assert len(loop.strip().splitlines()) <= 20
     make(["synthetic", f"to={tmp_path / 'walker.csv'}"])
     subprocess.run([sys.executable, "-c", _PSYCHOPY + loop], cwd=tmp_path, check=True, timeout=60)

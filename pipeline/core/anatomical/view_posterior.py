@@ -4,10 +4,9 @@ Symbols
 -------
 ``beta``  candidate view angle; ``o`` observed coefficients (across and up)
 ``J``     ``(o - m_o)^T (C_oo + N)^-1 (o - m_o) + log det (C_oo + N)``, both at beta: -2 log p(o | beta)
-``kappa`` temperature: ``p(beta | o)`` is proportional to ``exp(-J / (2 kappa))``; 1 if the prior were true
 
-The coefficients are integrated out, so no angle is favoured because it has more of them to spend.  J is laid out over
-the circle and interpolated by a periodic cubic spline.
+``p(beta | o)`` is proportional to ``exp(-J / 2)``.  The coefficients are integrated out, so no angle is favoured
+because it has more of them to spend. J is laid out over the circle and interpolated by a periodic cubic spline.
 """
 
 from __future__ import annotations
@@ -111,9 +110,8 @@ class ViewPosterior:
     angles_rad: np.ndarray
 
 
-def posterior_of(costs: np.ndarray, *, temperature: float = 1.0) -> ViewPosterior:
+def posterior_of(costs: np.ndarray) -> ViewPosterior:
     """Posterior of the view angle from costs (n, G) at the angles of `circle`, under a uniform prior."""
-    require_range("the temperature", temperature, above=0)
     count = costs.shape[1]
     at = np.append(circle(count), np.pi)
     spline = CubicSpline(at, np.concatenate([costs, costs[:, :1]], axis=1), axis=1, bc_type="periodic")
@@ -128,7 +126,7 @@ def posterior_of(costs: np.ndarray, *, temperature: float = 1.0) -> ViewPosterio
     angle = fine[here] + step * np.where(
         bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1.0), 0.0
     )
-    weight = np.exp(-(J - middle[:, None]) / (2.0 * temperature))
+    weight = np.exp(-(J - middle[:, None]) / 2.0)
     density = weight / (weight.sum(axis=1, keepdims=True) * step)
     off = np.mod(fine - angle[:, None] + np.pi, 2.0 * np.pi) - np.pi
     near = np.abs(off) <= np.pi / 2

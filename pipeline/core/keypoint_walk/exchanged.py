@@ -18,7 +18,7 @@ SWITCH = 14.0
 """Cost of one change between labels as they are and exchanged, twice a negative logarithm of a probability."""
 
 
-def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray, switch: float = SWITCH) -> np.ndarray:
+def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray) -> np.ndarray:
     """Frames (T,) bool that are better exchanged, of costs (T,) as they are and exchanged.
 
     Examples
@@ -31,8 +31,8 @@ def cheapest_labels(kept: np.ndarray, exchanged: np.ndarray, switch: float = SWI
     came_from = np.zeros((len(kept), 2), dtype=bool)
     a, b = float(kept[0]), float(exchanged[0])
     for t, (same, other) in enumerate(zip(kept[1:].tolist(), exchanged[1:].tolist(), strict=True), start=1):
-        came_from[t] = b + switch < a, a + switch >= b
-        a, b = min(a, b + switch) + same, min(b, a + switch) + other
+        came_from[t] = b + SWITCH < a, a + SWITCH >= b
+        a, b = min(a, b + SWITCH) + same, min(b, a + SWITCH) + other
     state = b < a
     labels = np.zeros(len(kept), dtype=bool)
     for t in range(len(kept) - 1, -1, -1):

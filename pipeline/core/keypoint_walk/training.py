@@ -178,14 +178,12 @@ def moments(walks: Sequence[TrainingWalk], people: np.ndarray) -> Moments:
     )
 
 
-def model_of(found: Moments, *, extra_variance: float = 20.0) -> WalkerModel:
-    """The model of walkers with these moments; `extra_variance` is tau, mm²."""
+def model_of(found: Moments) -> WalkerModel:
+    """The model of walkers with these moments."""
     rows, _ = anatomical.stance_rows(found.mean)
     return WalkerModel(
         mean=found.mean,
-        covariance=anatomical.structured_covariance(
-            found.covariance, BLOCKS, Shrinkage(extra_variance=extra_variance)
-        ),
+        covariance=anatomical.structured_covariance(found.covariance, BLOCKS, Shrinkage()),
         bone_variance=found.bone_variance,
         pair_variance=found.pair_variance,
         stance_variance=np.einsum("ra,ab,rb->r", rows, found.covariance, rows, optimize=True),

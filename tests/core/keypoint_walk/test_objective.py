@@ -82,15 +82,14 @@ def test_the_matrix_is_symmetric_and_positive() -> None:
     assert np.linalg.eigvalsh(matrix).min() > 0
 
 
-def test_a_generic_minimiser_finds_nothing_lower() -> None:
+def test_a_generic_minimiser_finds_nothing_lower(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipeline.core.keypoint_walk.refinement.MOST_STEPS", 30)
     sim = clip(40.0)
     times = (np.arange(len(sim.pixels)) - (len(sim.pixels) - 1) / 2) / sim.frame_rate_hz
     keypoints = Keypoints(sim.pixels, np.ones(sim.pixels.shape[:2]))
     starts = find_starts(keypoints.pixels, keypoints.weights, times, sim.focal_px, prior())
     setting = Setting(times, sim.focal_px, True)
-    fit = refine(
-        prior(), setting, keypoints, starts.starts[0], starts.path, TRUNK, relabel=False, most_steps=30
-    )
+    fit = refine(prior(), setting, keypoints, starts.starts[0], starts.path, TRUNK, relabel=False)
     objective = fit.objective
     # In units in which the curvature is one, so that a method without curvature gets somewhere.
     here = objective.quadratic(fit.x, keypoints, fit.noise)
