@@ -154,6 +154,8 @@ class Baseline:
         Words of a measure for which others stand in that of the baseline.
     value : float or None
         A number in place of a measure.
+    better : int
+        1 if more is better, -1 if less, 0 if the bounds of a claim say; only bounds with two ends leave it open.
     """
 
     measures: str
@@ -162,6 +164,7 @@ class Baseline:
     knows: str = ""
     replace: Mapping[str, str] = field(default_factory=dict)
     value: float | None = None
+    better: int = 0
 
     def of(self, measure: Measure) -> Measure | float | None:
         """Return the same measure of the baseline; None if the class has none, or the measure names nothing of it."""

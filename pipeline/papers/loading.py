@@ -104,6 +104,8 @@ class Paper:
 INTERVENTIONS = "interventions.csv"
 """Numbers of runs with a switch, which explanations quote."""
 
+BETTER = {"": 0, "more": 1, "less": -1}
+
 BASELINES = "baselines.yaml"
 """The baseline of each class of measures; no claim chooses its own."""
 
@@ -148,6 +150,7 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
             knows=entry.text("knows", needed=False),
             replace={str(old): str(new) for old, new in entry.mapping("replace").items()},
             value=None if value is None else number(value, entry.where),
+            better=BETTER[require_choice(f"{entry.where}, better", entry.text("better", needed=False), list(BETTER))],
         )
         entry.done()
         if bool(found[name].name) != bool(found[name].replace or value is not None):

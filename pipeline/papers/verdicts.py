@@ -79,14 +79,15 @@ class Verdict:
         return found.low <= self.claim.published <= found.high
 
 
-def gain(claim: Claim, value: float, baseline: float) -> Callable[..., object]:
+def gain(claim: Claim, baseline: float) -> Callable[..., object]:
     """Return the function of values and baselines by which the first are better.
 
-    The side on which the bounds lie of the baseline is the better one; of bounds that hold it, the open one; within
-    two ends, the nearness to the paper's number, or to the middle.
+    The better side is the open one of the bounds, else what the class says; else that on which they lie of the
+    baseline; within two ends, the nearness to the paper's number, or to the middle.
     """
     bounds = claim.agrees or Interval()
-    side = bounds.side(baseline) or int(math.isinf(bounds.high)) - int(math.isinf(bounds.low))
+    side = int(math.isinf(bounds.high)) - int(math.isinf(bounds.low))
+    side = side or (claim.baseline.better if claim.baseline else 0) or bounds.side(baseline)
     if side:
         return lambda ours, theirs: side * (ours - theirs)
     middle = claim.published if claim.published is not None else 0.5 * (bounds.low + bounds.high)

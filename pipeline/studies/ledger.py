@@ -105,7 +105,7 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
     nothing, nothings = (
         _measured(simpler, frames, drawn) if isinstance(simpler, papers.Measure) else (simpler, simpler)
     )
-    better = papers.gain(claim, value, nothing)
+    better = papers.gain(claim, nothing)
     return replace(
         found,
         baseline=_estimate(nothing, nothings, drawn, people),
