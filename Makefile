@@ -18,7 +18,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme check format test bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs check format test planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -88,13 +88,17 @@ sensitivity: $(READY) ## each ambiguity of the papers as a switch: which moves w
 tutorial: $(READY) ## from two commands to a question of your own: tutorial.py, into results/tutorial
 	@$(VENV)/bin/python tutorial.py
 
-readme: $(READY) ## the README's tables from results/published.csv; ARGS=data=synthetic renews its rows (and the pictures)
+readme: $(READY) ## the tables of results in docs/ from results/published.csv; ARGS=data=synthetic renews its rows (and the pictures)
 	@$(RUN) readme $(ARGS)
 
-check: $(DEV) ## ruff, format, types
+docs: $(DEV) ## the documentation, results/docs/index.html, without a warning and without a network
+	@$(VENV)/bin/python -W error -m mkdocs build --quiet
+	@echo "results/docs/index.html"
+
+check: $(DEV) docs ## ruff, format, types, documentation
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/ruff format --check .
-	@$(VENV)/bin/mypy pipeline
+	@$(VENV)/bin/mypy pipeline gait_pipeline
 
 format: $(DEV) ## format the sources
 	@$(VENV)/bin/ruff check --fix .
@@ -103,12 +107,15 @@ format: $(DEV) ## format the sources
 test: $(DEV) ## the tests, on every core, in three minutes; ALL=1: the thorough ones, too; ARGS=tests/core: some
 	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(if $(ALL)$(ARGS),,-m "not thorough") $(ARGS)
 
+planted: $(DEV) ## small defects in a copy of the tree: which do the tests notice? ARGS=10: some, drawn by the commit; ARGS=core/camera
+	@$(VENV)/bin/python -m tests.planted $(ARGS)
+
 bench: $(DEV) ## run times relative to peers and naive loops
 	@$(VENV)/bin/python -m tests.benchmarks $(ARGS)
 
-golden: $(DEV) ## renew tests/golden from a smoke run (needs a line under "Scientific changes")
-	@rm -rf results/golden && $(RUN) figures data=synthetic scale=smoke results=results/golden figure.picture=false figure.recording=false
-	@for f in $(FIGURES); do cp results/golden/scratch/*/$$f/table.csv tests/golden/$$f.csv; done; rm -rf results/golden
+golden: $(DEV) ## renew tests/golden from a smoke run, FIGURE=… for one (numbers that move need a line under "Scientific changes")
+	@rm -rf results/golden && $(RUN) figures $(if $(FIGURE),experiment=$(FIGURE)) data=synthetic scale=smoke results=results/golden
+	@$(VENV)/bin/python -m tests.contents results/golden/synthetic/smoke $(or $(FIGURE),$(FIGURES)); rm -rf results/golden
 
 digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernels and SIMD levels; ARGS=FIGURE for some
 	@$(VENV)/bin/python -m tests.golden_digits $(ARGS)

@@ -1,9 +1,13 @@
-"""What pyproject.toml cannot say: the options, the papers and the table of recordings travel inside the package."""
+"""What pyproject.toml cannot say: the options, the papers and the table of recordings travel inside the package.
+
+With SOURCE_DATE_EPOCH the same sources make the same wheel, byte by byte.
+"""
 
 import shutil
 from pathlib import Path
 
 from setuptools import setup
+from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 
 HERE = Path(__file__).resolve().parent
@@ -21,4 +25,14 @@ class WithResources(build_py):
         shutil.copy2(HERE / "data" / "sources.csv", target / "data" / "sources.csv")
 
 
-setup(cmdclass={"build_py": WithResources})
+class SameBytes(bdist_wheel):
+    """Gives all files of the wheel one set of permissions, whatever the sources have."""
+
+    def write_wheelfile(self, wheelfile_base: str) -> None:
+        """Write the last of the wheel's files, then set the permissions of all."""
+        super().write_wheelfile(wheelfile_base)
+        for path in Path(wheelfile_base).parent.rglob("*"):
+            path.chmod(0o755 if path.is_dir() else 0o644)
+
+
+setup(cmdclass={"build_py": WithResources, "bdist_wheel": SameBytes})

@@ -15,13 +15,16 @@ import numpy as np
 import pandas as pd
 
 from pipeline import pictures
+from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, errors, fourier, linear_model, reconstruction
+from pipeline.palette import Style
+from pipeline.scenes import PostureRow
 from pipeline.skeleton import WALKER15
+from pipeline.storage.publishing import publish
 from pipeline.synthetic import walkers
 
 FOLDER = Path(os.environ.get("TUTORIAL_FOLDER", "results/tutorial"))
 DRAWS = int(os.environ.get("TUTORIAL_DRAWS", "20"))
-FOLDER.mkdir(parents=True, exist_ok=True)
 
 # %% [markdown]
 # ## 1. The two commands
@@ -66,7 +69,8 @@ off_mm = np.sqrt(errors.walker_error(errors.absolute_error(found.delta[0])))
 print(f"the first walker, from 30°: {off_mm:.1f} mm off in depth")
 
 # %% [markdown]
-# What the picture at the head of the README shows is this walker's `again`, turned:
+# What the picture at the head of the README shows is this walker's `again`, turned.  A folder is published whole, and
+# replaced by the next run only if this program wrote it:
 
 # %%
 again = camera.combine(camera.project(walks[0], angle), found.missing[0], angle)
@@ -74,14 +78,16 @@ times = np.arange(5) / 5.0
 side = [
     camera.project(fourier.synthesise(motion, 1.0, times), np.radians(90.0)) for motion in (walks[0], again)
 ]
-pictures.draw_postures(
-    FOLDER / "one_walker",
-    [("", [pictures.PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
-    WALKER15.bones,
-    column_titles=[f"{share:.0%}" for share in times],
-    legend=("true walk", "reconstructed from 30°"),
-    caption=f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth.",
-)
+with publish(FOLDER / "one_walker", having="tutorial") as published:
+    pictures.draw_postures(
+        published.folder / "one_walker",
+        [("", [PostureRow(label="side view", original=side[0], reconstructed=side[1])])],
+        WALKER15.bones,
+        column_titles=[f"{share:.0%}" for share in times],
+        legend=("true walk", "reconstructed from 30°"),
+        caption=f"Five instants of a cycle, seen from the side; computed from 30° alone, {off_mm:.1f} mm off in depth.",
+    )
+    published.manifest({"tutorial": "one walker", "off_mm": off_mm})
 
 # %% [markdown]
 # ## 3. A question of your own
@@ -131,28 +137,29 @@ answer = (
     )
     .reset_index()
 )
-answer.to_csv(FOLDER / "answer.csv", index=False, float_format="%.6g")
 print(answer.round(1).to_string(index=False))
-pictures.draw_lines(
-    FOLDER / "answer",
-    [
-        pictures.Panel(
-            y="mean",
-            band=("low", "high"),
-            ylabel="error in depth (mm)",
-            from_zero=True,
-            xscale="log",
-            xticks=(3, 5, 10, 20, 40, 80),
-        )
-    ],
-    answer,
+chart = Chart(
     x="walkers",
+    x_label="walkers that the model is learnt from",
+    log_x=True,
+    ticks=(3, 5, 10, 20, 40, 80),
+    y="mean",
+    band=("low", "high"),
     by="method",
-    styles={"null": pictures.Style("their average (null)", "null"), "map": pictures.Style("MAP", "map")},
-    xlabel="walkers that the model is learnt from",
-    legend="figure",
-    caption=f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws.",
+    styles={"null": Style("their average (null)", "null"), "map": Style("MAP", "map")},
+    label="error in depth",
+    unit="mm",
+    zero=True,
 )
+with publish(FOLDER / "answer", having="tutorial") as published:
+    answer.to_csv(published.folder / "answer.csv", index=False, float_format="%.6g")
+    pictures.draw_charts(
+        published.folder / "answer",
+        Sheet(charts=[chart]),
+        {"table": answer},
+        caption=f"Forty walkers held out, thirteen views, {DRAWS} draws; bands: nine tenths of the draws.",
+    )
+    published.manifest({"tutorial": "number of walkers", "draws": DRAWS})
 mean_mm = answer.pivot(index="walkers", columns="method", values="mean")
 better = mean_mm.index[mean_mm["map"] < mean_mm["null"]]
 print(

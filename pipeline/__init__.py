@@ -5,7 +5,9 @@ The modules, from the base upwards; each imports only from those above it in thi
     validation             InvalidInput: what, where, expected, received; the shared checks
     skeleton               joints, world frame, units, how source points become joints
     resources              files that travel with the package
+    shortened              short representations of results
     palette, tidy          colours and looks of series; rows of a table by series
+    charts, scenes         what is drawn, as plain values: charts of tables; views, postures and matrices
     processes, locks       work on several processes, which share the cores; what only one of them may do
     compilation            compiled loops: the only numba
     seeding                random generators
@@ -34,6 +36,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       articulated_trajectory a whole skeleton from the root to the leaves
       keypoint_walk          from keypoints of one camera to a 3D walk with error bars
       reconstructibility     how accurately a limb can be reconstructed        park2011 13-18
+      rigid                  rigid motion of clusters of points
       likeness               whether two recordings may show one person
       anthropometry, statistics, resampling    proportions; circular means, rank correlation; interpolation
       bootstrap              intervals of statistics over people
@@ -48,9 +51,12 @@ The modules, from the base upwards; each imports only from those above it in thi
 
     synthetic/             synthetic people: walkers, bending, limbs
     pointlight/            walks as moving dots, disturbed as experiments ask for
-    clips/                 usable clips of a data set: walks, performances, varied motion
+    clips/                 types of clips, without a reader: walks, performances, varied motion; their usable parts
+    ingestion/             data sets and their recordings: the only door to formats, mappings and fetch
     studies/               options, dataset, model, sweeps, figures and measures of each study
       study, experiment      base classes of the options; the experiment that a preset composes
+      eigenwalkers/          Fourier samples of walks and models of them, on which several studies stand
+      occlusion              joints hidden from a camera, for several studies
       walks/                 zhang2004, zhang2007
       actions/               mozerov2006
       limbs/                 park2011
@@ -61,7 +67,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       evaluation, ledger     measures by name; verdicts on the papers' claims
       interventions          runs that test explanations of the ledger
       replicated             tables with people drawn again, or of several populations
-      published              published numbers and the README's tables
+      published              published numbers and the tables that quote them
       presentation           names and heights of people in recordings
     stages/                ingest, dataset, model, sweep, figure; further populations
     report/                the page over all figures, with players that compute in the browser; the only jinja2
@@ -74,8 +80,8 @@ the name.  Arrays are ordered (walker, harmonic or frame, joint, space).  World:
 +y, +x to the walker's right; view angle 0 is the frontal view, -90 degrees the left profile; image right is then the
 walker's right, so a video taken from the front has to be mirrored.
 
-The module `api` is the library in five functions: read, joints, represent, fit, from_view.  The package
-`reconstruct` may be called, with a file of keypoints.
+The module `api` is the library: read, joints, represent, fit, from_view, to_dataframe, to_xarray.  The package
+`reconstruct` may be called, with a file of keypoints.  What cannot be used raises `InvalidInput`.
 """
 
 from __future__ import annotations
@@ -84,7 +90,16 @@ TYPE_CHECKING = False  # typing takes a while to load, in which Ctrl-C would end
 if TYPE_CHECKING:
     from typing import Any
 
-__all__ = ["fit", "from_view", "joints", "read", "reconstruct", "represent"]
+    from pipeline.api import fit, from_view, joints, read, represent, to_dataframe, to_xarray
+    from pipeline.reconstruct import CallablePackage
+    from pipeline.validation import InvalidInput
+
+    __version__: str
+    reconstruct: CallablePackage
+
+__all__ = [
+    "InvalidInput", "fit", "from_view", "joints", "read", "reconstruct", "represent", "to_dataframe", "to_xarray",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
@@ -93,6 +108,8 @@ def __getattr__(name: str) -> Any:
 
     if name == "reconstruct":
         return importlib.import_module("pipeline.reconstruct")
+    if name == "__version__":
+        return importlib.import_module("pipeline.resources").version()
     if name in __all__:
         return getattr(importlib.import_module("pipeline.api"), name)
     raise AttributeError(f"module 'pipeline' has no attribute {name!r}")

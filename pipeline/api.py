@@ -1,23 +1,47 @@
-"""The library in five functions: read recordings, represent walks, learn eigenwalkers, complete a view."""
+"""The library: read recordings, represent walks, learn eigenwalkers, complete a view, hand motion to other tools."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pipeline import formats, mappings
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import camera, fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
-from pipeline.skeleton import MotionCapture
-from pipeline.validation import InvalidInput
+from pipeline.ingestion.corpus import joints_of
+from pipeline.shortened import shortened
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import InvalidInput, require_choice, require_range
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from xarray import Dataset
+
+SAME_WALK_MM = 1e-3
+"""Largest difference of the coefficients of one walk and its copy."""
+
+
+@shortened
+@dataclass(frozen=True, kw_only=True)
+class WalkersModel(LinearModel):
+    """Average walker and eigenwalkers, and whom they were learnt from.
+
+    Attributes
+    ----------
+    samples : (R, D)
+    """
+
+    samples: np.ndarray
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -37,7 +61,14 @@ def joints(
         A mapping that ships, ``auto``, or a YAML file.
     subject : str
         Who, in a file of several people.
+
+    Raises
+    ------
+    InvalidInput
+        If this is no recording that was read, no mapping gives its legs and pelvis, or nobody of several is chosen.
     """
+    if not isinstance(motion, MotionCapture):
+        raise InvalidInput("must be what read(path) returns", where="motion", received=repr(motion))
     _, positions, valid = joints_of(motion, mappings.chosen(skeleton), subject)
     return positions, valid
 
@@ -68,9 +99,16 @@ def represent(path: str | Path, skeleton: str = mappings.AUTO, subject: str = ""
     return fourier.represent(walking.set_origin(walk.positions, origin="pelvis_mean"), motion.frame_rate_hz)
 
 
-def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> LinearModel:
-    """Return average walker and eigenwalkers of several walks [zhang2007 3.3]."""
-    return linear_model.fit(linear_model.flatten(np.stack([walk.coefficients for walk in walks])), components)
+def fit(walks: Sequence[FourierRepresentation], components: int = 30) -> WalkersModel:
+    """Return average walker and eigenwalkers of several walks [zhang2007 3.3].
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than two.
+    """
+    samples = np.array([linear_model.flatten(walk.coefficients[None])[0] for walk in walks])
+    return WalkersModel(**vars(linear_model.fit(samples, components)), samples=samples)
 
 
 def from_view(
@@ -78,9 +116,10 @@ def from_view(
     walk: FourierRepresentation,
     view_angle_deg: float,
     *,
+    hidden: Sequence[str] = (),
     noise_variance_mm2: float = 70.0,
 ) -> np.ndarray:
-    """Return the Fourier coefficients (5, 15, 3) that one view of a walk tells, by the walkers' prior.
+    """Return the Fourier coefficients (5, 15, 3), mm, that one view of a walk tells, by the walkers' prior.
 
     Parameters
     ----------
@@ -89,10 +128,96 @@ def from_view(
     walk : FourierRepresentation
         Only its image at the view angle is used.
     view_angle_deg : float
+    hidden : sequence of str
+        Joints that the image does not show: all three of their coordinates are reconstructed.
     noise_variance_mm2 : float
         sigma² of [zhang2007 3.12].
+
+    Raises
+    ------
+    InvalidInput
+        If the angle is not finite, a hidden joint is not one of the fifteen, or `fit` learnt the model from this walk,
+        too: it would be no reconstruction.
     """
-    angle = np.radians(view_angle_deg)
+    for joint in hidden:
+        require_choice("hidden", joint, WALKER15.joints)
+    seen = np.array([joint not in hidden for joint in WALKER15.joints])
+    angle = np.radians(require_range("view_angle_deg", view_angle_deg))
     sample = linear_model.flatten(walk.coefficients[None])[0]
-    found = from_known_views(model, sample, np.array([angle]), noise_variance=noise_variance_mm2)
-    return camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)
+    if isinstance(model, WalkersModel) and (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
+        raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
+    found = from_known_views(
+        linear_model.of_measured(model, seen),
+        linear_model.without_joints(sample, seen),
+        np.array([angle]),
+        noise_variance=noise_variance_mm2,
+    )
+    expected = linear_model.unflatten(model.mean + found.coefficients[0] @ model.components)
+    completed = camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)
+    return np.where(seen[:, None], completed, expected)
+
+
+def to_dataframe(
+    motion: MotionCapture, skeleton: str = "", *, individual: str = "individual_0"
+) -> pd.DataFrame:
+    """Return a recording as a tidy table, a row for each frame and point; needs pandas.
+
+    Columns are ``time_s, individual, keypoint, x_mm, y_mm, z_mm``; what was not measured is NaN.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    skeleton : str
+        Empty: the points of the file, in its own axes; else the fifteen joints, z up, by a mapping as in `joints`.
+    individual : str
+        Who it is.
+    """
+    import pandas as pd
+
+    names, positions = _points(motion, skeleton)
+    times = np.arange(len(positions)) / motion.frame_rate_hz
+    columns = {
+        "time_s": np.repeat(times, len(names)),
+        "individual": individual,
+        "keypoint": np.tile(names, len(positions)),
+    }
+    flat = positions.reshape(-1, 3)
+    return pd.DataFrame(columns | {f"{axis}_mm": flat[:, k] for k, axis in enumerate("xyz")})
+
+
+def to_xarray(motion: MotionCapture, skeleton: str = "", *, individual: str = "individual_0") -> Dataset:
+    """Return a recording as a data set of xarray, as the package movement has it; needs xarray.
+
+    ``position`` (time, space, keypoint, individual) is in mm, ``time`` in seconds; ``confidence`` is not known: NaN.
+
+    Parameters
+    ----------
+    motion, skeleton, individual
+        As for `to_dataframe`.
+    """
+    import xarray as xr
+
+    names, positions = _points(motion, skeleton)
+    times = np.arange(len(positions)) / motion.frame_rate_hz
+    position = np.swapaxes(positions, 1, 2)[..., None]
+    return xr.Dataset(
+        {
+            "position": (("time", "space", "keypoint", "individual"), position, {"units": "mm"}),
+            "confidence": (("time", "keypoint", "individual"), np.full_like(position[:, 0], np.nan)),
+        },
+        coords={"time": times, "space": list("xyz"), "keypoint": list(names), "individual": [individual]},
+        attrs={
+            "fps": motion.frame_rate_hz,
+            "time_unit": "seconds",
+            "source_software": "gait-pipeline",
+            "ds_type": "poses",
+        },
+    )
+
+
+def _points(motion: MotionCapture, skeleton: str) -> tuple[Sequence[str], np.ndarray]:
+    """Names and positions (T, K, 3) of points or joints; NaN where they were not measured."""
+    if not skeleton:
+        return motion.names, np.where(motion.valid[..., None], motion.positions_mm, np.nan)
+    positions, valid = joints(motion, skeleton)
+    return WALKER15.joints, np.where(valid[..., None], positions, np.nan)

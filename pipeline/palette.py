@@ -104,7 +104,9 @@ class Style:
     line : str
         ``solid``, ``dashed``, ``dotted`` or ``points``; in pictures only.
     banded : bool
-        Whether the band around the line is drawn, if there is one.
+        Whether the band of the spread is drawn, if there is one.
+    interval : bool
+        Whether the interval of the line is drawn, if there is one.
     width : float
         Factor on the usual width of lines.
     opacity : float
@@ -115,6 +117,7 @@ class Style:
     colour: str = ""
     line: str = "solid"
     banded: bool = True
+    interval: bool = True
     width: float = 1.0
     opacity: float = 1.0
 

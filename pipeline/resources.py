@@ -5,6 +5,8 @@ In a clone they are folders beside the package; in an installed package they are
 
 from __future__ import annotations
 
+import tomllib
+from importlib import metadata
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parent
@@ -19,3 +21,11 @@ CONF = _folder("conf")
 """Options and presets, the papers' data, mappings of skeletons."""
 DATA = _folder("data")
 """The table of public recordings."""
+
+
+def version() -> str:
+    """Return the version of the package, installed or in a clone."""
+    project = PACKAGE.parent / "pyproject.toml"
+    if (PACKAGE.parent / "conf").is_dir() and project.is_file():
+        return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
+    return metadata.version("gait-pipeline")

@@ -73,7 +73,7 @@ def groups(
     where : mapping, optional
         Only rows with these values: column → value, or several values.
     keys : iterable of str
-        Order of the series, and the only ones that there may be; empty for any, as they come.
+        Order of the series, and the only ones that are taken; empty for any, as they come.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def groups(
     Raises
     ------
     InvalidInput
-        If a column is missing, lengths differ, no row is left, or a series is not one of `keys`.
+        If a column is missing, lengths differ, or no row is left.
 
     Examples
     --------
@@ -97,14 +97,10 @@ def groups(
     if len(lengths) > 1:
         raise InvalidInput("columns of different lengths", where=", ".join(columns))
     chosen = rows_where(table, where or {}, len(labels))
+    order = (list(keys) if by else []) or list(dict.fromkeys(labels[chosen].tolist()))
+    chosen &= np.isin(labels, order)
     if not chosen.any():
         raise InvalidInput("no row of the table is left", where=columns[-1], received=str(dict(where or {})))
-    found = list(dict.fromkeys(labels[chosen].tolist()))
-    order = (list(keys) if by else []) or found
-    if unknown := [key for key in found if key not in order]:
-        raise InvalidInput(
-            "a series without a style", where=by, expected=", ".join(order), received=", ".join(unknown)
-        )
     result = {}
     for key in order:
         rows = np.flatnonzero(chosen & (labels == key))

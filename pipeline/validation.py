@@ -137,8 +137,26 @@ def require_range(
         ]
         words = ("a whole number " if whole else "") + " and ".join(bounds) + (f" {unit}" if unit else "")
         received = f"{value:g}" if number else repr(value)
+        if number and any(float(received) == bound != value for bound in (at_least, above, at_most, below)):
+            received = repr(float(value))
         raise InvalidInput(f"must be {words.strip() or 'a finite number'}", where=name, received=received)
     return value
+
+
+def told_apart(value: float, bound: float, decimals: int) -> str:
+    """Return a number with as many decimals as show on which side of a bound it is, and at least so many.
+
+    Examples
+    --------
+    >>> told_apart(0.18, 0.15, 2), told_apart(0.1503, 0.15, 2), told_apart(59.98, 60, 0)
+    ('0.18', '0.1503', '59.98')
+    """
+    places = range(decimals, decimals + 15)
+    texts = (f"{value:.{n}f}" for n in places)
+    return next(
+        (t for t in texts if (float(t) > bound, float(t) < bound) == (value > bound, value < bound)),
+        repr(value),
+    )
 
 
 def require_increasing(name: str, values: Sequence[float], **bounds: float | bool) -> Sequence[float]:
@@ -291,3 +309,18 @@ def require_finite(name: str, array: Any) -> np.ndarray:
         where = str(at[0]) if len(at) == 1 else str(at)
         raise InvalidInput("must be finite", where=name, received=f"{array[at]} at index {where}")
     return array
+
+
+_DISTRIBUTIONS = {"PIL": "pillow", "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml"}
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """Return the name, for pip, of the package that was not found; empty if it is a module of this project.
+
+    Examples
+    --------
+    >>> missing_package(ModuleNotFoundError(name="PIL.Image"))
+    'pillow'
+    """
+    first = (error.name or "").partition(".")[0]
+    return "" if first == "pipeline" else _DISTRIBUTIONS.get(first, first)

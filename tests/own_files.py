@@ -6,7 +6,8 @@ import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from pipeline.skeleton import WALKER15, SourceMapping
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.source_mapping import SourceMapping
 
 OWN_JOINTS = SourceMapping(name="walker15", up="z", joints={j: {j: 1.0} for j in WALKER15.joints})
 """Of files whose points are the joints."""

@@ -1,24 +1,28 @@
-"""The library in five functions, from files to a reconstructed view; and the package as it is installed."""
+"""The library, from files to a reconstructed view; and the package as it is installed."""
 
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline import fit, from_view, joints, read, represent
-from pipeline.core import errors
+import gait_pipeline
+import pipeline
+from pipeline import fit, from_view, joints, read, represent, to_dataframe, to_xarray
+from pipeline.core import camera, errors, fourier
 from pipeline.formats import c3d
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.synthetic import walkers
 from pipeline.validation import InvalidInput
+from tests.pages import blocks
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -46,6 +50,96 @@ def test_from_files_to_a_reconstruction(tmp_path: Path) -> None:
         represent(tmp_path / "nobody.trc")
 
 
+def test_hidden_joints_are_reconstructed_and_cost_little_elsewhere() -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=12, female=12, duration_s=3.0, frame_rate_hz=40.0
+    )
+    walks = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
+    model = fit(walks[1:])
+    seen = from_view(model, walks[0], 30.0)
+    assert np.array_equal(seen, from_view(model, walks[0], 30.0, hidden=[]))
+    wrists = [WALKER15.index(joint) for joint in ("left_wrist", "right_wrist")]
+    completed = from_view(model, walks[0], 30.0, hidden=["left_wrist", "right_wrist"])
+    off = np.linalg.norm(completed - walks[0].coefficients, axis=-1)
+    average = np.linalg.norm(model.mean.reshape(5, 15, 3) - walks[0].coefficients, axis=-1)
+    assert off[:, wrists].max() > 0
+    assert off[:, wrists].mean() < average[:, wrists].mean()
+    others = np.delete(np.arange(15), wrists)
+    image = camera.project(completed - walks[0].coefficients, np.radians(30.0))
+    assert np.abs(image[:, others]).max() < 1e-9, "what the image shows is kept"
+    assert np.abs(image[:, wrists]).max() > 1.0
+    with pytest.raises(InvalidInput, match="hidden"):
+        from_view(model, walks[0], 30.0, hidden=["left_toe"])
+
+
+@pytest.fixture
+def motion(tmp_path: Path) -> MotionCapture:
+    """A recording of two points over three frames, one sample of which is missing."""
+    positions = np.arange(18.0).reshape(3, 2, 3)
+    valid = np.array([[True, True], [True, False], [True, True]])
+    return MotionCapture(("a", "b"), positions, valid, 50.0, "mm", (), np.zeros((3, 0)))
+
+
+def test_a_recording_as_a_table(motion: MotionCapture) -> None:
+    table = to_dataframe(motion, individual="anna")
+    assert table.columns.tolist() == ["time_s", "individual", "keypoint", "x_mm", "y_mm", "z_mm"]
+    row = table[(table["time_s"] == 0.02) & (table["keypoint"] == "a")]
+    assert row[["x_mm", "y_mm", "z_mm"]].to_numpy().tolist() == [[6.0, 7.0, 8.0]]
+    assert table["x_mm"].isna().sum() == 1
+    assert set(table["individual"]) == {"anna"}
+
+
+def test_a_recording_as_a_data_set_of_xarray(motion: MotionCapture) -> None:
+    pytest.importorskip("xarray")
+    data = to_xarray(motion)
+    assert data["position"].dims == ("time", "space", "keypoint", "individual")
+    assert data["confidence"].dims == ("time", "keypoint", "individual")
+    at = data["position"].sel(time=0.04, space="z", keypoint="b", individual="individual_0")
+    assert float(at) == 17.0
+    assert bool(data["position"].sel(time=0.02, keypoint="b").isnull().all())
+    assert (data.attrs["fps"], data.attrs["ds_type"]) == (50.0, "poses")
+
+
+def test_results_are_shown_in_a_line(motion: MotionCapture) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    series = fourier.represent(made.positions_mm[0], 40.0)
+    for thing in (motion, made, series, fit([fourier.represent(walk, 40.0) for walk in made.positions_mm])):
+        assert len(repr(thing)) < 400, repr(thing)
+        assert "array(" not in repr(thing)
+    assert "coefficients: (5, 15, 3), frequency_hz=" in repr(series)
+
+
+def test_the_version_is_that_of_the_project() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert pipeline.__version__ == project["version"]
+    assert set(pipeline.__all__) <= set(dir(gait_pipeline)) | set(gait_pipeline.__all__)
+    assert gait_pipeline.__all__ == pipeline.__all__
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## {project['version']}" in changes
+
+
+def test_what_is_no_recording_no_view_or_no_other_walk_is_refused(tmp_path: Path) -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    walks = [fourier.represent(positions, 40.0) for positions in made.positions_mm]
+    model = fit(walks[1:])
+    for angle in (float("nan"), float("inf")):
+        with pytest.raises(InvalidInput, match=r"view_angle_deg must be a finite number"):
+            from_view(model, walks[0], angle)
+    for walk in walks[1:]:
+        with pytest.raises(InvalidInput, match="model must be learnt from other walks"):
+            from_view(model, walk, 30.0)
+    assert from_view(model, walks[0], 30.0).shape == (5, 15, 3)
+    for few in ([], walks[:1]):
+        with pytest.raises(InvalidInput, match="at least two walkers"):
+            fit(few)
+    with pytest.raises(InvalidInput, match=r"must be what read\(path\) returns \(got .*walk.c3d"):
+        joints(tmp_path / "walk.c3d")  # type: ignore[arg-type]
+
+
 def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = walkers.walking_population(
         np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
@@ -53,8 +147,7 @@ def test_the_ten_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyP
     (tmp_path / "my_walks").mkdir()
     for k, walk in enumerate(made.positions_mm):
         c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
-    blocks = re.findall(r"```py\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    (code,) = (block for block in blocks if "from pipeline import" in block)
+    (code,) = (block for block in blocks("README.md", "py") if "from pipeline import" in block)
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     exec(compile(code, "README.md", "exec"), names)
@@ -66,29 +159,42 @@ def test_numpy_is_not_loaded_before_somebody_asks() -> None:
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
 
 
-@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
-def test_the_wheel_works_in_an_empty_folder(tmp_path: Path) -> None:
-    source, empty, installed = tmp_path / "source", tmp_path / "empty", tmp_path / "installed"
+def build(source: Path, to: Path, umask: int) -> Path:
+    """Build a wheel of what is tracked, copied and built under a umask."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    for name in listed.splitlines():
-        (source / name).parent.mkdir(parents=True, exist_ok=True)
-        (source / name).write_bytes((ROOT / name).read_bytes())
+    before = os.umask(umask)
+    try:
+        for name in listed.splitlines():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            (source / name).write_bytes((ROOT / name).read_bytes())
+        pip = [
+            sys.executable,
+            "-m",
+            "pip",
+            "wheel",
+            "--quiet",
+            "--no-deps",
+            "--wheel-dir",
+            str(to),
+            str(source),
+        ]
+        subprocess.run(pip, check=True, env=os.environ | {"SOURCE_DATE_EPOCH": "1700000000"})
+    finally:
+        os.umask(before)
+    (wheel,) = to.glob("*.whl")
+    return wheel
+
+
+@pytest.mark.skipif(not os.environ.get("BUILD_PACKAGE"), reason="needs BUILD_PACKAGE: pip fetches setuptools")
+def test_the_wheel_works_in_an_empty_folder_and_has_the_same_bytes_twice(tmp_path: Path) -> None:
+    wheel = build(tmp_path / "source", tmp_path / "one", 0o022)
+    again = build(tmp_path / "copied elsewhere", tmp_path / "two", 0o077)
+    assert again.read_bytes() == wheel.read_bytes()
+    empty, installed = tmp_path / "empty", tmp_path / "installed"
     empty.mkdir()
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "wheel",
-        "--quiet",
-        "--no-deps",
-        "--wheel-dir",
-        str(tmp_path),
-        str(source),
-    ]
-    subprocess.run(pip, check=True)
-    (wheel,) = tmp_path.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(installed)
     assert (installed / "pipeline" / "py.typed").is_file()
+    assert (installed / "gait_pipeline" / "py.typed").is_file()
     run = [sys.executable, "-m", "pipeline", "experiment=zhang2007_fig2", "scale=smoke"]
     subprocess.run(run, cwd=empty, env=os.environ | {"PYTHONPATH": str(installed)}, check=True)
     assert (empty / "results" / "synthetic" / "smoke" / "zhang2007_fig2" / "table.csv").is_file()

@@ -7,7 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.skeleton import WALKER15, Lowering, MotionCapture, Skeleton, SourceMapping, map_joints
+from pipeline.skeleton import WALKER15, Skeleton
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import Lowering, SourceMapping
 from pipeline.validation import InvalidInput
 
 PAIR = Skeleton(name="PAIR", joints=("hip", "knee"), parents=(-1, 0), mirror=(0, 1))

@@ -1,11 +1,11 @@
-"""The other commands, beside those that make figures; `COMMANDS` lists them."""
+"""Commands on the figures of a data set and on its recordings."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -14,16 +14,12 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, Trans
 from rich.text import Text
 
 from pipeline import papers
-from pipeline.cli import export, inspect, pointlight
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking
 from pipeline.cli.presets import listed, presets, split_named
-from pipeline.cli.reconstruct import reconstruct, train_model
-from pipeline.cli.sensitivity import sensitivity
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import claims_table, counts_by_kind, open_console
-from pipeline.cli.verify import verify
-from pipeline.clips.options import RecordedData
+from pipeline.ingestion.data import RecordedData
 from pipeline.storage import archive, provenance, tables
 from pipeline.storage.sealed_folders import MANIFEST, read_manifest
 from pipeline.studies import published
@@ -103,7 +99,8 @@ def report(arguments: Sequence[str]) -> int:
 
 def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
     """Write ``claims.csv`` and ``index.html`` in ``results/<data>/<scale>`` and return a sentence about the page."""
-    from pipeline.report import shown_variants, write_page
+    from pipeline.report.document import write_page
+    from pipeline.report.variants import shown_variants
 
     if folder.is_dir():
         write_claims(folder / "claims.csv", judge_folder(folder, data_name, figures))
@@ -135,40 +132,17 @@ def claims(arguments: Sequence[str]) -> int:
     return 0 if folder.is_dir() else 1
 
 
-def equations(arguments: Sequence[str]) -> int:
-    """Print every equation, numbered or not: in words, the function as printed, the one in use, and the test."""
-    chosen = [papers.paper(key) for key in arguments] or list(papers.PAPERS.values())
-    out = open_console()
-    for paper in chosen:
-        out.print(
-            Text(f"{paper.key}: {paper.authors} ({paper.year}). {paper.title}.", style="bold"), soft_wrap=True
-        )
-        for equation in (*paper.equations, *paper.unnumbered):
-            printed = _where(equation.printed)
-            used = _where(equation.used) if equation.used else "by no result"
-            out.print(Text(f"  ({equation.number}) {equation.words}"), soft_wrap=True)
-            out.print(Text(f"      printed: {printed}  {equation.test}", style="dim"), soft_wrap=True)
-            out.print(Text(f"      used:    {used}", style="dim"), soft_wrap=True)
-            if equation.note:
-                out.print(Text(f"      note: {equation.note}", style="dim"), soft_wrap=True)
-    return 0
-
-
-def _where(dotted: str) -> str:
-    """Return file, line and name of a function."""
-    path, line = papers.locate(dotted)
-    return f"{path.relative_to(provenance.PROJECT).as_posix()}:{line} {dotted.rpartition('.')[2]}"
-
-
 def readme(arguments: Sequence[str]) -> int:
-    """Write the README's tables from results/published.csv.
+    """Write the tables of results in docs/ from results/published.csv.
 
-    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the pictures too.
+    ``data=...`` first renews the rows of a data set from its published figures; ``data=synthetic`` the README's
+    pictures, too.
     """
     layout = papers.read_mapping(provenance.PROJECT / "conf" / "readme.yaml")
     path = provenance.PROJECT / "results" / "published.csv"
     if arguments:
-        from pipeline.report import draw_first_screen, read_published
+        from pipeline.report.first_screen import draw_first_screen
+        from pipeline.report.published import read_published
 
         config, folder = _results_folder(arguments)
         figures = figures_for(arguments)
@@ -177,10 +151,12 @@ def readme(arguments: Sequence[str]) -> int:
             draw_first_screen(
                 read_published(folder, figures), provenance.PROJECT / "results" / "archive" / "light"
             )
-    document = provenance.PROJECT / "README.md"
-    text = document.read_text(encoding="utf-8")
     made = {"figures": listed(), **published.rendered({"headline": layout["headline"]}, tables.read(path))}
-    document.write_text(published.insert(text, made), encoding="utf-8")
+    for name, document in (("figures", "figures.md"), ("headline", "results.md")):
+        page = provenance.PROJECT / "docs" / document
+        page.write_text(
+            published.insert(page.read_text(encoding="utf-8"), {name: made[name]}), encoding="utf-8"
+        )
     return 0
 
 
@@ -240,7 +216,7 @@ def keep(arguments: Sequence[str]) -> int:
     chosen = [only] if only else figures
     current = _current(chosen, folder, arguments, commit=facts["commit"])
     if own.get("light") not in (None, "", "0"):
-        from pipeline.report import keep_light
+        from pipeline.report.light import keep_light
 
         target = root / "light" / config.data.name
         kinds = keep_light(folder, target, chosen, current=current, **facts)
@@ -273,88 +249,3 @@ def _latest_run(scratch: Path) -> Path:
     if not runs:
         raise InvalidInput("no run with changed options is there", where=str(scratch))
     return runs[-1]
-
-
-def look(arguments: Sequence[str]) -> int:
-    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [OPTION=VALUE ...].
-
-    PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
-
-    write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
-    skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
-    units=m               of a file that does not state its unit: mm, cm, m, in, ft
-    frame_rate_hz=100     of a file that does not state its rate
-    subject=…             who, in a file of several people
-    """
-    out = open_console()
-
-    def show(title: str, lines: Iterable[str]) -> None:
-        out.print(Text(title, style="bold"), soft_wrap=True)
-        for line in lines:
-            out.print(Text(f"  {line}"), soft_wrap=True)
-
-    seen = []
-    for found in inspect.inspect(arguments):
-        show(found.name, found.lines)
-        seen.append(found)
-    folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
-    if folder is not None:
-        show("in all", inspect.summary(folder, seen))
-    return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1
-
-
-def export_motion(arguments: Sequence[str]) -> int:
-    """Write a walker of a figure or a recording: export SOURCE [OPTION=VALUE ...] to=FILE.
-
-    SOURCE is the folder of a figure (zhang2007_fig5, …) or of `reconstruct`, or a file that can be read.
-    to=FILE.c3d, .trc (OpenSim: y up, x forward), .bvh (y up, z forward), .csv, .npz; layout=wide of a CSV.
-
-    walker=… view_angle_deg=30 method=map   of a figure: who, reconstructed from which view, and how
-    motion=both|original|reconstructed      of a figure; joints of a reconstruction end in its method: left_knee_map
-    cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
-    skeleton=auto                           of a recording: the joints in place of the points
-    units=m subject=…                       of a recording that does not state its unit; that has several people
-    """
-    open_console().print(f"written: {export.export(arguments)}", soft_wrap=True)
-    return 0
-
-
-def point_lights(arguments: Sequence[str]) -> int:
-    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
-
-    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
-    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
-
-    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
-    cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
-    inverted=true mirrored=true         upside down; left and right exchanged
-    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
-    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
-    noise_dots=60 noise=scrambled_walker|uniform field=1.5
-    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
-    walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
-    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
-    skeleton=… units=m subject=…        of a recording; subject= of one with several people
-    """
-    target, words = pointlight.make(arguments)
-    open_console().print(f"written: {target} ({words})", soft_wrap=True, markup=False)
-    return 0
-
-
-COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
-    "fetch": fetch,
-    "reconstruct": reconstruct,
-    "model": train_model,
-    "report": report,
-    "claims": claims,
-    "sensitivity": sensitivity,
-    "equations": equations,
-    "readme": readme,
-    "view": view,
-    "archive": keep,
-    "verify": verify,
-    "inspect": look,
-    "export": export_motion,
-    "pointlight": point_lights,
-}
-"""Commands by name."""

@@ -27,7 +27,7 @@ from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBase
 from pipeline import mappings
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
-from pipeline.clips.options import FolderData, RecordedData, SyntheticData
+from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
 from pipeline.processes import processes_for
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment, Scale
@@ -76,7 +76,7 @@ def compose(overrides: Sequence[str]) -> Experiment:
     Raises
     ------
     InvalidInput
-        If an override names no option.  Hydra's own errors are put into words by `sentence`.
+        If an override names no option.  Hydra's own errors are put into words by `in_words`.
     """
     register()
     GlobalHydra.instance().clear()
@@ -96,6 +96,8 @@ def _typed(composed: Any) -> Experiment:
     mappings.chosen(experiment.skeleton.mapping)  # refuses one that does not exist
     _name_folder(experiment)
     experiment.workers = processes_for(experiment.workers)
+    if not experiment.results.strip():
+        raise InvalidInput("must name a folder", where="results", received="nothing")
     # The folder of a figure is made of these three.
     require_name("name", experiment.name)
     require_name("data.name", experiment.data.name)
@@ -122,19 +124,8 @@ def _refuse_additions(options: Any, path: str) -> None:
         _refuse_additions(value, f"{path}{name}.")
 
 
-def sentence(error: Exception) -> str:
-    """Return the message of an error that the user can correct; empty for a bug, which needs its traceback."""
-    if isinstance(error, InvalidInput):
-        return str(error)
-    if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
-        return str(_of_composition(error))
-    if isinstance(error, OSError) and error.strerror and error.filename:
-        return str(InvalidInput(error.strerror, where=os.fsdecode(error.filename)))
-    return ""
-
-
-def _of_composition(error: Exception) -> Exception:
-    """Return Hydra's or OmegaConf's error as an InvalidInput with the full key."""
+def in_words(error: Exception) -> Exception:
+    """Return an error of Hydra or OmegaConf as an InvalidInput with the full key."""
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.partition("/")
         if group == "hydra":  # whose groups are folders of folders

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import formats, mappings
+from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
     FigureWalkers,
     Walk,
@@ -16,18 +17,20 @@ from pipeline.cli.walkers import (
     options_of,
     recorded_walk,
     target_file,
+    yes,
 )
-from pipeline.clips.corpus import joints_of
 from pipeline.core import fourier, resampling
 from pipeline.formats import motion as motions
 from pipeline.formats.motion import Motion
+from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
-from pipeline.storage.store import packed
+from pipeline.storage.artefacts import packed
+from pipeline.storage.publishing import new_file
 from pipeline.validation import require_choice, require_range
 
 OPTIONS = {
     "to": "", "walker": "", "view_angle_deg": "", "method": "map", "motion": "both", "cycles": "",
-    "frame_rate_hz": "", "skeleton": "", "units": "", "subject": "", "layout": "long",
+    "frame_rate_hz": "", "skeleton": "", "units": "", "subject": "", "layout": "long", "replace": "false",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
@@ -47,7 +50,7 @@ def export(arguments: Sequence[str]) -> Path:
         If an option is unknown or unusable, or there is no such motion.
     """
     named, options = options_of(arguments, OPTIONS, "export", usage=USAGE)
-    target = target_file(options["to"], (".c3d", ".trc", ".bvh", ".csv", ".npz"), USAGE)
+    target = target_file(options, (".c3d", ".trc", ".bvh", ".csv", ".npz"), USAGE, named)
     require_choice("layout", options["layout"], ("long", "wide"))
     source = Path(named)
     if (source / "joints.csv").is_file():
@@ -60,7 +63,8 @@ def export(arguments: Sequence[str]) -> Path:
         motion = synthesised([("", walk)], options)
     else:
         motion = recording(source, options)
-    write(target, motion, wide=options["layout"] == "wide")
+    with new_file(target, replace=yes("replace", options["replace"]), sources=[named]) as path:
+        write(path, motion, wide=options["layout"] == "wide")
     return target
 
 
@@ -132,3 +136,20 @@ def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
         "frame_rate_hz": np.array(motion.frame_rate_hz),
     }
     target.write_bytes(packed(arrays))
+
+
+def export_motion(arguments: Sequence[str]) -> int:
+    """Write a walker of a figure or a recording: export SOURCE [OPTION=VALUE ...] to=FILE.
+
+    SOURCE is the folder of a figure (zhang2007_fig5, …) or of `reconstruct`, or a file that can be read.
+    to=FILE.c3d, .trc (OpenSim: y up, x forward), .bvh (y up, z forward), .csv, .npz; layout=wide of a CSV.
+
+    walker=… view_angle_deg=30 method=map   of a figure: who, reconstructed from which view, and how
+    motion=both|original|reconstructed      of a figure; joints of a reconstruction end in its method: left_knee_map
+    cycles=3 frame_rate_hz=100              so many cycles at this rate; of a recording, of its steady walk
+    skeleton=auto                           of a recording: the joints in place of the points
+    units=m subject=…                       of a recording that does not state its unit; that has several people
+    replace=true                            a file that exists
+    """
+    tell(f"written: {export(arguments)}")
+    return 0

@@ -12,11 +12,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pipeline.cli.compose import sentence
+from pipeline.cli.errors import sentence
+from pipeline.cli.own_result import own_result
 from pipeline.cli.pool import make_side_by_side
 from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome, summarise
 from pipeline.clips.kinds import Clips
+from pipeline.ingestion.data import FolderData
 from pipeline.papers import Verdict
 from pipeline.processes import core_lent
 from pipeline.stages import dataset, figure, ingest, model, sweep
@@ -127,6 +129,9 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
             made = _make_in_turn(jobs, display)
     outcomes = [one for one in made if isinstance(one, Outcome)]
     if outcomes:
+        own = {e.name for e, _ in jobs if isinstance(e.data, FolderData)}
+        for words in filter(None, (own_result(one.folder) for one in outcomes if one.figure in own)):
+            console.print(Text(words, style="bold"), soft_wrap=True)
         verdicts = _ledger(outcomes, {e.name: e for e, _ in jobs})
         summarise(outcomes, verdicts, console, seconds=time.perf_counter() - started)
     failures = [one for one in made if isinstance(one, Failure)]

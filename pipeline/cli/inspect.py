@@ -5,21 +5,29 @@ from __future__ import annotations
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pipeline import formats, mappings
-from pipeline.cli.walkers import number
-from pipeline.clips import nearest_joints
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
-from pipeline.clips.options import FolderData, Steady
+from pipeline.cli.output import tell
+from pipeline.cli.walkers import number, yes
+from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
-from pipeline.skeleton import MotionCapture, SourceMapping, up_axis
+from pipeline.core import walking
+from pipeline.ingestion import nearest_joints, static_trial
+from pipeline.ingestion.corpus import joints_of
+from pipeline.ingestion.data import FolderData
+from pipeline.skeleton.mapped_joints import up_axis
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import plain_name
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice
 
-OPTIONS = ("write", "skeleton", "units", "frame_rate_hz", "subject")
+OPTIONS = ("write", "replace", "skeleton", "units", "frame_rate_hz", "subject", "static")
 
 
 @dataclass
@@ -86,20 +94,29 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     files = recordings(Path(sources[0]))
     chosen = mappings.chosen(options.get("skeleton") or mappings.AUTO)
     known = [chosen] if chosen else list(mappings.shipped().values())
+    stated: dict[str, Any] = {"units": options.get("units") or None, "frame_rate_hz": frame_rate_hz}
+    statics = _statics(files)
     for path in files:
         found = Findings(path.name)
         try:
-            motion = formats.read(path, units=options.get("units") or None, frame_rate_hz=frame_rate_hz)
+            motion = formats.read(path, **stated)
         except InvalidInput as refusal:
-            found.lines.append(f"cannot be read: {refusal}")
+            found.lines.append(f"cannot be read: {_found(refusal)}")
             yield found
             continue
         found.lines += _of_file(motion, path.suffix)
         try:
             motion = _one_person(motion, known, options.get("subject", ""), found)
+            noted = len(motion.notes)
+            if static := options.get("static"):
+                posture = static_trial.read(Path(static), **stated)
+                motion = static_trial.carry(motion, posture, Path(static).name, known)
+            else:
+                motion = static_trial.completed(motion, known, statics[path], **stated)
+            found.lines += motion.notes[noted:]
             fit = mappings.suggest(motion, known)
         except InvalidInput as refusal:
-            found.lines.append(f"cannot be used: {refusal}")
+            found.lines.append(f"cannot be used: {refusal if found.people else _found(refusal)}")
             if found.people:
                 file, first = shlex.quote(str(path)), shlex.quote(found.people[0])
                 found.lines.append(f"next: python -m pipeline inspect {file} subject={first}")
@@ -108,27 +125,61 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
         if fit.usable:
             _of_walk(motion, fit, path, options, found)
         else:
-            lacking = ", ".join(fit.lacking[:6]) or "points of legs and pelvis"
-            found.lines.append(
-                f"no mapping fits; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
-            )
+            found.lines += _of_no_mapping(motion, fit, path)
         if target := options.get("write"):
-            _write(motion, Path(target), found)
+            _write(motion, Path(target), path, found, replace=yes("replace", options.get("replace", "false")))
         elif not fit.usable:
             found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
         yield found
 
 
+def _statics(files: Sequence[Path]) -> dict[Path, tuple[Path, ...]]:
+    """What may be the static trial of each recording: of those that are inspected, or of one file's folder."""
+    if len(files) == 1:
+        near = files[0].parent.iterdir()
+        files = sorted({*files, *(p for p in near if p.suffix.lower() in formats.READERS and p.is_file())})
+    return static_trial.candidates({path: _person(path) for path in files})
+
+
+def _person(path: Path) -> str:
+    """Whom the name of a file names, as runs have it unless told otherwise."""
+    match = re.search(FolderData(name="folder").person, path.stem)
+    return match[1] if match else path.name
+
+
+def _found(refusal: object) -> str:
+    """The sentence on what a file contains: nobody sent it."""
+    return re.sub(r"(?<=\()received |(?<=, )received ", "found ", str(refusal))
+
+
+def _of_no_mapping(motion: MotionCapture, fit: mappings.Fit, path: Path) -> list[str]:
+    """Which mapping is nearest, if any point of it is there, and what marks no joint."""
+    lines = ["no mapping fits"]
+    if fit.points:
+        lacking = ", ".join(fit.lacking[:6]) or "points of legs and pelvis"
+        lines[0] += f"; the nearest is {fit.mapping.name}, for which are missing: {lacking}"
+    clusters = static_trial.technical_clusters(motion)
+    if len({plain_name(motion.names[group[0]])[0] for group in clusters}) == 2:  # of both sides
+        names = "; ".join(", ".join(motion.names[k] for k in group) for group in clusters[:4])
+        lines += [
+            f"clusters that move rigidly with a segment and mark no joint: {names}"
+            + "; …" * (len(clusters) > 4),
+            f"next: python -m pipeline inspect {shlex.quote(str(path))} static=STANDING_TRIAL   (with knees and ankles;"
+            " found by itself if its name begins with the person's and holds the word static)",
+        ]
+    return lines
+
+
 def summary(folder: Path, found: Sequence[Findings]) -> list[str]:
     """Return what the recordings of a folder hold together, in lines to be printed."""
     walks = [one for one in found if one.strides]
-    person = re.compile(FolderData(name="folder").person)
-    who = sorted({match[1] if (match := person.search(Path(one.name).stem)) else one.name for one in walks})
+    who = sorted({_person(Path(one.name)) for one in walks})
     lines = [f"{len(walks)} of {len(found)} files hold walks, of {len(who)} people: {', '.join(who[:12])}"]
     if len(who) > 12:
         lines[0] += ", …"
     if len(who) < len(walks) or len(who) < 3:
-        lines.append(f"(a person is what data.person='{person.pattern}' finds in the name of a file)")
+        pattern = FolderData(name="folder").person
+        lines.append(f"(a person is what data.person='{pattern}' finds in the name of a file)")
     if len(who) >= 3:
         lines.append(
             "next: python -m pipeline experiment=zhang2007_fig5 data=folder"
@@ -176,10 +227,10 @@ def _one_person(
 def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
     frames, points = motion.valid.shape
     gaps = 100 * (1 - float(motion.valid.mean()))
-    unit = f"{motion.units} (assumed)" if motion.units_assumed else motion.units
+    unit = "no unit stated" if motion.units_assumed else f"unit {motion.units}"
     line = (
         f"{suffix.lstrip('.').lower()}: {points} points, {frames} frames at {motion.frame_rate_hz:.6g} Hz"
-        f" ({frames / motion.frame_rate_hz:.1f} s), unit {unit}, {gaps:.1f} % of the samples missing"
+        f" ({frames / motion.frame_rate_hz:.1f} s), {unit}, {gaps:.1f} % of the samples missing"
     )
     names = ", ".join(motion.names[:8]) + (", …" if points > 8 else "")
     return [line, f"points: {names}", *motion.notes]
@@ -199,33 +250,42 @@ def _of_walk(
         found.lines += read.notes[len(motion.notes) :]
         up = up_axis(motion, fit.mapping)
     except InvalidInput as refusal:
-        found.lines.append(str(refusal))
+        found.lines.append(_found(refusal))
         return
     found.lines.append(f"axis up: {up}")
+    found.lines += walking.uneven_legs(positions)
     walk = steady_walk(
         RawClip(report_row(REPORT_COLUMNS, clip=path.name), positions, read.frame_rate_hz, valid), Steady()
     )
     if walk.positions is None:
-        found.lines.append(f"not usable as a walk: {walk.row['reason']}")
-        found.lines.append(f"next: {_after_refusal(str(walk.row['reason']), path)}")
+        reason = _found(walk.row["reason"])
+        if walk.row["leg_length_mm"] and static_trial.moves(positions) <= static_trial.STILL:
+            reason = "nobody moves; it may be the static trial of other recordings"
+        found.lines.append(f"not usable as a walk: {reason}")
+        found.lines.append(f"next: {_after_refusal(reason, path, _run(path, options, found.mapping))}")
         return
     found.strides = float(walk.row["strides"])
     found.lines.append(
         f"walk: {found.strides:.1f} strides, {walk.row['locomotion']}, {walk.row['frequency_hz']:.2f} Hz"
+        + (f"; {walk.row['reason']}" if walk.row["reason"] else "")
     )
+    run = _run(path, options, found.mapping)
+    found.lines.append(f"next (with recordings of three people or more in the folder): {run}")
+
+
+def _run(path: Path, options: dict[str, str], mapping: str) -> str:
+    """The command that makes a figure of the folder's recordings."""
     stated = "".join(
         f" data.{name}={shlex.quote(options[name])}"
         for name in ("units", "frame_rate_hz", "subject")
         if options.get(name)
     )
-    skeleton = shlex.quote(options.get("skeleton") or found.mapping)
-    found.lines.append(
-        f"next (with recordings of three people or more in the folder): python -m pipeline experiment=zhang2007_fig5"
-        f" data=folder data.path={shlex.quote(str(path.parent))}{stated} skeleton={skeleton}"
-    )
+    skeleton = shlex.quote(options.get("skeleton") or mapping)
+    folder = shlex.quote(str(path.parent))
+    return f"python -m pipeline experiment=zhang2007_fig5 data=folder data.path={folder}{stated} skeleton={skeleton}"
 
 
-def _after_refusal(reason: str, path: Path) -> str:
+def _after_refusal(reason: str, path: Path, run: str) -> str:
     """What to do about a recording that is no walk."""
     if "unit of length" in reason:
         unit = next((short for name, short in _UNITS.items() if name in reason), "m (or cm, in …)")
@@ -235,25 +295,51 @@ def _after_refusal(reason: str, path: Path) -> str:
                 f"; keypoints of a video: python -m pipeline reconstruct input.path={shlex.quote(str(path))}"
             )
         return again
-    if "(data.steady." in reason:
-        return "if it is a walk all the same, a run takes it with another bound; the option is named above"
+    if bounds := re.findall(r"data\.steady\.\w+=[\d.]+", reason):
+        return f"if it is a walk all the same: {run} {' '.join(bounds)}"
     return "for actions and limbs (mozerov2006, park2011) all joints are needed, walking is not"
 
 
 _UNITS = {"centimetres": "cm", "metres": "m", "inches": "in", "feet": "ft"}
 
 
-def _write(motion: MotionCapture, target: Path, found: Findings) -> None:
+def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *, replace: bool) -> None:
     if target.suffix.lower() not in (".yaml", ".yml"):
         raise InvalidInput("must end in .yaml", where="write", received=target.name)
-    if target.exists():
-        raise InvalidInput("the file exists and is not replaced", where=str(target), expected="another name")
     proposal = nearest_joints.propose(motion, target.stem)
-    try:
-        target.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput("cannot be written", where=str(target), received=error.strerror or "") from None
+    with new_file(target, replace=replace, sources=[source]) as path:
+        path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
     found.lines.append(
         f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names, heights and an average walker"
     )
     found.lines.append(f"next: check it, then skeleton={shlex.quote(str(target))}")
+
+
+def look(arguments: Sequence[str]) -> int:
+    """Print what recordings hold, which mapping fits and what to type next: inspect PATH [OPTION=VALUE ...].
+
+    PATH is a file, or a folder with those below it.  Return 1 if no mapping fits any of them.
+
+    write=my_lab.yaml     write a proposal of a mapping of the file's points to joints, every guess marked
+    replace=true          in place of a file that exists
+    skeleton=…            a mapping that ships, or a file.yaml, in place of the one that fits best
+    units=m               of a file that does not state its unit: mm, cm, m, in, ft
+    frame_rate_hz=100     of a file that does not state its rate
+    subject=…             who, in a file of several people
+    static=standing.trc   a standing trial, whose markers of knees and ankles clusters of the walk carry along;
+                          found by itself if its name begins with the person's and holds the word static
+    """
+
+    def show(title: str, lines: Iterable[str]) -> None:
+        tell(title, "bold")
+        for line in lines:
+            tell(f"  {line}")
+
+    seen = []
+    for found in inspect(arguments):
+        show(found.name, found.lines)
+        seen.append(found)
+    folder = next((Path(item) for item in arguments if Path(item).is_dir()), None)
+    if folder is not None:
+        show("in all", summary(folder, seen))
+    return 0 if any(one.mapping for one in seen) or any(a.startswith("write=") for a in arguments) else 1

@@ -14,7 +14,7 @@
   python -m pipeline sensitivity [data=...] [GROUP]       each switch of conf/sensitivity.yaml: which verdict it moves
                      [SWITCH ...]                         these alone, with _ for spaces
   python -m pipeline equations [PAPER]                    every numbered equation: as printed, as used, its test
-  python -m pipeline readme [data=...]                    the README's tables, from results/published.csv
+  python -m pipeline readme [data=...]                    the tables of results in docs/, from results/published.csv
   python -m pipeline view FIGURE [data=...] [scale=...]   open a recording in the rerun viewer
   python -m pipeline archive [data=...] [light=1]         archive full-scale results in results/archive
                      [only=FIGURE] [name=NAME [run=DIR]]  of one figure; of a run with changed options
@@ -55,16 +55,15 @@ import signal
 import sys
 import textwrap
 import threading
-import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
-from importlib import metadata
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.cli.presets import first_comment, place, presets, split_named
-from pipeline.resources import PACKAGE
+from pipeline.resources import version
 
 if TYPE_CHECKING:
     from pipeline.studies.experiment import Experiment
@@ -92,13 +91,43 @@ _OF_MAIN = {
 """Help of the commands that are run here."""
 
 
-def version() -> str:
-    """Return the version of the package, installed or in a clone."""
-    try:
-        return metadata.version("gait-pipeline")
-    except metadata.PackageNotFoundError:
-        text = (PACKAGE.parent / "pyproject.toml").read_text(encoding="utf-8")
-        return str(tomllib.loads(text)["project"]["version"])
+COMMANDS = {
+    "fetch": "commands.fetch",
+    "reconstruct": "reconstruct.reconstruct",
+    "model": "training.train_model",
+    "report": "commands.report",
+    "claims": "commands.claims",
+    "sensitivity": "sensitivity.sensitivity",
+    "equations": "equations.equations",
+    "readme": "commands.readme",
+    "view": "commands.view",
+    "archive": "commands.keep",
+    "verify": "verify.verify",
+    "inspect": "inspect.look",
+    "export": "export.export_motion",
+    "pointlight": "pointlight.point_lights",
+}
+"""The other commands: module of `pipeline.cli` and function, imported when it is called."""
+
+WRITES = {
+    "figures": "publication", "status": "", "fetch": "recordings", "reconstruct": "publication", "model": "publication",
+    "report": "beside figures", "claims": "beside figures", "sensitivity": "beside figures", "equations": "",
+    "readme": "this clone", "view": "", "archive": "archive", "verify": "", "inspect": "file", "export": "file",
+    "pointlight": "file",
+}  # fmt: skip
+"""How each command writes, empty if it writes nothing; no file of others is ever replaced.
+
+A *publication* is a folder that is replaced as a whole if it is ours; *files* are new, unless ``replace=true``; *beside
+figures* stand tables and pages, which replace none but their like; *recordings* are those of a list, by digest; an
+*archive* only grows; *this clone* are the tables and pictures of the README.
+"""
+
+
+def command(name: str) -> Callable[[Sequence[str]], int]:
+    """Return the function of a command, with the modules that it alone needs."""
+    module, _, function = COMMANDS[name].partition(".")
+    found: Callable[[Sequence[str]], int] = getattr(import_module(f"pipeline.cli.{module}"), function)
+    return found
 
 
 def script() -> int:
@@ -235,7 +264,7 @@ def main(arguments: Sequence[str]) -> int:
     except Exception as error:
         if isinstance(error, OSError) and error.errno in _NO_OUTPUT and not error.filename:
             return _cannot_write(error)
-        from pipeline.cli.compose import sentence
+        from pipeline.cli.errors import sentence
 
         words = sentence(error)
         if not words:
@@ -269,26 +298,22 @@ def _run(arguments: Sequence[str]) -> int:
     if arguments[0] in _OF_MAIN and {"--help", "-h"} & set(arguments[1:]):
         print(inspect.cleandoc(_OF_MAIN[arguments[0]]))
         return 0
-    # Imported here, so that help is printed at once, and without what the other commands need.
-    if arguments[0] == "reconstruct" and not {"--help", "-h"} & set(arguments[1:]):
-        from pipeline.cli.reconstruct import reconstruct
-
-        return reconstruct(arguments[1:])
-    from pipeline.cli.commands import COMMANDS
-    from pipeline.validation import InvalidInput
-
     if arguments[0] == "--version":
         print(f"gait-pipeline {version()}")
         return 0
-    if arguments[0] in COMMANDS and {"--help", "-h"} & set(arguments[1:]):
-        print(inspect.cleandoc(COMMANDS[arguments[0]].__doc__ or ""))
-        return 0
+    if arguments[0] in COMMANDS:
+        chosen = command(arguments[0])
+        if {"--help", "-h"} & set(arguments[1:]):
+            print(inspect.cleandoc(chosen.__doc__ or ""))
+            return 0
+        return chosen(arguments[1:])
     if arguments[0] == "figures":
         return make_all(arguments[1:])
     if arguments[0] == "status":
         return make_all([*arguments[1:], "--dry-run"])
-    if command := COMMANDS.get(arguments[0]):
-        return command(arguments[1:])
+    from pipeline.storage.publishing import require_new
+    from pipeline.validation import InvalidInput
+
     if arguments[0].find("=") < 1 and not arguments[0].startswith("-"):
         raise InvalidInput(
             "the command is unknown",
@@ -298,10 +323,16 @@ def _run(arguments: Sequence[str]) -> int:
     from pipeline.cli.compose import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)
-    if not several or any(item.startswith("hydra.sweep.dir=") for item in arguments):
+    given = [Path(item[16:]) for item in arguments if item.startswith("hydra.sweep.dir=")]
+    for folder in given if several else ():
+        if folder.is_dir():  # Hydra writes its own file there
+            require_new(folder / "multirun.yaml", replace=lambda old: old.startswith(b"hydra:"))
+    if not several or given:
         return run_hydra(arguments, _make_one)
     moment = _moment()
     results = next((item[8:] for item in reversed(arguments) if item.startswith("results=")), "results")
+    if not results.strip(" \"'"):
+        raise InvalidInput("must name a folder", where="results", received="nothing")
     try:
         return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_one)
     finally:
@@ -311,7 +342,7 @@ def _run(arguments: Sequence[str]) -> int:
 def _compare(run: Path) -> None:
     """Put the variants of a multirun that are finished side by side, and say where."""
     from pipeline.cli.summary import open_console
-    from pipeline.report import compare_variants
+    from pipeline.report.variants import compare_variants
 
     if run.is_dir() and (written := compare_variants(run)):
         open_console().print("compared in " + ", ".join(map(str, written)), soft_wrap=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import pointlight
+from pipeline.cli.output import tell
 from pipeline.cli.walkers import (
     FigureWalkers,
     Walk,
@@ -21,6 +22,7 @@ from pipeline.cli.walkers import (
 from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput, require_choice
 
 OPTIONS = {
@@ -29,7 +31,7 @@ OPTIONS = {
     "translating": "false", "speed_mm_s": "", "joints": "all", "lifetime_frames": "0", "shown": "8",
     "noise_dots": "0", "noise": "scrambled_walker", "field": "1.5", "gender": "", "mood": "",
     "walker": "", "method": "", "from_view_deg": "", "skeleton": "", "units": "", "subject": "",
-    "height_px": "400", "dot_px": "4",
+    "height_px": "400", "dot_px": "4", "replace": "false",
 }  # fmt: skip
 """Options of the command and their defaults."""
 
@@ -59,10 +61,15 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
             expected="a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
             received=options["to"],
         )
-    target = target_file(options["to"], SUFFIXES, USAGE)
+    target = target_file(options, SUFFIXES, USAGE, source)
     walk = _walk(source, options)
-    if target.suffix.lower() == ".ptd":
-        return _in_space(target, walk, options)
+    with new_file(target, replace=yes("replace", options["replace"]), sources=[source]) as path:
+        words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
+    return target, words
+
+
+def _in_view(target: Path, walk: Walk, options: dict[str, str]) -> str:
+    """Write the dots as they are seen; return a sentence on what they show."""
     rate = number("frame_rate_hz", options["frame_rate_hz"], above=0, at_most=1000)
     hundredths = max(2, round(100 / rate))  # of a second, in which a GIF counts
     if target.suffix.lower() == ".gif":
@@ -81,7 +88,7 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
         from pipeline.pictures.point_lights import draw_gif
 
         draw_gif(target, *pointlight.pixels(lights, height), dot_px=dot, hundredths=hundredths)
-    return target, words
+    return words
 
 
 def display(walk: Walk, options: dict[str, str]) -> PointLights:
@@ -170,8 +177,8 @@ def _speed(walk: Walk, options: dict[str, str]) -> float:
     return walk.speed_mm_s or pointlight.walking_speed(walk.coefficients, walk.stride_hz)
 
 
-def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> tuple[Path, str]:
-    """Write the joints in three dimensions, as the Body Movement Library has them."""
+def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> str:
+    """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
     for name in _DISTURBED:
         if options[name] != OPTIONS[name]:
             raise InvalidInput(
@@ -183,7 +190,7 @@ def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> tuple[Path, 
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
     positions[..., 1] += (_speed(walk, options) * times)[:, None]
     target.write_text(pointlight.as_ptd(positions), encoding="utf-8")
-    return target, f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
+    return f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
 
 
 def _words(walk: Walk, lights: PointLights, options: dict[str, str]) -> str:
@@ -202,3 +209,26 @@ def _words(walk: Walk, lights: PointLights, options: dict[str, str]) -> str:
     length = f"{frames} frames at {lights.frame_rate_hz:g} Hz{', a loop' if lights.loops else ''}"
     seen = f"seen from {float(options['view_angle_deg']):g}°"
     return f"{walk.name}: {', '.join([seen, *done, length, 'seed ' + options['seed']])}"
+
+
+def point_lights(arguments: Sequence[str]) -> int:
+    """Write a point-light walker: pointlight RECORDING|FOLDER|synthetic [OPTION=VALUE ...] [to=walker.svg].
+
+    RECORDING is any file that can be read, FOLDER that of a figure (zhang2007_fig5, …) or of `reconstruct`.
+    to=FILE.svg moves in a browser, .csv has a row for each frame and dot, .gif, .ptd (Body Movement Library, 3D).
+
+    view_angle_deg=0        0 frontal, -90 the left profile, 90 the right one
+    cycles=1 frame_rate_hz=60 harmonics=2 seed=1 height_px=400 dot_px=4 joints=all|measured
+    inverted=true mirrored=true         upside down; left and right exchanged
+    scrambled=true phase_scrambled=true each dot elsewhere; each dot at another phase
+    lifetime_frames=6 shown=8           so many dots at a time, which change their joints
+    noise_dots=60 noise=scrambled_walker|uniform field=1.5
+    translating=true [speed_mm_s=1300]  over the ground in place of a treadmill
+    walker=… [method=map from_view_deg=30]  of a figure: as recorded, or as reconstructed from a view
+    gender=3                            of `synthetic`: -1 the average woman, 1 the average man
+    skeleton=… units=m subject=…        of a recording; subject= of one with several people
+    replace=true                        a file that exists
+    """
+    target, words = make(arguments)
+    tell(f"written: {target} ({words})")
+    return 0

@@ -25,12 +25,13 @@ from pipeline.cli.progress import Display
 from pipeline.cli.summary import Failure, Outcome
 from pipeline.processes import CAN_FORK, die_with_parent, share_cores
 from pipeline.storage.sealed_folders import remove_stale
+from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
 
 Make = Callable[[Experiment, Path, Callable[[str], None]], Outcome | Failure]
 
-GRACE_S = 5.0
-"""What a worker has to tidy up before it is killed."""
+TIMES, EACH_S = 10, 0.5
+"""How often a worker is told to end, and what it has each time to tidy up, before it is killed."""
 
 # No thread runs when workers begin, and what the program has imported and composed is not loaded again.
 _CONTEXT: Any = multiprocessing.get_context("fork" if CAN_FORK else "spawn")
@@ -148,6 +149,7 @@ def _work(pipe: Connection, make: Make, spare: Any, parent: int) -> None:
         while job := pipe.recv():
             experiment, folder = job
             pipe.send(make(experiment, folder, pipe.send))
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _interrupt(*_: object) -> None:
@@ -166,18 +168,25 @@ def _dead(worker: _Worker, name: str) -> Failure:
 
 
 def _end(workers: Any, jobs: Sequence[tuple[Experiment, Path]]) -> None:
-    """End workers, who tidy up; those that take long are killed, and what they leave is removed."""
+    """End workers, who tidy up; those that take long are killed, and what they leave is removed.
+
+    They are told again and again: an interrupt that comes within a callback of a library is lost.
+    """
     processes: list[Any] = [worker.process for worker in workers]
-    for process in processes:
-        process.terminate()
     try:
-        ends = time.monotonic() + GRACE_S
-        for process in processes:
-            process.join(max(ends - time.monotonic(), 0.0))
+        for _ in range(TIMES):
+            running = [process for process in processes if process.is_alive()]
+            for process in running:
+                process.terminate()
+            ends = time.monotonic() + EACH_S
+            for process in running:
+                process.join(max(ends - time.monotonic(), 0.0))
     finally:
         for process in processes:
             process.kill()
         for process in processes:
             process.join()
-    for folder in {folder.parent for _, folder in jobs} | {Path(e.results) / "cache" for e, _ in jobs}:
+    for folder in {folder.parent for _, folder in jobs}:
         remove_stale(folder)
+    for results in {experiment.results for experiment, _ in jobs}:
+        Store(Path(results))  # which tidies its cache

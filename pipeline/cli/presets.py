@@ -19,21 +19,18 @@ def split_named(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     return named, [item for item in arguments if item not in of_figures]
 
 
-PAPERS = ("zhang2007", "zhang2004"), ("mozerov2006",), ("park2011",)
-"""The papers in the order in which their figures are made: as people read them, those on one subject together."""
-
-
 def place(paper: str, cost_s: float, name: str) -> tuple[int, bool, int, float, str]:
     """Return the place of a figure among others.
 
     By subject, on each the figures of the papers before those of our own, by paper, the short before the long.
     """
-    from pipeline import papers  # here, for help waits for no library
+    from pipeline.papers import PAPERS  # here, for help waits for no library
 
-    subject = next((n for n, keys in enumerate(PAPERS) if paper in keys), len(PAPERS))
-    ours = name in papers.PAPERS[paper].beyond if paper in papers.PAPERS else True
-    first = PAPERS[subject].index(paper) if subject < len(PAPERS) else 0
-    return (subject, ours, first, cost_s, name)
+    if paper not in PAPERS:
+        return (max(one.order for one in PAPERS.values()) + 1, True, 0, cost_s, name)
+    of = PAPERS[paper]
+    subject = min(one.order for one in PAPERS.values() if one.subject == of.subject)
+    return (subject, name in of.beyond, of.order, cost_s, name)
 
 
 def first_comment(name: str) -> str:
@@ -43,6 +40,6 @@ def first_comment(name: str) -> str:
 
 
 def listed() -> str:
-    """Return the README's table of the figures: name and first comment of each preset, as Markdown."""
+    """Return the documentation's table of the figures: name and first comment of each preset, as Markdown."""
     rows = (f"| `{name}` | {first_comment(name)} |" for name in presets())
     return "\n".join(["| figure | shows |", "|---|---|", *rows])

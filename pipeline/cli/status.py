@@ -41,10 +41,13 @@ class Status:
 
 
 def status(experiment: Experiment, folder: Path) -> Status:
-    """Compare a published figure with its experiment: stages by their keys, the figure by its options and sources."""
+    """Compare a published figure with its experiment: stages by content, the figure by options and sources."""
     there = folder.is_dir() and not complaints_about(folder, hashes=False)
     manifest = read_manifest(folder) if there else {}
-    before = {name: str(stage["key"]) for name, stage in manifest.get("stages", {}).items()}
+    before = {
+        name: (str(stage["key"]), str(stage.get("content", "")))
+        for name, stage in manifest.get("stages", {}).items()
+    }
     plan = Plan(Path(experiment.results), before)
     clips = ingest.run(experiment, plan)
     samples = dataset.run(experiment, clips, plan)
@@ -56,7 +59,7 @@ def status(experiment: Experiment, folder: Path) -> Status:
         return Status(experiment.name, MISSING, "not made yet", to_compute)
     if not there:
         return Status(experiment.name, MISSING, complaints_about(folder, hashes=False)[0], to_compute)
-    changed = [artefact for artefact in artefacts if artefact.key != before.get(artefact.stage)]
+    changed = [a for a in artefacts if not a.content or a.content != before.get(a.stage, ("", ""))[1]]
     if changed:  # the first explains those that follow from it
         return Status(experiment.name, STALE, f"{changed[0].stage}: {changed[0].why}", to_compute)
     if manifest["configuration"].get("figure") != canonical(experiment.figure):

@@ -133,16 +133,17 @@ _STYLES = {
 
 
 def claims_table(verdicts: Sequence[Verdict]) -> Table:
-    """Return the claims as a table, kind by kind: both answers first, then the published number, ours and the baseline."""
+    """Return the claims as a table, kind by kind: both answers, the published number, ours and the baseline's."""
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
     for heading in ("agreement", "beyond baseline", "claim", "published", "ours", "baseline", "unit"):
         right = heading in ("published", "ours", "baseline")
         table.add_column(heading, justify="right" if right else "left")
     kinds = list(Kind)
-    for kind, v in sorted(((kinds.index(v.claim.kind), v) for v in verdicts), key=lambda pair: pair[0]):
-        if not table.rows or kind != shown:
-            table.add_row(Text(f"{kinds[kind]}s", style="bold"))
-        shown = kind
+    shown = None
+    for v in sorted(verdicts, key=lambda v: kinds.index(v.claim.kind)):
+        if v.claim.kind is not shown:
+            shown = v.claim.kind
+            table.add_row(Text(f"{shown}s", style="bold"))
         found = v.evidence
         beyond = "" if v.beyond is Beyond.NOT_APPLICABLE else str(v.beyond)
         table.add_row(
@@ -166,7 +167,9 @@ def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
             apart = {beyond: n for (found, beyond), n in of_kind.items() if found is agreement}
             beyond = [f"{apart[b]} {_BEYOND[b]}" for b in Beyond if b in apart and b in _BEYOND]
             if apart:
-                told.append(f"{sum(apart.values())} {agreement}" + (f" ({', '.join(beyond)})" if beyond else ""))
+                told.append(
+                    f"{sum(apart.values())} {agreement}" + (f" ({', '.join(beyond)})" if beyond else "")
+                )
         lines.append(f"{kind}s: " + ", ".join(told))
     return lines
 

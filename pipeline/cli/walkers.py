@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from pipeline import formats, mappings
-from pipeline.clips.corpus import joints_of
-from pipeline.clips.kinds import RawClip, report_row
 from pipeline.clips.options import Steady
+from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import camera, fourier, linear_model, reconstruction
+from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
+from pipeline.storage.publishing import require_new
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.validation import InvalidInput, require_choice, require_range
 
@@ -82,16 +83,16 @@ def yes(name: str, text: str) -> bool:
     return require_choice(name, text.lower(), ("true", "false")) == "true"
 
 
-def target_file(text: str, suffixes: Iterable[str], usage: str) -> Path:
-    """Return the file to be written, whose suffix says the format."""
+def target_file(options: Mapping[str, str], suffixes: Iterable[str], usage: str, source: str) -> Path:
+    """Return the file ``to=`` that is to be written, whose suffix says the format."""
+    text = options["to"]
     if not text:
         raise InvalidInput("to=FILE is needed", expected=usage)
     target, known = Path(text), list(suffixes)
     if target.suffix.lower() not in known:
         expected = f"one that ends in {', '.join(known[:-1])} or {known[-1]}"
         raise InvalidInput("the format is unknown", where="to", expected=expected, received=target.name)
-    if not target.parent.is_dir():
-        raise InvalidInput("must be in a folder that exists", where="to", received=str(target.parent))
+    require_new(target, replace=yes("replace", options["replace"]), sources=[source])
     return target
 
 

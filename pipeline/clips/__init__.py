@@ -1,1 +1,1 @@
-"""Usable clips of a data set: steady walks, performances of an action, varied motion."""
+"""Types of clips, without a reader, and which part of a clip is usable."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import fourier, walking
 from pipeline.core.anatomical import stance_rows
 from pipeline.core.keypoint_walk import HARMONICS, HEIGHT_MM, TrainingWalk, training_walk

@@ -1,34 +1,15 @@
-"""Performances of one action: whole recordings, cycles of walks, or synthetic bending."""
+"""Performances of one action: whole clips, cycles of walks, and synthetic bending."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip
-from pipeline.clips.kinds import (
-    Clips,
-    Corpus,
-    PreparedClip,
-    RawClip,
-    Request,
-    collect,
-    prepare,
-    read_and_prepare,
-    report_row,
-)  # fmt: skip
-from pipeline.clips.options import (
-    Cut,
-    RecordedPerformances,
-    Recordings,
-    Steady,
-    SyntheticData,
-    SyntheticPerformances,
-)
+from pipeline.clips.kinds import Performances
+from pipeline.clips.options import Steady, SyntheticPerformances
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
 from pipeline.clips.walks import REPORT_COLUMNS as WALK_COLUMNS
 from pipeline.clips.walks import steady_walk
 from pipeline.core import fourier, posture
@@ -48,22 +29,6 @@ LEAST_FRAMES = 8
 
 LEAST_PERFORMANCES = 3
 """Fewest performances from which an action model is learnt."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Performances(Clips):
-    """Performances of one action.
-
-    Attributes
-    ----------
-    phase : (sum of T,), optional
-        True phase of the action at each frame, 0 to 1, where it is known.
-    moving_phase : (2,), optional
-        Phases between which the actor moves.
-    """
-
-    phase: np.ndarray | None = None
-    moving_phase: np.ndarray | None = None
 
 
 def synthetic_performances(options: SyntheticPerformances, seed: int) -> Performances:
@@ -86,24 +51,12 @@ def synthetic_performances(options: SyntheticPerformances, seed: int) -> Perform
             person=f"subject_{int(subject) + 1}",
             source="synthetic",
         )
-        performances.append(_whole_clip(RawClip(row, positions, options.frame_rate_hz)))
+        performances.append(whole_clip(RawClip(row, positions, options.frame_rate_hz)))
     fields = collect(performances, REPORT_COLUMNS, at_least=LEAST_PERFORMANCES)
     return Performances(**fields, phase=np.concatenate(made.phase), moving_phase=np.array(made.moving_phase))
 
 
-def recorded_performances(
-    clips: Sequence[Clip], options: RecordedPerformances, steady: Steady, workers: int
-) -> Performances:
-    """Return recorded performances."""
-
-    def one(raw: RawClip) -> PreparedClip:
-        return _middle_cycle(raw, steady) if options.cut is Cut.cycles else _whole_clip(raw, steady.gap_s)
-
-    performances = read_and_prepare(clips, REPORT_COLUMNS, one, workers)
-    return Performances(**collect(performances, REPORT_COLUMNS, clips, at_least=LEAST_PERFORMANCES))
-
-
-def _whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
+def whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
     """Return a clip as one performance, from the first to the last frame that shows all joints."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
@@ -130,7 +83,7 @@ def _whole_clip(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
     return prepare(raw, gap_s, select)
 
 
-def _middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
+def middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
     """Return the middle cycle of a steady walk, from phase zero to phase zero, as its treadmill equivalent."""
     walk = steady_walk(dataclasses.replace(raw, row=report_row(WALK_COLUMNS, **raw.row)), steady)
     if walk.positions is None:
@@ -147,37 +100,10 @@ def _middle_cycle(raw: RawClip, steady: Steady) -> PreparedClip:
         start = max(0.0, length - period)
     count = round(period) + 1
     cycle = interpolate(walk.positions, np.linspace(start, start + period, count))
-    made = _whole_clip(RawClip(raw.row, cycle, frame_rate_hz))
+    made = whole_clip(RawClip(raw.row, cycle, frame_rate_hz))
     if made.positions is None:
         return made
     offset = int(walk.row["first_frame"])
     placed = {"first_frame": offset + round(start), "last_frame": offset + round(start + period)}
     of_walk = {"frames": len(raw.positions), "bridged_values": walk.row["bridged_values"], **placed}
     return dataclasses.replace(made, row=made.row | of_walk)
-
-
-class PerformancesCorpus(Corpus):
-    """Performances of one action (mozerov2006)."""
-
-    name = "performances"
-    words = "performances of one action"
-    sample = "performance"
-    world = "World: right-handed, metres, z up; actors stand over the origin, facing +y at the first frame."
-    result = Performances
-
-    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
-        """Return the request for synthetic bending."""
-        chosen = data.performances
-        return Request({"performances": chosen, "seed": seed}, lambda: synthetic_performances(chosen, seed))
-
-    def recorded(
-        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
-    ) -> Request:
-        """Return the request for recorded performances."""
-        wanted, steady = data.performances, data.steady
-        options = {"performances": wanted, "steady": steady, "clips": [clip.identity for clip in clips]}
-        return Request(options, lambda: recorded_performances(clips, wanted, steady, workers))
-
-
-PERFORMANCES = PerformancesCorpus()
-"""The corpus of performances."""

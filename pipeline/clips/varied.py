@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip
-from pipeline.clips.kinds import (
-    Clips,
-    Corpus,
-    PreparedClip,
-    RawClip,
-    Request,
-    collect,
-    prepare,
-    read_and_prepare,
-    report_row,
-)  # fmt: skip
-from pipeline.clips.options import Recordings, SyntheticClips, SyntheticData
+from pipeline.clips.kinds import VariedClips
+from pipeline.clips.options import SyntheticClips
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
 from pipeline.core.walking import BridgedClip
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
@@ -39,18 +28,6 @@ LEAST_FRAMES = 8
 SYNTHETIC_KINDS = ("walking", "bending", "smooth angles")
 
 
-@dataclass(frozen=True, kw_only=True)
-class VariedClips(Clips):
-    """Clips of varied motion.
-
-    Attributes
-    ----------
-    action : (W,) text
-    """
-
-    action: np.ndarray
-
-
 def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
     """Return synthetic clips: walking, bending and bodies of smooth joint angles in turn."""
     count = min(options.limit or options.clips, options.clips)
@@ -67,8 +44,8 @@ def synthetic_clips(options: SyntheticClips, seed: int) -> VariedClips:
             source="synthetic",
             action=kind,
         )
-        made.append(_longest_stretch(RawClip(row, bodies[kind][turn], options.frame_rate_hz)))
-    return _varied(made)
+        made.append(longest_stretch(RawClip(row, bodies[kind][turn], options.frame_rate_hz)))
+    return varied_of(made)
 
 
 def _bodies(
@@ -103,13 +80,9 @@ def _bodies(
     return {"walking": walking, "bending": bending, "smooth angles": smooth}
 
 
-def recorded_clips(clips: Sequence[Clip], gap_s: float, workers: int) -> VariedClips:
-    """Return the longest stretch of each recording that shows all joints."""
-    prepared = read_and_prepare(clips, REPORT_COLUMNS, lambda raw: _longest_stretch(raw, gap_s), workers)
-    return _varied(prepared, clips)
+def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
+    """Return the longest stretch of a clip that shows all joints, or why there is none."""
 
-
-def _longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
         first, stop = _longest_run(bridged.whole)
         if stop - first < LEAST_FRAMES:
@@ -135,33 +108,7 @@ def _longest_run(whole: np.ndarray) -> tuple[int, int]:
     return int(starts[longest]), int(stops[longest])
 
 
-def _varied(made: list[PreparedClip], clips: Sequence[Clip] = ()) -> VariedClips:
+def varied_of(made: list[PreparedClip], inputs: Mapping[str, str] | None = None) -> VariedClips:
+    """Return the clips that are kept; `inputs` as in `collect`."""
     action = np.array([clip.row["action"] for clip in made if clip.positions is not None])
-    return VariedClips(**collect(made, REPORT_COLUMNS, clips), action=action)
-
-
-class VariedCorpus(Corpus):
-    """Clips of varied motion (park2011)."""
-
-    name = "clips"
-    words = "varied motion"
-    sample = "clip_name"
-    world = "World: right-handed, metres, z up, as recorded."
-    result = VariedClips
-
-    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
-        """Return the request for synthetic clips."""
-        chosen = data.clips
-        return Request({"clips": chosen, "seed": seed}, lambda: synthetic_clips(chosen, seed))
-
-    def recorded(
-        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
-    ) -> Request:
-        """Return the request for recorded clips."""
-        gap_s = data.steady.gap_s
-        options = {"gap_s": gap_s, "clips": [clip.identity for clip in clips]}
-        return Request(options, lambda: recorded_clips(clips, gap_s, workers))
-
-
-VARIED = VariedCorpus()
-"""The corpus of varied motion."""
+    return VariedClips(**collect(made, REPORT_COLUMNS, inputs), action=action)

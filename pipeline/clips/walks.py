@@ -1,35 +1,25 @@
-"""Steady walks, as their treadmill equivalents: recorded, or of the synthetic population."""
+"""Steady walks, as their treadmill equivalents, and those of the synthetic population."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from pipeline.clips.corpus import Clip
-from pipeline.clips.kinds import (
-    Clips,
-    Corpus,
-    PreparedClip,
-    RawClip,
-    Request,
-    collect,
-    prepare,
-    read_and_prepare,
-    report_row,
-)  # fmt: skip
-from pipeline.clips.missing_joints import complete
-from pipeline.clips.options import Heading, Locomotion, Recordings, Steady, SyntheticData
+from pipeline.clips.kinds import Walks
+from pipeline.clips.missing_joints import Completed, complete
+from pipeline.clips.options import Heading, Locomotion, Steady, SyntheticPeople
+from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
 from pipeline.core import fourier, walking
 from pipeline.core.walking import BridgedClip
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.synthetic import walkers
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, told_apart
 
 REPORT_COLUMNS = (
     "clip", "person", "source", "frames", "first_frame", "last_frame", "locomotion", "speed_mm_s", "turn_deg",
@@ -42,33 +32,14 @@ LARGEST_SLOPE, STEP_MM = 0.1, 150.0
 
 _PELVIS = WALKER15.index("pelvis")
 
+BAD_JOINT_SHARE = 0.4
+"""Share of what two harmonics leave that a bad joint has, at least: of 105 recorded walks one has more, of little."""
+
 EQUAL_FIT_RATIO = 1.5
 """Ratio of the residuals of two frequencies up to which both describe a walk equally well."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Walks(Clips):
-    """Steady walks, as their treadmill equivalents.
-
-    Attributes
-    ----------
-    frequency_hz, residual_share, stature_mm : (W,)
-        Fundamental frequency; share of the variance that two harmonics leave; height of the head over the lower
-        ankle.
-    estimated : (W, 15) bool
-        Joints that the markers do not give, estimated from the others.
-    dropped : (15,) bool
-        Joints that are left out everywhere.
-    """
-
-    frequency_hz: np.ndarray
-    residual_share: np.ndarray
-    stature_mm: np.ndarray
-    estimated: np.ndarray
-    dropped: np.ndarray
-
-
-def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
+def synthetic_walks(options: SyntheticPeople, seed: int, workers: int) -> Walks:
     """Return the walks of the synthetic population."""
     count = min(options.walkers or options.population, options.population)
     male = round(count * options.male_share)
@@ -88,18 +59,7 @@ def synthetic_walks(options: SyntheticData, seed: int, workers: int) -> Walks:
         row = report_row(REPORT_COLUMNS, clip=name, person=name, source="synthetic")
         return steady_walk(RawClip(row, population.positions_mm[r], options.frame_rate_hz), steady)
 
-    return _walks(map_processes(one, range(count), workers), steady)
-
-
-def recorded_walks(clips: Sequence[Clip], steady: Steady, workers: int, missing: str = "estimate") -> Walks:
-    """Return the steady walks in recordings; with ``missing="drop"``, joints that one of them lacks are left out."""
-    walks = read_and_prepare(clips, REPORT_COLUMNS, lambda raw: steady_walk(raw, steady), workers)
-    found = _walks(walks, steady, clips)
-    return (
-        dataclasses.replace(found, dropped=np.asarray(found.estimated.any(axis=0)))
-        if missing == "drop"
-        else found
-    )
+    return walks_of(map_processes(one, range(count), workers), steady)
 
 
 def steady_walk(raw: RawClip, steady: Steady) -> PreparedClip:
@@ -147,7 +107,7 @@ def _steady_part(
             expected="a floor",
             received=f"the pelvis {'rises' if rise > 0 else 'falls'} by {abs(rise):.0f} mm",
         )
-    completed = complete(level, np.isnan(level).any(axis=(0, 2)), frame_rate_hz)
+    completed, worst = _completed(level, row, frame_rate_hz, steady.residual_share)
     level, series = completed.positions, completed.series
     if steady.heading is Heading.steps:
         # A turn about the vertical moves no frequency and no share of the variance.
@@ -163,21 +123,51 @@ def _steady_part(
         raise InvalidInput(
             "no steady walking: the steady stretch is too short",
             expected=f"{steady.cycles:g} strides",
-            received=f"{row['strides']:.2f}",
+            received=told_apart(row["strides"], steady.cycles, 2),
         )
-    if row["fundamental_share"] < steady.fundamental_share:
+    share, least = row["fundamental_share"], steady.fundamental_share
+    left, most = series.residual_fraction, steady.residual_share
+    taken = [f"data.steady.fundamental_share={np.floor(100 * share) / 100:g}"] if share < least else []
+    taken += [f"data.steady.residual_share={np.ceil(100 * left) / 100:g}"] if left > most else []
+    if share < least:
         raise InvalidInput(
             "the fundamental frequency looks wrong: it holds too little of the variance",
-            expected=f"{steady.fundamental_share:g} or more (data.steady.fundamental_share)",
-            received=f"{row['fundamental_share']:.2f} at {series.frequency_hz:.2f} Hz",
+            expected=f"{least:g} or more",
+            received=f"{told_apart(share, least, 2)} at {series.frequency_hz:.2f} Hz; taken with {' '.join(taken)}",
         )
-    if series.residual_fraction > steady.residual_share:
+    if left > most:
         raise InvalidInput(
-            "not periodic: two harmonics leave too much of the variance",
-            expected=f"{steady.residual_share:g} or less (data.steady.residual_share)",
-            received=f"{series.residual_fraction:.2f}",
+            f"not periodic: two harmonics leave too much of the variance, {worst}",
+            expected=f"{most:g} or less",
+            received=f"{told_apart(left, most, 2)}; taken with {taken[0]}",
         )
     return level
+
+
+def _completed(
+    level: np.ndarray, row: dict[str, Any], frame_rate_hz: float, residual_share: float
+) -> tuple[Completed, str]:
+    """Return a walk with its missing joints filled in, and which joint has most of what two harmonics leave.
+
+    As long as they leave more than `residual_share` and one joint above the legs has `BAD_JOINT_SHARE` of that, it
+    counts as missing, with a remark in `row`.
+    """
+    missing = np.isnan(level).any(axis=(0, 2))
+    remarks = []
+    while True:
+        completed = complete(level, missing, frame_rate_hz)
+        left = np.trace(completed.series.residual_covariance, axis1=1, axis2=2)
+        worst = int(left.argmax())
+        share, joint = float(left[worst] / max(left.sum(), np.finfo(float).tiny)), WALKER15.joints[worst]
+        sound = completed.series.residual_fraction <= residual_share
+        if sound or share < BAD_JOINT_SHARE or joint in LOWER_BODY:
+            break
+        missing[worst] = True
+        remarks.append(f"{joint} is estimated: it had {share:.0%} of what two harmonics leave")
+    if sound and remarks:
+        row["missing_joints"] = ", ".join(np.array(WALKER15.joints)[missing])
+        row["reason"] = "; ".join(remarks)
+    return completed, f"{share:.0%} of it at {joint}"
 
 
 def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[PreparedClip]:
@@ -209,16 +199,18 @@ def _compare_frequencies(walks: list[PreparedClip], ratio: float) -> list[Prepar
         reason = InvalidInput(
             "the fundamental frequency is far from the other walkers'",
             expected=f"within a factor of {ratio:g} for the leg length",
-            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {off:.2f}",
+            received=f"{walk.row['frequency_hz']:.2f} Hz, a factor of {told_apart(off, ratio ** np.sign(off - 1), 2)};"
+            f" taken with data.steady.frequency_ratio={np.ceil(100 * max(off, 1 / off)) / 100:g}",
         )
         return PreparedClip(walk.row | {"verdict": "refused", "reason": str(reason)})
 
     return [compared(walk) for walk in walks]
 
 
-def _walks(walks: list[PreparedClip], steady: Steady, clips: Sequence[Clip] = ()) -> Walks:
+def walks_of(walks: list[PreparedClip], steady: Steady, inputs: Mapping[str, str] | None = None) -> Walks:
+    """Return the walks that are kept, compared with each other; `inputs` as in `collect`."""
     walks = _compare_frequencies(walks, steady.frequency_ratio)
-    fields = collect(walks, REPORT_COLUMNS, clips)
+    fields = collect(walks, REPORT_COLUMNS, inputs)
     kept = [walk for walk in walks if walk.positions is not None]
     return Walks(
         **fields,
@@ -230,35 +222,3 @@ def _walks(walks: list[PreparedClip], steady: Steady, clips: Sequence[Clip] = ()
         ),
         dropped=np.zeros(len(WALKER15.joints), dtype=bool),
     )
-
-
-class WalksCorpus(Corpus):
-    """Walks (zhang2004, zhang2007)."""
-
-    name = "walks"
-    words = "walks"
-    sample = "walker"
-    world = (
-        "World: right-handed, metres, z up, the walk along +y, +x to the walker's right; walkers are lifted from "
-        "the tables' origin, the mean pelvis, to stand on the ground.\n"
-        "View angle 0 is the frontal view, -90 the left profile, +90 the right profile; image right is the walker's "
-        "right at 0, so a video taken from the front has to be mirrored."
-    )
-    result = Walks
-
-    def synthetic(self, data: SyntheticData, seed: int, workers: int) -> Request:
-        """Return the request for the synthetic population."""
-        others = ("performances", "clips", "populations")
-        alone = {name: value for name, value in vars(data).items() if name not in others}
-        return Request({"data": alone, "seed": seed}, lambda: synthetic_walks(data, seed, workers))
-
-    def recorded(
-        self, data: Recordings, clips: Sequence[Clip], workers: int, missing: str = "estimate"
-    ) -> Request:
-        """Return the request for steady walks in recordings."""
-        options = {"steady": data.steady, "missing": missing, "clips": [clip.identity for clip in clips]}
-        return Request(options, lambda: recorded_walks(clips, data.steady, workers, missing))
-
-
-WALKS = WalksCorpus()
-"""The corpus of walks."""

@@ -1,4 +1,4 @@
-"""Choices among nearly equal values by a rule that does not depend on rounding.
+"""Choices that do not depend on rounding: among nearly equal values, and evenly among many.
 
 The last digits of a sum depend on the processor.  Where two candidates tie, the lower of the two computed values may
 therefore be either; the rule here takes the first candidate that is not worse by more than a stated relative margin.
@@ -29,3 +29,10 @@ def first_lowest(values: np.ndarray, *, axis: int = -1, margin: float = MARGIN) 
     """
     lowest = values.min(axis=axis, keepdims=True)
     return np.asarray((values <= lowest + margin * np.abs(lowest)).argmax(axis=axis))
+
+
+def evenly(wanted: int, count: int) -> np.ndarray:
+    """Return `wanted` of `count` indices, evenly over all; all if none or more are wanted."""
+    if not 0 < wanted < count:
+        return np.arange(count)
+    return np.unique(np.rint(np.linspace(0, count - 1, wanted)).astype(int))

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.core.choice import first_lowest
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_choice, require_range
 
@@ -32,6 +33,7 @@ _NO_VARIATION = 1e-12
 """Standard deviation along an eigenwalker, relative to the largest, at which it is rounding."""
 
 
+@shortened
 @dataclass(frozen=True)
 class LinearModel:
     """Average and principal variations of a set of samples.

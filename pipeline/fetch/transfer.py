@@ -124,6 +124,8 @@ class Transfer:
                 return "failed", "a folder stands in its place"
             if target.is_file() and _digest(target) == row["sha256"]:
                 return "present", ""
+            if target.exists() or target.is_symlink():
+                return "failed", "another file is in its place: move it away"
             target.parent.mkdir(parents=True, exist_ok=True)
         addresses = [row[name] for name in ("address", "origin") if row[name]]
         tries: list[tuple[str, Callable[[], str]]] = [

@@ -2,10 +2,11 @@
 
 Contract
 --------
-Every reader is called as `read(path, frame_rate_hz=…, units=…)` and returns a `pipeline.skeleton.MotionCapture`:
-millimetres in the file's own axes, NaN where a point was not measured.  The two options are for what a file does
-not state; a reader says in its docstring what it does with them.  A file that is damaged or contradicts itself
-raises `InvalidInput` that names the file and the place in it; what is odd but readable is listed in `notes`.
+Every reader is called by `read_one` as `read(path, frame_rate_hz=…, units=…)` and returns a
+`pipeline.skeleton.MotionCapture`: millimetres in the file's own axes, NaN where a point was not measured.  The two
+options are for what a file does not state; a reader says in its docstring what it does with them.  A file that is
+damaged, contradicts itself or asks for more than its budget raises `InvalidInput` that names the file and the place in
+it; what is odd but readable is listed in `notes`.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipeline.formats import acclaim, arrays, bvh, c3d, mvnx
+from pipeline.formats.budget import read_one
 from pipeline.formats.contract import Reader, damaged
 from pipeline.formats.points import csv, trc
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 READERS: dict[str, Reader] = {
     ".amc": acclaim.read,
@@ -90,4 +92,4 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         advice = f": {ADVICE[suffix]}" if suffix in ADVICE else ""
         expected = "one of " + " ".join(READERS)
         raise damaged(f"the format is unknown{advice}", path.name, expected, suffix or "no suffix")
-    return READERS[suffix](path, frame_rate_hz=frame_rate_hz, units=units)
+    return read_one(path, READERS[suffix], frame_rate_hz=frame_rate_hz, units=units)

@@ -1,20 +1,24 @@
-"""NPZ files of numpy: names, positions in millimetres and the rate, as motion is exported; nothing in them is run."""
+"""Files of numpy: arrays of names, positions and the rate, as motion is exported; nothing in them is run."""
 
 from __future__ import annotations
 
 import io
+import math
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
+from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
-_LARGEST_ARRAY = 1_000_000_000
-"""Bytes of one array when unpacked."""
-
+_OWN, _AMASS = ("names", "positions_mm"), ("marker_labels", "marker_data")
+"""Arrays of names and of positions: as exported here, and in AMASS and its like, in metres."""
+_RATES = ("frame_rate_hz", "mocap_framerate", "mocap_frame_rate")
 _BODY_MODEL = {"poses", "betas", "trans"}
 """Arrays of AMASS and of other parameters of body models."""
 
@@ -22,49 +26,95 @@ _BODY_MODEL = {"poses", "betas", "trans"}
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
     """Read points from the arrays ``names`` (P,), ``positions_mm`` (T, P, 3) and ``frame_rate_hz`` of an NPZ file.
 
+    The markers of AMASS are read, too: ``marker_labels``, ``marker_data`` and ``mocap_framerate``; one that lies
+    exactly at the origin was not seen.
+
     Parameters
     ----------
     path : str or Path
     frame_rate_hz : float, optional
-        Used if the file has no array of that name.
+        Used if the file states no rate.
     units : str, optional
-        Unit of length to use in place of the millimetres in the array's name.
+        Unit of length, in place of the millimetres in the array's name or the metres of AMASS.
 
     Raises
     ------
     InvalidInput
-        If the file is no NPZ, lacks an array, or their shapes do not fit each other.
+        If the file lacks an array, or their shapes do not fit each other.
     """
-    where, data = Path(path).name, read_bytes(Path(path))
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if any(entry.file_size > _LARGEST_ARRAY for entry in archive.infolist()):
-                raise damaged("an array is too large", where, f"{_LARGEST_ARRAY} bytes at most")
-        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-            wanted = ("names", "positions_mm", "frame_rate_hz")
-            arrays = {name: stored[name] for name in wanted if name in stored.files}
-            held = stored.files
-    except (zipfile.BadZipFile, OSError, EOFError, KeyError, NotImplementedError, RuntimeError):
-        raise damaged("this is not an NPZ file, or it is cut short", where) from None
-    except ValueError as error:
-        if hasattr(error, "where"):
-            raise
-        raise damaged("an array holds what are not plain numbers or names", where) from None
-    if "positions_mm" not in arrays or "names" not in arrays:
+    where = Path(path).name
+    arrays, held = load_npz(read_bytes(Path(path)), where, (*_OWN, *_AMASS, *_RATES))
+    own = set(_OWN) <= set(held)
+    if not own and not set(_AMASS) <= set(held):
         what = "the file holds no arrays names and positions_mm"
         if set(held) & _BODY_MODEL:
             what = "the file holds parameters of a body model: export its joints as CSV or C3D first"
         raise damaged(what, where, received=", ".join(held[:8]) or "none")
-    names, positions = arrays["names"], arrays["positions_mm"]
+    names, positions = (arrays[name] for name in (_OWN if own else _AMASS))
     fits = positions.ndim == 3 and positions.shape[1:] == (names.size, 3) and 0 not in positions.shape
-    if not fits or names.dtype.kind != "U" or positions.dtype.kind not in "fiu":
-        expected = f"positions_mm (frames, {names.size}, 3) of numbers, names of text"
+    if not fits or names.dtype.kind not in "US" or positions.dtype.kind not in "fiu":
+        expected = f"positions (frames, {names.size}, 3) of numbers, names of text"
         raise damaged("the arrays do not fit each other", where, expected, f"{positions.shape}")
-    rate = arrays.get("frame_rate_hz", np.array(frame_rate_hz or np.nan))
+    rate = next((arrays[name] for name in _RATES if name in arrays), np.array(frame_rate_hz or np.nan))
     if rate.size != 1 or rate.dtype.kind not in "fiu" or not 0 < float(rate.reshape(())) < 1e6:
         raise damaged("the frame rate is unknown", where, "frame_rate_hz, in the file or the option")
-    unit = units or "mm"
-    positions = positions.astype(float) * millimetres_in(unit, where)
+    unit = units or ("mm" if own else "m")
+    positions = positions.astype(float)
+    if not own:
+        positions[(positions == 0).all(axis=-1)] = np.nan
+    positions *= millimetres_in(unit, where)
     with np.errstate(invalid="ignore"):
         positions[~(np.abs(positions) <= LARGEST)] = np.nan
-    return motion_capture([str(name) for name in names.ravel()], positions, float(rate.reshape(())), unit, [])
+    return motion_capture(
+        names.ravel().astype(str).tolist(),
+        positions,
+        float(rate.reshape(())),
+        unit,
+        [],
+        units_assumed=not own and units is None,
+    )
+
+
+def load_npz(
+    data: bytes, where: str, wanted: Collection[str] | None = None
+) -> tuple[dict[str, np.ndarray], list[str]]:
+    """Return the arrays of an NPZ file that are wanted, or all of them, and the names of all.
+
+    Raises
+    ------
+    InvalidInput
+        If they are larger than the budget of the clip; other errors are those of zipfile and numpy.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        held = {entry.filename.removesuffix(".npy"): entry for entry in archive.infolist()}
+        entries = {name: held[name] for name in held if wanted is None or name in wanted}
+        # What an entry unpacks to never exceeds the size that the archive states for it.
+        require_memory(sum(entry.file_size for entry in entries.values()), where)
+        needed, arrays = 0, {}
+        for name, entry in entries.items():
+            with archive.open(entry) as stream:
+                needed += memory_of(stream)
+                require_memory(needed, f"{where}, array {name}")
+        for name, entry in entries.items():
+            with archive.open(entry) as stream:
+                arrays[name] = np.lib.format.read_array(stream, allow_pickle=False)
+    return arrays, list(held)
+
+
+def load_npy(path: Path) -> np.ndarray:
+    """Return the array of an NPY file; raises as `load_npz` does."""
+    stream = io.BytesIO(read_bytes(path))
+    require_memory(memory_of(stream), path.name)
+    stream.seek(0)
+    return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+
+
+def memory_of(stream: IO[bytes]) -> int:
+    """Return the bytes that an array and its copies as numbers will take, from its header alone."""
+    version = np.lib.format.read_magic(stream)
+    read_header = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }[version]
+    shape, _, dtype = read_header(stream)
+    return math.prod(shape) * (dtype.itemsize + 32)

@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.skeleton import MotionCapture
+from pipeline.formats.budget import count_bytes
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 
 LARGEST = 1e9
@@ -43,14 +44,12 @@ def read_bytes(path: Path) -> bytes:
     Raises
     ------
     InvalidInput
-        If there is no such file, it cannot be read or it is empty.
+        If there is no such file, it is empty or larger than one clip may be.
     """
     if not path.is_file():
         raise damaged("there is no such file", str(path))
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise damaged("the file cannot be read", str(path), received=error.strerror or "") from None
+    count_bytes(path.stat().st_size, path.name)
+    data = path.read_bytes()
     if not data or data.isspace():
         raise damaged("the file is empty", path.name)
     for beginning, what in _OTHER_CONTENT.items():
@@ -77,19 +76,6 @@ def require_joints(count: int, where: str) -> None:
         )
 
 
-def require_proportion(frames: int, points: int, size: int, where: str) -> None:
-    """Raise InvalidInput if so many positions are out of proportion to a file of `size` characters.
-
-    Joints without channels cost a line each, but a position in every frame: a small file could ask for more memory
-    than there is.  In a file of motion every third joint at most has no channels, and each channel takes two
-    characters or more.
-    """
-    if frames * points > 10_000 + size:
-        what = "the hierarchy is out of proportion to the motion: most of its joints do not move"
-        received = f"{frames} frames of {points} in {size} characters"
-        raise damaged(what, where, "joints with channels", received)
-
-
 def motion_capture(
     names: Sequence[str],
     positions_mm: np.ndarray,
@@ -106,9 +92,10 @@ def motion_capture(
     Parameters
     ----------
     names : sequence of str
-        P point names; doubled ones are noted.
+        P point names.  A few that stand twice for different points are told apart as ``LKNE``, ``LKNE_2``, and a
+        name that a spreadsheet would run as a formula gets an apostrophe in front; both are noted.
     positions_mm : (T, P, 3) float64
-        Millimetres.
+        Millimetres.  A point that was never measured, while others were, is left out and noted.
     frame_rate_hz : float
     units : str
         Unit of length of the file.
@@ -120,10 +107,17 @@ def motion_capture(
     units_assumed : bool
         Whether neither the file nor the caller stated the unit.
     """
-    notes = list(notes)
+    notes, names = list(notes), list(map(harmless, names))
     valid = np.isfinite(positions_mm).all(axis=-1)
-    if doubled := len(names) - len(set(names)):
-        notes.append(f"{doubled} names of points stand more than once.")
+    seen = valid.any(axis=0)
+    if seen.any() and not seen.all():
+        unseen = [name for name, known in zip(names, seen, strict=True) if not known]
+        notes.append(f"Points in name only, never measured: {_listed(unseen)}.")
+        names = [name for name, known in zip(names, seen, strict=True) if known]
+        positions_mm, valid = positions_mm[:, seen], valid[:, seen]
+    if changed := [name for name in names if name.startswith("'")]:
+        notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {_listed(changed)}.")
+    _tell_apart(names, positions_mm, notes)
     if angles_deg is not None and not valid.all():
         gaps = int((~valid).any(axis=1).sum())
         notes.append(f"{gaps} of {len(valid)} frames have NaN; the points that depend on them are invalid.")
@@ -133,8 +127,47 @@ def motion_capture(
         valid=valid,
         frame_rate_hz=float(frame_rate_hz),
         units=units,
-        channels=tuple(channels),
+        channels=tuple(map(harmless, channels)),
         angles_deg=np.empty((len(valid), 0)) if angles_deg is None else angles_deg,
         notes=tuple(notes),
         units_assumed=units_assumed,
     )
+
+
+def harmless(name: str) -> str:
+    """Return a name that no spreadsheet takes for a formula.
+
+    Examples
+    --------
+    >>> harmless("LKNE"), harmless("=1+1")
+    ('LKNE', "'=1+1")
+    """
+    return f"'{name}" if name.lstrip()[:1] in ("=", "+", "-", "@") else name
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:8]) + (", …" if len(names) > 8 else "")
+
+
+def _tell_apart(names: list[str], positions_mm: np.ndarray, notes: list[str]) -> None:
+    """Number the later ones of equal names, as of medial markers of a standing trial: ``LKNE``, ``LKNE_2``.
+
+    Where most names stand twice they are two people's, and copies of one point lie in one place: these stay equal.
+    """
+    first: dict[str, int] = {}
+    last: dict[str, int] = {}
+    taken, numbered = set(names), []
+    doubled = len(names) - len(taken)
+    for k, name in enumerate(names if 2 * doubled <= len(taken) else ()):
+        at = first.setdefault(name, k)
+        if at == k or not (np.abs(positions_mm[:, k] - positions_mm[:, at]) > 1.0).any():
+            continue
+        while names[k] in taken:
+            last[name] = last.get(name, 1) + 1
+            names[k] = f"{name}_{last[name]}"
+        taken.add(names[k])
+        numbered.append(names[k])
+    if numbered:
+        notes.append(f"Names that stand twice are numbered: {_listed(numbered)}.")
+    if doubled > len(numbered):
+        notes.append(f"{doubled - len(numbered)} names of points stand more than once.")

@@ -10,6 +10,7 @@ import numpy as np
 from pipeline.formats import bvh, c3d
 from pipeline.formats.points import csv, trc
 from pipeline.formats.points.csv.wide import write_wide
+from pipeline.shortened import shortened
 from pipeline.validation import require_choice
 
 WRITTEN = (".c3d", ".trc", ".bvh", ".csv")
@@ -21,6 +22,7 @@ _Y_UP_FORWARD_Z = np.array([[-1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
 """BVH: z forward, y up, x to the left."""
 
 
+@shortened
 @dataclass(frozen=True)
 class Motion:
     """Points to be written.

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 
 from pipeline.formats.contract import damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in, number, read_numbers
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -36,43 +35,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         If the file is not MVNX, is cut short, has no positions, or does not state its rate.
     """
     path = Path(path)
-    where, data = path.name, read_bytes(path)
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:  # entities could make the file grow without end
-        raise damaged("this is not an MVNX file", where, "XML without a document type")
-    unit = units or "m"
+    where, unit = path.name, units or "m"
     millimetres = millimetres_in(unit, where)
-    people: list[_Subject] = []
-    depth = 0
-    kept: list[ElementTree.Element] = []
-    try:
-        for event, element in ElementTree.iterparse(io.BytesIO(data), events=("start", "end")):
-            tag = element.tag.rpartition("}")[2].lower()
-            if event == "start":
-                if not depth and tag != "mvnx":
-                    raise damaged("this is not an MVNX file", where, "<mvnx>", f"<{tag:.40}>")
-                depth += 1
-                kept.append(element)
-                if tag == "subject":
-                    label = element.get("label") or str(len(people) + 1)
-                    people.append(_Subject(label, number(element.get("frameRate", ""))))
-                continue
-            depth -= 1
-            kept.pop()
-            if tag in ("segment", "frame") and not people:
-                raise damaged("a segment or frame belongs to no subject", where, "<subject> around it")
-            if tag == "segment":
-                names = people[-1].names
-                names.append(element.get("label") or f"segment_{len(names) + 1}")
-            if tag == "frame":
-                if element.get("type", "normal") == "normal":
-                    people[-1].rows.append((element.findtext("{*}position") or "").split())
-                element.clear()
-                kept[-1].remove(element)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        if hasattr(error, "where"):
-            raise
-        line = getattr(error, "position", (0, 0))[0]
-        raise damaged("the file is damaged or cut short", f"{where}, line {line}", "whole XML") from None
+    people = _Elements(where).read(read_bytes(path))
     if not people:
         raise damaged("the file holds no subject", where)
     rates = {person.rate for person in people}
@@ -95,24 +60,86 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
 
 @dataclass
 class _Subject:
-    """One person: the segments, and the words of the positions of each frame."""
+    """One person: the segments, and the numbers of each frame."""
 
     label: str
     rate: float
     names: list[str] = field(default_factory=list)
-    rows: list[list[str]] = field(default_factory=list)
+    rows: list[np.ndarray] = field(default_factory=list)
 
     def positions(self, where: str) -> np.ndarray:
         """Positions (T, S, 3) in the file's unit."""
         width = 3 * len(self.names)
-        wrong = next((k for k, words in enumerate(self.rows) if len(words) != width), None)
+        wrong = next((k for k, row in enumerate(self.rows) if len(row) != width), None)
         if not self.rows or not self.names or wrong is not None:
             k = wrong or 0
             received = f"{len(self.rows[k])}" if self.rows else "no frame"
             raise damaged("the positions do not fit the segments", f"{where}, frame {k + 1}", width, received)
+        return np.array(self.rows).reshape(len(self.rows), len(self.names), 3)
 
-        def place(n: int) -> str:
-            return f"{where}, frame {n // width + 1}, segment {self.names[n % width // 3]}"
 
-        values = read_numbers([word for words in self.rows for word in words], place)
-        return values.reshape(len(self.rows), len(self.names), 3)
+class _Elements:
+    """The elements of a file as they come; nothing but names and positions is kept."""
+
+    def __init__(self, where: str) -> None:
+        self.where, self.people = where, list[_Subject]()
+        self.depth = 0
+        self.frame = 0
+        """Depth of the normal frame that is open; 0 if none is."""
+        self.text: list[str] | None = None
+        """Pieces of the position of the open frame."""
+
+    def read(self, data: bytes) -> list[_Subject]:
+        parser = expat.ParserCreate(namespace_separator="}")
+        parser.buffer_text = True
+        parser.StartDoctypeDeclHandler = self.doctype
+        parser.StartElementHandler, parser.EndElementHandler = self.start, self.end
+        parser.CharacterDataHandler = self.characters
+        try:
+            parser.Parse(data, True)
+        except expat.ExpatError as error:
+            place = f"{self.where}, line {error.lineno}"
+            raise damaged("the file is damaged or cut short", place, "whole XML") from None
+        return self.people
+
+    def doctype(self, *_: object) -> None:  # its entities could make the file grow without end
+        raise damaged("this is not an MVNX file", self.where, "XML without a document type")
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        tag = name.rpartition("}")[2].lower()
+        if not self.depth and tag != "mvnx":
+            raise damaged("this is not an MVNX file", self.where, "<mvnx>", f"<{tag:.40}>")
+        self.depth += 1
+        if tag == "subject":
+            label = attributes.get("label") or str(len(self.people) + 1)
+            self.people.append(_Subject(label, number(attributes.get("frameRate", ""))))
+        elif tag in ("segment", "frame") and not self.people:
+            raise damaged("a segment or frame belongs to no subject", self.where, "<subject> around it")
+        elif tag == "segment":
+            names = self.people[-1].names
+            names.append(attributes.get("label") or f"segment_{len(names) + 1}")
+        elif tag == "frame" and attributes.get("type", "normal") == "normal":
+            self.frame = self.depth
+            self.people[-1].rows.append(np.empty(0))
+        elif tag == "position" and self.depth == self.frame + 1 and self.frame:
+            self.text = []
+
+    def characters(self, text: str) -> None:
+        if self.text is not None:
+            self.text.append(text)
+
+    def end(self, name: str) -> None:
+        if self.text is not None and self.depth == self.frame + 1:
+            person = self.people[-1]
+            frame = f"{self.where}, frame {len(person.rows)}"
+
+            def place(n: int) -> str:
+                return (
+                    f"{frame}, segment {person.names[n // 3] if n // 3 < len(person.names) else n // 3 + 1}"
+                )
+
+            person.rows[-1] = read_numbers("".join(self.text).split(), place)
+            self.text = None
+        if self.depth == self.frame:
+            self.frame = 0
+        self.depth -= 1

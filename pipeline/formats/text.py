@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.budget import MOST, PER_BYTE, require_memory
 from pipeline.formats.contract import LARGEST, damaged, read_bytes
-from pipeline.skeleton import MILLIMETRES
+from pipeline.skeleton.recorded import MILLIMETRES
 
 
 def read_text(path: Path) -> tuple[str, list[str]]:
@@ -24,18 +25,17 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     Raises
     ------
     InvalidInput
-        If the file cannot be read, is empty or holds a zero byte.
+        If the file cannot be read, is empty, holds a zero byte or more words than there is memory for.
     """
     data, notes = read_bytes(path), []
     if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        try:
-            data = data.decode("utf-16").encode()
-        except UnicodeDecodeError as error:
-            raise damaged(
-                "the text is not UTF-16, as it begins", f"{path.name}, byte {error.start}"
-            ) from None
+        data = data.decode("utf-16").encode()
     if (at := data.find(0)) >= 0:
         raise damaged("this is not a text file", f"{path.name}, byte {at}", received="a zero byte")
+    if len(data) > MOST // PER_BYTE:  # below that, no words are so short that they take more
+        words = data.translate(_WORDS).count(b"x ")
+        what = "the file is too large: export a shorter part of the trial"
+        require_memory(_TEXT * len(data) + _WORD * words, path.name, what)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -45,6 +45,12 @@ def read_text(path: Path) -> tuple[str, list[str]]:
     if not text.endswith("\n"):
         notes.append("The last line has no line end: if the file was cut, its last number may be short.")
     return text, notes
+
+
+_WORDS = bytes(32 if byte in b" \t\n\r,;:[{" else 120 for byte in range(256))
+"""Every byte as a blank if it separates words, else as an x."""
+_TEXT, _WORD = 4, 100
+"""Bytes of memory for each byte of a text and its copies, and for each word as a string and as a number."""
 
 
 def number(word: str) -> float:

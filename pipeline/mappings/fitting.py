@@ -7,7 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.skeleton import LOWER_BODY, MILLIMETRES, WALKER15, MotionCapture, SourceMapping, SourcePoints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import LOWER_BODY
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import SourcePoints
 from pipeline.validation import InvalidInput
 
 ADULT_LEG_MM = 850.0
@@ -107,18 +111,17 @@ def rescaled(motion: MotionCapture, mapping: SourceMapping, leg_mm: float) -> tu
         return 1.0, ""
     assumed = _UNITS.get(motion.units, 1.0)
     unit = mapping.units
-    if not unit:
-        if not np.isfinite(leg_mm) or leg_mm <= 0 or HUMAN_LEG_MM[0] <= leg_mm <= HUMAN_LEG_MM[1]:
-            return 1.0, ""
+    if not unit and np.isfinite(leg_mm) and leg_mm > 0 and not HUMAN_LEG_MM[0] <= leg_mm <= HUMAN_LEG_MM[1]:
         unit = min(_UNITS, key=lambda name: abs(np.log(leg_mm / assumed * _UNITS[name] / ADULT_LEG_MM)))
-        length = leg_mm / assumed * _UNITS[unit]
-        if not HUMAN_LEG_MM[0] <= length <= HUMAN_LEG_MM[1]:
-            return 1.0, ""
-    if unit not in _UNITS or unit == motion.units:
-        return 1.0, ""
+        if not HUMAN_LEG_MM[0] <= leg_mm / assumed * _UNITS[unit] <= HUMAN_LEG_MM[1]:
+            unit = ""
+    if unit not in _UNITS:
+        unit = motion.units
+    factor = _UNITS.get(unit, assumed) / assumed
+    legs = leg_mm * factor
     why = (
         f"as {mapping.name} has it"
         if mapping.units
-        else f"which makes legs of {leg_mm / assumed * _UNITS[unit]:.0f} mm"
+        else f"which makes legs of {legs:.{0 if legs >= 100 else 2}f} mm"
     )
-    return _UNITS[unit] / assumed, f"The file states no unit; its numbers are taken as {unit}, {why}."
+    return factor, f"The file states no unit; its numbers are taken as {unit}, {why}."

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from pipeline.mappings.fitting import suggest
-from pipeline.skeleton import MotionCapture, SourceMapping
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 
 OTHERS = "unnamed"

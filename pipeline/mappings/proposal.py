@@ -6,7 +6,10 @@ import re
 
 import numpy as np
 
-from pipeline.skeleton import WALKER15, MotionCapture, SourceMapping, UpAxis, plain_name
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
+from pipeline.skeleton.source_points import plain_name
 from pipeline.validation import InvalidInput
 
 _HEIGHT = {

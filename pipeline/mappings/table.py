@@ -10,7 +10,9 @@ from typing import Any
 import yaml
 
 from pipeline.resources import CONF
-from pipeline.skeleton import MILLIMETRES, WALKER15, Lowering, Rule, SourceMapping, UpAxis
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MILLIMETRES
+from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
 
 AUTO = "auto"

@@ -176,7 +176,7 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A number of ours that an explanation or the README quotes, without a claim about it.
+    """A number of ours that an explanation or the documentation quotes, without a claim about it.
 
     Attributes
     ----------

@@ -65,6 +65,25 @@ class Equation:
         return f"[{self.paper} {self.number}]"
 
 
+@dataclass(frozen=True)
+class Page:
+    """What the report says of a paper before its figures.
+
+    Attributes
+    ----------
+    figure : str
+        The one whose picture is shown.
+    part : list of float, optional
+        Left, top, right, bottom of what is shown of the picture, as shares.
+    sentences : tuple of str
+        Numbers of ours stand as placeholders, by the names of claims.
+    """
+
+    figure: str
+    part: list[float] | None
+    sentences: tuple[str, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Paper:
     """A paper.
@@ -81,6 +100,11 @@ class Paper:
         In printed order.
     claims : tuple of Claim
     quantities : tuple of Quantity
+    order : int
+        Place among the papers in which figures are made: its year, if its file does not say.
+    subject : str
+        Papers on one subject are made together.
+    page : Page
     """
 
     key: str
@@ -94,6 +118,9 @@ class Paper:
     unnumbered: tuple[Equation, ...]
     claims: tuple[Claim, ...]
     quantities: tuple[Quantity, ...]
+    order: int
+    subject: str
+    page: Page
 
     @property
     def measured(self) -> tuple[Claim | Quantity, ...]:
@@ -150,7 +177,9 @@ def read_baselines(path: Path) -> dict[str, Baseline]:
             knows=entry.text("knows", needed=False),
             replace={str(old): str(new) for old, new in entry.mapping("replace").items()},
             value=None if value is None else number(value, entry.where),
-            better=BETTER[require_choice(f"{entry.where}, better", entry.text("better", needed=False), list(BETTER))],
+            better=BETTER[
+                require_choice(f"{entry.where}, better", entry.text("better", needed=False), list(BETTER))
+            ],
         )
         entry.done()
         if bool(found[name].name) != bool(found[name].replace or value is not None):
@@ -184,6 +213,7 @@ def _paper(
     unnumbered = [
         _equation(key, item, entry.where) for item in entry.take("unnumbered", list, [], needed=False)
     ]
+    year = entry.take("year", int)
     clips = require_choice(f"{entry.where}, clips", entry.text("clips"), list(LEAST_PEOPLE))
     of_paper = LEAST_PEOPLE[clips], entry.take("sample", int, 0, needed=False)
     claims = [
@@ -197,7 +227,7 @@ def _paper(
         key=key,
         title=entry.text("title"),
         authors=entry.text("authors"),
-        year=entry.take("year", int),
+        year=year,
         venue=entry.text("venue"),
         figures=entry.names("figures"),
         beyond=entry.names("beyond", needed=False),
@@ -205,8 +235,13 @@ def _paper(
         unnumbered=tuple(unnumbered),
         claims=tuple(claims),
         quantities=tuple(quantities),
+        order=entry.take("order", int, year, needed=False),
+        subject=entry.text("subject", needed=False) or key,
+        page=_page(Entry(f"{entry.where}, page", entry.mapping("page"))),
     )
     entry.done()
+    if paper.page.figure:
+        require_choice(f"{entry.where}, page, figure", paper.page.figure, (*paper.figures, *paper.beyond))
     for item in paper.measured:
         where = f"{entry.where}, {item.name}"
         if not item.name.startswith(f"{key}_"):
@@ -214,6 +249,13 @@ def _paper(
         if item.figure:
             require_choice(f"{where}, figure", item.figure, (*paper.figures, *paper.beyond))
     return paper
+
+
+def _page(entry: Entry) -> Page:
+    part = entry.take("part", list, needed=False)
+    page = Page(entry.text("figure", needed=False), part, entry.names("sentences", needed=False))
+    entry.done()
+    return page
 
 
 def _equation(key: str, content: Any, file: str) -> Equation:
@@ -298,7 +340,9 @@ def _claim(
         raise InvalidInput("no 'figure'", where=entry.where)
     criteria.check_bounds(claim, bounds.where)
     if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
-        raise InvalidInput(f"its measure names nothing that the baseline of {measures!r} replaces", where=entry.where)
+        raise InvalidInput(
+            f"its measure names nothing that the baseline of {measures!r} replaces", where=entry.where
+        )
     return claim
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from pipeline.papers.claims import Agreement, Beyond, Claim, Kind
 from pipeline.papers.intervals import Estimate, Interval
@@ -79,7 +80,7 @@ class Verdict:
         return found.low <= self.claim.published <= found.high
 
 
-def gain(claim: Claim, baseline: float) -> Callable[..., object]:
+def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
     """Return the function of values and baselines by which the first are better.
 
     The better side is the open one of the bounds, else what the class says; else that on which they lie of the

@@ -1,9 +1,8 @@
-"""A matrix as a heat map with a path through it, and panels of lines beside it."""
+"""A matrix as a heat map with a path through it, and charts beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,49 +12,21 @@ from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 
+from pipeline.charts import Sheet
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
-from pipeline.pictures.panels import Panel, draw_panel
+from pipeline.pictures.charts import add_charts
+from pipeline.scenes import HeatMap
 from pipeline.validation import InvalidInput
 
 _HEIGHT = 3.4
 """Without the legend, inches."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class HeatMap:
-    """A matrix over two axes of whole numbers.
-
-    Attributes
-    ----------
-    values : (R, C) float
-        One row to each ordinate; NaN is left white.
-    x, y : (C,) and (R,) int
-        Abscissae and ordinates of the cells, increasing by one.
-    path : (C,) int
-        Ordinate of the path at each abscissa.
-    outline : (K, 2) float
-        Corners of what is admissible, closed by itself.
-    title, xlabel, ylabel, bar : str
-        `bar` is beside the scale of colours.
-    path_label, outline_label : str
-    """
-
-    values: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    path: np.ndarray
-    outline: np.ndarray
-    title: str
-    xlabel: str
-    ylabel: str
-    bar: str
-    path_label: str
-    outline_label: str
-
-
-def draw_heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[Panel], *, caption: str = "") -> None:
-    """Draw a heat map with its path into ``path_stem.svg`` and ``.png``, panels above one another beside it.
+def draw_heat_map(
+    path_stem: Path, matrix: HeatMap, beside: Sheet, tables: Mapping[str, Any], *, caption: str = ""
+) -> None:
+    """Draw a heat map with its path into ``path_stem.svg`` and ``.png``, charts above one another beside it.
 
     Colours go by the square root, so that small misfits are told apart.
 
@@ -64,8 +35,9 @@ def draw_heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[Panel], *, 
     path_stem : Path
         Without a suffix; the folder must exist.
     matrix : HeatMap
-    beside : sequence of Panel
-        From the top, with all their lines in `series`.
+    beside : Sheet
+        Charts, from the top.
+    tables : mapping of str to table
     caption : str
 
     Raises
@@ -73,25 +45,24 @@ def draw_heat_map(path_stem: Path, matrix: HeatMap, beside: Sequence[Panel], *, 
     InvalidInput
         If shapes do not fit, nothing is finite, or a value is negative.
     """
-    where = str(path_stem)
+    where, charts = str(path_stem), [chart for chart in beside.charts if chart.picture]
     values = np.asarray(matrix.values, dtype=float)
     fits = values.shape == (len(matrix.y), len(matrix.x)) and len(matrix.path) == len(matrix.x)
-    if not fits or not beside or not np.isfinite(values).any() or np.nanmin(values) < 0:
+    if not fits or not charts or not np.isfinite(values).any() or np.nanmin(values) < 0:
         raise InvalidInput(
             "no matrix with a path and panels beside it",
             where=where,
-            expected="values of 0 or more (R, C), a path (C,) and one panel or more",
-            received=f"{values.shape}, path of {len(matrix.path)}, {len(beside)} panels",
+            expected="values of 0 or more (R, C), a path (C,) and one chart or more",
+            received=f"{values.shape}, path of {len(matrix.path)}, {len(charts)} charts",
         )
     with look.applied_style():
         figure = look.new_figure(look.PAGE_WIDTH + look.FRAME, _HEIGHT + look.LEGEND_LINE)
-        grid = figure.add_gridspec(len(beside), 2, width_ratios=[1.15, 1.0])
+        grid = figure.add_gridspec(len(charts), 2, width_ratios=[1.15, 1.0])
         axes = figure.add_subplot(grid[:, 0])
         handles = _draw_matrix(axes, matrix, np.ma.masked_invalid(values))
-        for number, panel in enumerate(beside):
-            handles += draw_panel(figure.add_subplot(grid[number, 1]), panel, where)
-        entries = {handle.get_label(): handle for handle in handles}
-        header = look.legend_above_figure(figure, list(entries.values()))
+        places = [grid[number, 1] for number in range(len(charts))]
+        handles += add_charts(figure, beside, charts, tables, places)
+        header = look.legend_above_figure(figure, handles)
         look.finish(figure, path_stem, caption, header=header)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from matplotlib.axes import Axes
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs
+from pipeline.scenes import MotionBlock
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _NAMES_WIDTH, _BLOCK_WIDTH, _STRIP_HEIGHT, _TITLE_HEIGHT = 0.62, 3.05, 0.8, 0.26
@@ -30,32 +30,6 @@ _CONFIDENCE = {
 """Confidence in a limb → its colour, and what the legend says."""
 
 _TRAJECTORIES = ("purple", "sky", "blue", "orange")
-
-
-@dataclass(frozen=True, kw_only=True)
-class MotionBlock:
-    """One clip before one camera.
-
-    Attributes
-    ----------
-    title : str
-    image : (I, J, 2) float
-        What the camera saw at I instants, right and up; NaN where it saw nothing.
-    truth, reconstruction : (V, I, J, 2) float
-        From V other views, mm, the second axis up.
-    paths_true, paths : (P, F, 2) float
-        Whole trajectories of P joints from the first of these views.
-    confidence : tuple of str
-        ``green``, ``amber`` or ``red`` of each bone.
-    """
-
-    title: str
-    image: np.ndarray
-    truth: np.ndarray
-    reconstruction: np.ndarray
-    paths_true: np.ndarray
-    paths: np.ndarray
-    confidence: tuple[str, ...]
 
 
 def draw_motions(

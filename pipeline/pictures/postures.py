@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.stick_figures import RING_SIZE, Bones, add_bones, add_rings, bone_pairs, postures_array
+from pipeline.scenes import PostureRow
 from pipeline.validation import InvalidInput, require_shape
 
 _LOOKS: tuple[dict[str, Any], ...] = (
@@ -22,19 +22,6 @@ _LOOKS: tuple[dict[str, Any], ...] = (
 
 _GROUP_WIDTH, _TALLEST_ROW = 3.5, 1.35
 """Width of a group of rows and height of a row, inches at most."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PostureRow:
-    """Postures side by side, `original` and `reconstructed`, each (n, J, 2) in mm, the second axis up.
-
-    Joints that nobody measured, `estimated` (J,) bool, are drawn hollow.
-    """
-
-    label: str
-    original: np.ndarray
-    reconstructed: np.ndarray
-    estimated: np.ndarray | None = None
 
 
 def draw_postures(

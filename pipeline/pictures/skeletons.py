@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from pipeline.palette import hex_colour
 from pipeline.pictures import style as look
 from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs, postures_array
+from pipeline.scenes import SkeletonRow
 from pipeline.validation import require_range
 
 _TALLEST = 1.3
@@ -18,23 +18,6 @@ _TALLEST = 1.3
 
 _LEAST_WIDTH = 3.6
 """Of the picture, inches: what the legend takes."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SkeletonRow:
-    """One posture (J, 2) and others (n, J, 2) beside it, mm, the second axis up.
-
-    Attributes
-    ----------
-    label : str
-        Above the row.
-    centre : (J, 2) float
-    others : (n, J, 2) float
-    """
-
-    label: str
-    centre: np.ndarray
-    others: np.ndarray
 
 
 def draw_skeletons(

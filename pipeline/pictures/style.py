@@ -53,12 +53,14 @@ LINE_STYLES: dict[str, Any] = {"solid": "-", "dashed": "--", "dotted": ":", "poi
 LINE_WIDTH, REFERENCE_WIDTH, LEGEND_WIDTH = 1.2, 0.7, 0.9
 """Of a series, of a reference line, and the least of a line in a legend, points."""
 
-REFERENCE_DASHES = (0, (1, 1.6))
+REFERENCE_DASHES, PUBLISHED_DASHES = (0, (1, 1.6)), (0, (5, 2))
+"""Of lines to compare with, and of those that a paper prints."""
 
 POINT_SIZE = 3.2
 """Diameter of a point, points."""
 
-BAND_OPACITY = 0.16
+BAND_OPACITY, INTERVAL_OPACITY = 0.12, 0.25
+"""Of bands of the spread, and of intervals."""
 
 BONE_WIDTHS = {"strong": 1.3, "usual": 1.2, "medium": 1.1, "light": 0.8, "faint": 0.7, "ground": 0.4}
 """Of bones of stick figures and of the line that they stand on, points."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pipeline.reconstruct.clip import Walk
 
 
-class _CallablePackage(ModuleType):
+class CallablePackage(ModuleType):
     """The package, which is also the function that it is about."""
 
     def __call__(
@@ -51,4 +51,4 @@ class _CallablePackage(ModuleType):
         return walk, summarise(walk, given)
 
 
-sys.modules[__name__].__class__ = _CallablePackage
+sys.modules[__name__].__class__ = CallablePackage

@@ -20,6 +20,7 @@ from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
 from pipeline.reconstruct.people import SHORTEST_S, Track, choose, find_tracks, straight_stretches
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range
 
 FOCAL_SHARE = 0.75
@@ -66,6 +67,7 @@ class Input:
     labels: Labels = Labels.both
 
 
+@shortened
 @dataclass(frozen=True)
 class Stretch:
     """One straight stretch of a walk.
@@ -90,6 +92,7 @@ class Stretch:
     judgement: Judgement
 
 
+@shortened
 @dataclass(frozen=True)
 class Walk:
     """What a file of keypoints shows.

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline import papers
 from pipeline.core.keypoint_walk import Detector
 from pipeline.formats.keypoints import Detections
+from pipeline.papers.entries import read_mapping
+from pipeline.resources import CONF
 from pipeline.skeleton import WALKER15
-from pipeline.storage import provenance
 from pipeline.validation import InvalidInput, require_choice
 
-FOLDER = provenance.PROJECT / "conf" / "keypoints"
+FOLDER = CONF / "keypoints"
 LONGER = {133: 17, 136: 26}
 """Layouts of whole bodies that begin with a smaller one: number of points and of those that are used."""
 _NEEDED = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
@@ -56,7 +56,7 @@ def load(path: Path) -> Layout:
     InvalidInput
         If the file contradicts itself.
     """
-    content = papers.read_mapping(path)
+    content = read_mapping(path)
     points = tuple(content["points"])
     if len(points) != content["count"] or len(set(points)) != len(points):
         raise InvalidInput(

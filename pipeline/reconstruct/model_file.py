@@ -13,13 +13,20 @@ import numpy as np
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
-from pipeline.core.keypoint_walk.calibration import Calibration
+from pipeline.core.keypoint_walk.calibration import ANGLE_KINDS, GROUPS, LEVELS, Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
-from pipeline.validation import InvalidInput, require_finite, require_shape
+from pipeline.formats.arrays import load_npz
+from pipeline.formats.budget import read_one
+from pipeline.formats.contract import read_bytes
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import remove_stale
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
 VERSION = 1
+ENTRY = "walkers"
+"""Entry of the manifest by which the folder of a model is known."""
 
 
 @dataclass(frozen=True)
@@ -61,22 +68,21 @@ def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
 
 
 def save(trained: TrainedModel, folder: Path) -> None:
-    """Write a model: the arrays in single precision, and the manifest with their digest."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Publish a model: the arrays in single precision, and the manifest with their digest, both or none."""
     content = io.BytesIO()
     arrays = {name: np.asarray(array, dtype=np.float32) for name, array in _arrays(trained).items()}
     np.savez_compressed(content, allow_pickle=False, **arrays)
     data = content.getvalue()
-    (folder / "model.npz").write_bytes(data)
-    manifest = {
-        "version": VERSION,
-        "sha256": hashlib.sha256(data).hexdigest(),
-        "bytes": len(data),
-        "walkers": trained.compact.rest.walkers,
-        **trained.about,
-    }
-    text = json.dumps(manifest, indent=1, ensure_ascii=False) + "\n"
-    (folder / "manifest.json").write_text(text, encoding="utf-8")
+    with publish(folder, having=ENTRY) as publication:
+        (publication.folder / "model.npz").write_bytes(data)
+        publication.manifest(
+            {
+                "version": VERSION,
+                "sha256": hashlib.sha256(data).hexdigest(),
+                ENTRY: trained.compact.rest.walkers,
+                **trained.about,
+            }
+        )
 
 
 def load(folder: Path = SHIPPED) -> TrainedModel:
@@ -85,30 +91,35 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
     Raises
     ------
     InvalidInput
-        If it is missing, of another version, or not what its manifest says.
+        If it is missing, of another version, damaged, or not what its manifest says.
     """
-    try:
-        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
-        data = (folder / "model.npz").read_bytes()
-    except OSError as error:
-        raise InvalidInput(
-            "no model of walkers", where=str(error.filename), expected="`make model`"
-        ) from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InvalidInput("the manifest is not JSON", where=str(folder), received=str(error)) from None
+    if not folder.is_dir():  # a training was killed between two renames
+        remove_stale(folder.parent)
+    for name in ("manifest.json", "model.npz"):
+        if not (folder / name).is_file():
+            raise InvalidInput("no model of walkers", where=str(folder / name), expected="`make model`")
+    return read_one(folder, _load)
+
+
+def _load(folder: Path) -> TrainedModel:
+    manifest = json.loads(read_bytes(folder / "manifest.json"))
     if not isinstance(manifest, dict) or manifest.get("version") != VERSION:
         raise InvalidInput("the model is of another version", where=str(folder), expected=str(VERSION))
+    data = read_bytes(folder / "model.npz")
     if hashlib.sha256(data).hexdigest() != manifest.get("sha256"):
         raise InvalidInput("the model is not what its manifest says", where=str(folder / "model.npz"))
-    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-        arrays = {name: np.asarray(stored[name], dtype=float) for name in stored.files}
+    stored, _ = load_npz(data, "model.npz")
+    arrays = {name: np.asarray(array, dtype=float) for name, array in stored.items()}
     shapes: dict[str, tuple[int | str, ...]] = {
         "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
         "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
         "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
+        "joint_multipliers": (len(GROUPS), 3, len(LEVELS)), "angle_multipliers": (len(ANGLE_KINDS), len(LEVELS)),
     }  # fmt: skip
     for name, shape in shapes.items():
-        require_finite(name, require_shape(name, arrays.get(name), shape))
+        place = f"model.npz, {name}"
+        require_finite(place, require_shape(place, arrays.get(name), shape))
+    require_shape("model.npz, eigenvalues", arrays["eigenvalues"], arrays["components"].shape[:1])
     rest = Moments(
         mean=arrays["mean"],
         covariance=np.empty((0, 0)),
@@ -116,9 +127,10 @@ def load(folder: Path = SHIPPED) -> TrainedModel:
         pair_variance=arrays["pair_variance"],
         aperiodic_variance=arrays["aperiodic_variance"],
         log_frequency=arrays["log_frequency"],
-        walkers=int(manifest["walkers"]),
+        walkers=require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True),
     )
     compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
     calibration = Calibration(arrays["joint_multipliers"], arrays["angle_multipliers"])
-    about = {k: v for k, v in manifest.items() if k not in ("version", "sha256", "bytes", "walkers")}
+    of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
+    about = {k: v for k, v in manifest.items() if k not in of_the_file}
     return TrainedModel(compact, calibration, about)

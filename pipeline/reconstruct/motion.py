@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from enum import StrEnum
 from pathlib import Path
 
@@ -19,9 +18,6 @@ from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.reconstruct.summary import observed, scale_mm
 from pipeline.skeleton import WALKER15
 
-OURS = re.compile(r"walk(_\d+)?\.(c3d|trc|bvh|csv)|walk(_\d+)?_wide\.csv")
-"""Names of the files of `write_motion`: ``walk.c3d`` of the best stretch, ``walk_2.c3d`` of the next one."""
-
 
 class Format(StrEnum):
     """File formats of 3D motion."""
@@ -33,6 +29,16 @@ class Format(StrEnum):
     """One row for each joint and frame."""
     csv_wide = "csv_wide"
     """One column for each coordinate."""
+
+
+def keypoints_px(found: Reconstruction) -> np.ndarray:
+    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
+    return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
+
+
+def upright(level: np.ndarray) -> np.ndarray:
+    """Level camera axes (right, down, away) as right, away, up."""
+    return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
 
 
 def in_walkers_axes(found: Reconstruction) -> np.ndarray:
@@ -66,7 +72,7 @@ def to_motion(walk: Walk, stretch: Stretch, given: Input) -> motion.Motion:
 
 
 def write_motion(walk: Walk, given: Input, formats: list[Format], folder: Path) -> list[str]:
-    """Write every stretch in every format; return the names of the files."""
+    """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next; return the names."""
     files = []
     for number, stretch in enumerate(written(walk), start=1):
         points = to_motion(walk, stretch, given)

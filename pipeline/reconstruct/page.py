@@ -13,7 +13,7 @@ from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.reconstruct import words
 from pipeline.reconstruct.clip import Input, Stretch, Walk
-from pipeline.reconstruct.recording import keypoints_px, upright
+from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import LEVEL_95, half_widths_mm, observed, scale_mm, view_sd_rad
 from pipeline.report.walk_page import WalkPage
 

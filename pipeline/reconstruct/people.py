@@ -41,11 +41,16 @@ class Track:
     height_px: float
 
 
-def _moved(one: np.ndarray, other: np.ndarray) -> float:
-    """Median distance of the joints (15, 2) that both detections have; infinite if they share fewer than three."""
-    distance = np.linalg.norm(one - other, axis=-1)
-    shared = distance[np.isfinite(distance)]
-    return float(np.median(shared)) if len(shared) >= 3 else np.inf
+def _moved(one: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Median distance (M,) of the joints (15, 2) of one detection from those of M others that have them, too.
+
+    Infinite where they share fewer than three.
+    """
+    distance = np.sort(np.linalg.norm(others - one, axis=-1), axis=-1)  # what is missing comes last
+    count = np.isfinite(distance).sum(axis=-1)
+    each = np.arange(len(others))
+    middle = (distance[each, np.maximum(count - 1, 0) // 2] + distance[each, np.minimum(count // 2, 14)]) / 2
+    return np.where(count >= 3, middle, np.inf)
 
 
 def _heights(pixels: np.ndarray) -> np.ndarray:
@@ -86,13 +91,12 @@ def find_tracks(
             open_.remove(track)
             closed.append(track)
         pairs = []
+        last = np.array([track[-1] for track in open_], dtype=int)
+        allowed = np.maximum(JUMP[0], JUMP[1] * (now - frame[last]) / frame_rate_hz)
         for n in rows:
-            for place, track in enumerate(open_):
-                last = track[-1]
-                away = _moved(pixels[n], pixels[last]) / max(height[last], height[n])
-                if away < max(JUMP[0], JUMP[1] * (now - frame[last]) / frame_rate_hz):
-                    other = identity[n] != identity[last]
-                    pairs.append((away + 0.25 * other, n, place))
+            away = _moved(pixels[n], pixels[last]) / np.maximum(height[last], height[n])
+            cost = away + 0.25 * (identity[n] != identity[last])
+            pairs += [(float(cost[place]), n, int(place)) for place in np.flatnonzero(away < allowed)]
         used_rows, used_tracks = set(), set()
         for _, n, place in sorted(pairs):
             if n not in used_rows and place not in used_tracks:

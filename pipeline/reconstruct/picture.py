@@ -11,7 +11,7 @@ from pipeline.core.keypoint_walk.objective import HEADING
 from pipeline.core.keypoint_walk.posterior import ANGLES
 from pipeline.pictures.keypoint_walk import WalkPicture
 from pipeline.reconstruct.clip import Input, Walk
-from pipeline.reconstruct.recording import keypoints_px
+from pipeline.reconstruct.motion import keypoints_px
 from pipeline.reconstruct.summary import LEVEL_95, heading_words
 
 PICTURED = 5

@@ -11,18 +11,15 @@ from pipeline.core.keypoint_walk import ANGLES, Reconstruction
 from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths, joint_half_widths
 from pipeline.core.keypoint_walk.posterior import sample_positions
 from pipeline.reconstruct.clip import Stretch, Walk
+from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import LEVEL_95
+from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 
 MOST_SAMPLES, SAMPLED_POSTURES = 12, 4000
 """Walks drawn from the posterior; fewer of a long clip, so that the file stays below 5 MB."""
 _PELVIS = WALKER15.index("pelvis")
-
-
-def keypoints_px(found: Reconstruction) -> np.ndarray:
-    """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
-    return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
 
 
 def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
@@ -34,11 +31,6 @@ def drawn_walks(walk: Walk, found: Reconstruction, count: int) -> np.ndarray:
     factor = wider / NORMAL[LEVEL_95] * walk.bars_factor
     mean = found.posterior.positions_mm
     return np.asarray(mean + factor * (samples - mean))
-
-
-def upright(level: np.ndarray) -> np.ndarray:
-    """Level camera axes (right, down, away) as right, away, up."""
-    return np.stack([level[..., 0], level[..., 2], -level[..., 1]], axis=-1)
 
 
 def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path) -> None:
@@ -98,23 +90,21 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
             )  # fmt: skip
         recording.curve("curves/residual/rms", seconds, rms, label="rms", colour="black")
         recording.blueprint(
-            recordings.Columns(
-                recordings.Rows(
-                    recordings.Image2D(name="image: keypoints (dots), reprojection (lines)"),
-                    recordings.Plot(name="residual (px)", origin="curves/residual"),
+            Columns(
+                Rows(
+                    Image2D(name="image: keypoints (dots), reprojection (lines)"),
+                    Plot(name="residual (px)", origin="curves/residual"),
                     shares=(3, 1),
                 ),
-                recordings.Rows(
-                    recordings.Space3D(
+                Rows(
+                    Space3D(
                         name="3D: mean, and walks drawn from the posterior", eye_mm=(1800.0, -2200.0, 1400.0)
                     ),
-                    recordings.Plot(
-                        name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"
-                    ),
+                    Plot(name="knees (°): left blue, right orange, ± 1 SD", origin="curves/angles"),
                     shares=(3, 1),
                 ),
-                recordings.Rows(
-                    recordings.Notes(),
+                Rows(
+                    Notes(),
                     recordings.Bars(name="evidence by heading, 0: towards", origin="view"),
                     shares=(3, 2),
                 ),

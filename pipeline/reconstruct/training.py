@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.clips.filmed import belt_speed_mm_s, film, training_walks
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import (
     Detector,
     Reconstruction,

@@ -12,10 +12,12 @@ from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
 from pipeline.reconstruct.summary import summarise, table_rows
-from pipeline.validation import InvalidInput, require_name
+from pipeline.storage import tables
+from pipeline.storage.publishing import publish
+from pipeline.storage.sealed_folders import require_replaceable
+from pipeline.validation import InvalidInput, missing_package, require_name
 
 PAGE = "walk.html"
-OURS = ("summary.json", "joints.csv", "picture.png", "recording.rrd", PAGE)
 
 
 @dataclass(kw_only=True)
@@ -55,10 +57,14 @@ def run(options: Reconstruct) -> tuple[Walk, dict[str, Any], Path]:
     Raises
     ------
     InvalidInput
-        If the input cannot be used, or the folder holds files of others.
+        If the input cannot be used, or the folder holds it, or files of others.
     """
-    walk = reconstruct_clip(options.input, Path(options.model_folder) if options.model_folder else SHIPPED)
+    given = Path(options.input.path).resolve()
     folder = Path(options.output.path) if options.output.path else _default_folder(options.input.path)
+    if options.input.path and folder.resolve() in (given, *given.parents):
+        raise InvalidInput("must not hold the input", where="output.path", received=str(folder))
+    require_replaceable(folder, having="verdict")
+    walk = reconstruct_clip(options.input, Path(options.model_folder) if options.model_folder else SHIPPED)
     summary = summarise(walk, options.input)
     write(walk, summary, options, folder)
     return walk, summary, folder
@@ -72,15 +78,13 @@ def _default_folder(path: str) -> Path:
 
 
 def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path) -> None:
-    """Write the files of a walk; only files of these names are ever replaced."""
-    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
-    from pipeline.storage import tables
+    """Publish the files of a walk in a folder of their own."""
+    with publish(folder, having="verdict") as publication:
+        _fill(publication.folder, walk, summary, options)
+        publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
 
-    if folder.exists() and not folder.is_dir():
-        raise InvalidInput("must be a folder", where="output.path", received=str(folder))
-    folder.mkdir(parents=True, exist_ok=True)
-    for path in _ours(folder):
-        path.unlink()
+
+def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruct) -> None:
     text = json.dumps(summary, indent=1, ensure_ascii=False) + "\n"
     (folder / "summary.json").write_text(text, encoding="utf-8")
     rows = table_rows(walk, options.input)
@@ -89,23 +93,42 @@ def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Pat
     motion.write_motion(walk, options.input, options.output.formats, folder)
     if walk.best.found is None or summary["verdict"] == "not_a_walk":
         return
-    if options.output.picture:
-        from pipeline.pictures.keypoint_walk import draw_keypoint_walk
-        from pipeline.reconstruct.picture import picture_of
-
-        draw_keypoint_walk(folder / "picture.png", picture_of(walk, options.input))
-    if options.output.recording:
-        from pipeline.reconstruct.recording import write_recording
-
-        write_recording(walk, walk.best, words.as_markdown(summary), folder / "recording.rrd")
-    if options.output.page:
-        from pipeline.reconstruct.page import page_of
-        from pipeline.report.walk_page import write_walk_page
-
-        files = [path.name for path in _ours(folder)]
-        write_walk_page(folder / PAGE, page_of(walk, walk.best, summary, options.input, files))
+    # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
+    for name, wanted, written in _VIEWS:
+        if not getattr(options.output, wanted):
+            continue
+        try:
+            written(walk, summary, options, folder / name)
+        except ModuleNotFoundError as error:
+            if not (package := missing_package(error)):
+                raise
+            summary["notes"].append(f"No {name}: it needs {package}, which is not installed.")
 
 
-def _ours(folder: Path) -> list[Path]:
-    """Files in a folder that have names of ours."""
-    return sorted(path for path in folder.iterdir() if path.name in OURS or motion.OURS.fullmatch(path.name))
+def _picture(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    from pipeline.pictures.keypoint_walk import draw_keypoint_walk
+    from pipeline.reconstruct.picture import picture_of
+
+    draw_keypoint_walk(path, picture_of(walk, options.input))
+
+
+def _recording(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    from pipeline.reconstruct.recording import write_recording
+
+    write_recording(walk, walk.best, words.as_markdown(summary), path)
+
+
+def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    from pipeline.reconstruct.page import page_of
+    from pipeline.report.walk_page import write_walk_page
+
+    files = sorted(file.name for file in path.parent.iterdir())
+    write_walk_page(path, page_of(walk, walk.best, summary, options.input, files))
+
+
+_VIEWS = (
+    ("picture.png", "picture", _picture),
+    ("recording.rrd", "recording", _recording),
+    (PAGE, "page", _page),
+)
+"""File, the option that asks for it, the function that writes it, which needs a library of its own."""

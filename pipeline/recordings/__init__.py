@@ -1,4 +1,4 @@
-"""Recordings of the figures for the rerun viewer, and reading them; the only package that imports rerun.
+"""Recordings of the figures for the rerun viewer; the only package that imports rerun.
 
 A `Recording` is a view of results, not their record: it can be made again from the tables.
 
@@ -14,30 +14,21 @@ Colours are those of `pipeline.palette`.
 
 How to record a figure
 ----------------------
-Curves are taken from the same tidy table and styles as the picture; skeletons, images, bars and matrices are added one
-by one; the layout comes last.
+The charts of a figure whose abscissa is the recording's timeline are curves ``curves/<quantity>/<series>`` without
+further words; skeletons, images, bars and matrices are added one by one; the layout (`pipeline.scenes`) comes last.
 
->>> from pipeline import recordings
+>>> from pipeline.charts import Chart
+>>> from pipeline.recordings import Recording
+>>> from pipeline.scenes import Columns, Notes, Rows, Space3D
 >>> from pipeline.skeleton import WALKER15
->>> METHODS = {"map": recordings.Style("approach II", "map")}
+>>> ERROR = Chart(x="view_angle_deg", y="error_mm", by="method", label="Error", unit="mm")
 >>> def record(table, original, folder):
-...     with recordings.Recording(
-...         folder / "recording.rrd", name="zhang2007_fig5", about="# Errors", timeline="view_angle_deg"
+...     with Recording(
+...         folder / "recording.rrd", name="zhang2007_fig5", about="# Errors", timeline="view_angle_deg",
+...         charts=[ERROR], tables={"table": table},
 ...     ) as rec:
-...         for measure, sd in (("absolute_error_mm2", "absolute_error_sd_mm2"), ("relative_error", "")):
-...             rec.curves(table, x="view_angle_deg", y=measure, sd=sd, by="method", styles=METHODS)
 ...         rec.skeleton("world/original", original, WALKER15.bones, index={"view_angle_deg": range(-90, 91)})
-...         rec.blueprint(
-...             recordings.Columns(
-...                 recordings.Rows(
-...                     recordings.Plot(name="absolute error (mm²)", origin="curves/absolute_error_mm2"),
-...                     recordings.Plot(name="relative error", origin="curves/relative_error"),
-...                 ),
-...                 recordings.Rows(recordings.Space3D(name="original"), recordings.Notes(), shares=(3, 2)),
-...             )
-...         )
-
-The curves are entities ``curves/<column>/<series>``.
+...         rec.blueprint(Columns(Rows(*rec.plots), Space3D(name="original"), Notes()))
 """
 
 from __future__ import annotations
@@ -46,42 +37,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline.palette import Style
-    from pipeline.recordings.layout import (
-        Bars,
-        Columns,
-        Image2D,
-        Matrix,
-        Notes,
-        Plot,
-        Rows,
-        Space3D,
-        Tabs,
-        View,
-    )
-    from pipeline.recordings.reading import digest, entities, read_column, views
-    from pipeline.recordings.recording import Recording
-    from pipeline.recordings.viewer import screenshot, verify
+    from pipeline.recordings.recording import Recorder, Recording
 
-__all__ = [
-    "Bars", "Columns", "Image2D", "Matrix", "Notes", "Plot", "Recording", "Rows", "Space3D", "Style", "Tabs", "View",
-    "digest", "entities", "read_column", "screenshot", "verify", "views",
-]  # fmt: skip
-
-_MODULES = {
-    "pipeline.palette": ("Style",),
-    "pipeline.recordings.layout": (
-        "Bars", "Columns", "Image2D", "Matrix", "Notes", "Plot", "Rows", "Space3D", "Tabs", "View",
-    ),
-    "pipeline.recordings.reading": ("digest", "entities", "read_column", "views"),
-    "pipeline.recordings.recording": ("Recording",),
-    "pipeline.recordings.viewer": ("screenshot", "verify"),
-}  # fmt: skip
+__all__ = ["Recorder", "Recording"]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name at its first use, since rerun takes long to import."""
-    for module, names in _MODULES.items():
-        if name in names:
-            return getattr(import_module(module), name)
+    if name in __all__:
+        return getattr(import_module("pipeline.recordings.recording"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

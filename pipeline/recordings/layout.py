@@ -1,8 +1,8 @@
-"""Layout of a recording: views as plain values, and the viewer's blueprint made from them."""
+"""The viewer's blueprint of a layout, which `pipeline.scenes` describes as plain values."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,18 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from pipeline.scenes import (
+    Bars,
+    Columns,
+    Image2D,
+    Matrix,
+    Notes,
+    Plot,
+    Rows,
+    Space3D,
+    Split,
+    View,
+)  # fmt: skip
 from pipeline.validation import InvalidInput
 
 METRES = 1e-3
@@ -25,77 +37,6 @@ GROUND = (24, 26, 31)
 """Background of skeleton views, the same in a light and a dark theme."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class View:
-    """One view: its title, the entity of its origin, and the entities it shows (by default all below the origin)."""
-
-    name: str
-    origin: str
-    contents: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Space3D(View):
-    """Skeletons in space, framed; with `shown`, all other entities start hidden, and these are framed.
-
-    They are seen from the direction in which `eye_mm` lies from `target_mm`, from so far that they fill the view, whose
-    width over height in the layout is about `aspect`: bodies side by side fill a wide view.
-    """
-
-    origin: str = "world"
-    shown: tuple[str, ...] = ()
-    eye_mm: tuple[float, float, float] = (2000.0, 1750.0, 1300.0)
-    target_mm: tuple[float, float, float] = (0.0, 0.0, 850.0)
-    aspect: float = 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Image2D(View):
-    """Skeletons in an image, upright; `shown` as in `Space3D`.
-
-    With `beside`, a view of the same bodies in space that is as high in the layout, both have one scale.
-    """
-
-    origin: str = "image"
-    shown: tuple[str, ...] = ()
-    beside: Space3D | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Plot(View):
-    """Curves over the recording's timeline; the ranges default to those of the data with their bands.
-
-    `headroom` is what to add above them for the legend, as a share of their height.
-    """
-
-    origin: str = "curves"
-    x_range: tuple[float, float] | None = None
-    y_range: tuple[float, float] | None = None
-    headroom: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bars(View):
-    """A bar chart."""
-
-    origin: str = "spectrum"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Matrix(View):
-    """A matrix as a coloured image, row 0 at the top."""
-
-    origin: str = "matrices"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Notes(View):
-    """The description."""
-
-    name: str = "about"
-    origin: str = "about"
-
-
 @dataclass(frozen=True)
 class Extent:
     """Box around what an entity draws: (abscissa, ordinate); in an image (right, down) and in space, metres."""
@@ -105,34 +46,6 @@ class Extent:
 
 
 Extents = Mapping[str, Extent | None]
-
-
-class Split:
-    """Views and splits side by side: `Columns`, `Rows` or `Tabs`.
-
-    Parameters
-    ----------
-    parts : View or Split
-    shares : sequence of float, optional
-        Share of the space of each part; equal by default.
-    """
-
-    def __init__(self, *parts: View | Split, shares: Sequence[float] | None = None) -> None:
-        if shares is not None and len(shares) != len(parts):
-            raise InvalidInput("as many shares as parts", expected=str(len(parts)), received=str(len(shares)))
-        self.parts, self.shares = parts, shares
-
-
-class Columns(Split):
-    """Parts side by side."""
-
-
-class Rows(Split):
-    """Parts above one another."""
-
-
-class Tabs(Split):
-    """Parts of which one is seen at a time; the first is open at the start."""
 
 
 def blueprint(layout: View | Split, *, timeline: str, extents: Extents, playing: bool) -> rrb.Blueprint:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -12,15 +13,18 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from pipeline import tidy
-from pipeline.palette import CYCLE, Styles, style_keys, style_of
+from pipeline.charts import Chart, Sheet, lines_of, on_timeline
 from pipeline.recordings import hollow
 from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
-from pipeline.recordings.layout import METRES, Extent, Split, View, blueprint
+from pipeline.recordings.layout import METRES, Extent, blueprint
+from pipeline.scenes import Plot, Split, View
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
 """Precedes the version at the end of every complete file."""
+
+_HEADROOM = 0.25
+"""Above the curves of a chart, for the legend, as a share of their height."""
 
 _LINE_WIDTH = 2.0
 """Width of curves, points of the screen."""
@@ -41,6 +45,10 @@ class Recording:
         Timeline of everything that moves: the abscissa.
     edition : str
         Distinguishes recordings of the same name (data set, scale).
+    charts : sequence of Chart
+        Those whose abscissa is `timeline` are added as curves; their plots are `plots`.
+    tables : mapping of str to table
+        Of these charts.
 
     Raises
     ------
@@ -49,7 +57,15 @@ class Recording:
     """
 
     def __init__(
-        self, path: Path, *, name: str, about: str, timeline: str = "time", edition: str = ""
+        self,
+        path: Path,
+        *,
+        name: str,
+        about: str,
+        timeline: str = "time",
+        edition: str = "",
+        charts: Sequence[Chart] = (),
+        tables: Mapping[str, Any] | None = None,
     ) -> None:
         for what, word in (("recording", name), ("timeline", timeline)):
             if not re.fullmatch(r"[A-Za-z0-9_]{1,120}", word):
@@ -64,6 +80,8 @@ class Recording:
         self._partial = self.path.with_name(f".{self.path.stem}.{os.getpid()}.part.rrd")
         self._about, self._edition = about, edition
         self._extents: dict[str, Extent | None] = {}  # every entity, with the box around what it draws
+        self._charts, self._tables = charts, tables or {}
+        self.plots: list[Plot] = []
         self._layout = False
 
     def __enter__(self) -> Recording:
@@ -75,6 +93,13 @@ class Recording:
         self._stream.send_recording_name(identity)
         self._claim("about")
         self._static("about", rr.TextDocument(self._about, media_type=rr.MediaType.MARKDOWN))
+        try:
+            for chart in self._charts:
+                if (chart.timeline or chart.x) == self.timeline:
+                    self._chart(chart, self._tables)
+        except BaseException as error:
+            self.__exit__(type(error), error, error.__traceback__)
+            raise
         return self
 
     def __exit__(
@@ -260,60 +285,48 @@ class Recording:
                 self._static(where, rr.Measurements.from_fields(**{**style, "widths": 0.0}))
                 self._stream.send_columns(where, indexes=columns, columns=parts)
 
-    def curves(
-        self,
-        table: tidy.Table,
-        *,
-        x: str,
-        y: str,
-        by: str = "",
-        sd: str = "",
-        styles: Styles = None,
-        where: tidy.Where | None = None,
-        entity: str = "curves/{y}/{series}",
-    ) -> None:
-        """Add the curves of a tidy table, one to each series, with their intervals.
-
-        Columns ``<y>_low`` and ``<y>_high``, where the table has them, are drawn as bands; a style says if its series
-        has any.
-
-        Parameters
-        ----------
-        table : mapping of str to (N,) array
-            Such as a `pandas.DataFrame`.
-        x, y : str
-            Columns of the abscissa, whole numbers unless the timeline is ``time``, and of the ordinate.
-        by : str
-            Column that names the series; empty for one curve of all rows.
-        sd : str
-            Column of the standard deviation; empty for none.
-        styles : mapping of str to Style, or Style, optional
-            Of each series, in order: the table may have no others; or one style for all.
-        where : mapping, optional
-            Only rows with these values: column → value, or several values.
-        entity : str
-            Where the curves go, with ``{y}`` and ``{series}`` for the column and the series.
-
-        Raises
-        ------
-        InvalidInput
-            If a column is missing, a series has no style, or a curve cannot be added.
-        """
-        ends = [name for name in (f"{y}_low", f"{y}_high") if name in table]
-        columns = [x, y, *filter(None, [sd]), *(ends if len(ends) == 2 else [])]
-        found = tidy.groups(table, columns, by=by, where=where, keys=style_keys(styles))
-        for number, (key, rows) in enumerate(found.items()):
-            style = style_of(styles, key or y)
+    def _chart(self, chart: Chart, tables: Mapping[str, Any]) -> None:
+        """Add the lines of a chart as ``curves/<quantity>/<series>``, and its plot to `plots`; none twice."""
+        top = f"curves/{'log10_' if chart.log_y else ''}{chart.quantity}"
+        known: np.ndarray | None = None
+        for line in lines_of(chart, tables):
+            entity = f"{top}/{_path(line.key)}"
+            at, rows = np.unique(on_timeline(self.timeline, line.x), return_index=True)
+            if entity in self._extents or line.strands is not None:
+                continue
+            ends = [
+                None if e is None else tuple(_ordinate(chart, v[rows]) for v in e)
+                for e in (line.band, line.interval)
+            ]
+            y, (band, interval) = _ordinate(chart, line.y[rows]), ends
+            symmetric = band is not None and np.allclose(band[0] + band[1], 2.0 * y)
             self.curve(
-                entity.format(y=y, series=key),
-                rows[x],
-                rows[y],
-                sd=rows[sd] if sd and style.banded else None,
-                interval=(rows[ends[0]], rows[ends[1]]) if len(ends) == 2 and style.banded else None,
-                label=style.label,
-                colour=style.colour or CYCLE[number % len(CYCLE)],
-                width=style.width,
+                entity,
+                at,
+                y,
+                label=line.style.label or line.key,
+                sd=0.5 * (band[1] - band[0]) if band is not None and symmetric else None,
+                interval=(interval[0], interval[1]) if interval is not None else None,
+                colour=line.style.colour,
+                width=line.style.width,
             )
+            known = at if known is None else np.union1d(known, at)
+        if known is None:
+            return
+        for reference in chart.references:
+            entity = f"{top}/{_path(reference.label)}"
+            if (
+                reference.x is None
+                and reference.y is not None
+                and reference.label
+                and entity not in self._extents
+            ):
+                level = _ordinate(chart, np.full(len(known), float(reference.y)))
+                self.curve(entity, known, level, label=reference.label, colour="reference", width=0.5)
+        name = ": ".join(filter(None, [chart.title, chart.axes[1]]))
+        plot = Plot(name=f"log10 of {name}" if chart.log_y else name, origin=top, headroom=_HEADROOM)
+        if plot not in self.plots:
+            self.plots.append(plot)
 
     def bars(self, entity: str, values: np.ndarray, abscissa: np.ndarray, *, colour: str = "blue") -> None:
         """Add a bar chart of `values` (N,) over `abscissa` (N,)."""
@@ -396,3 +409,49 @@ class Recording:
         columns = [time_column(entity, timeline, v, rows) for timeline, v in (index or {}).items()]
         self._extents[entity] = extent
         return columns
+
+
+def _path(words: str) -> str:
+    """Words as a part of an entity's path."""
+    words = re.sub(r"-(?=[0-9])", "minus_", words.replace("µ", "mu"))
+    return re.sub(r"[^A-Za-z0-9]+", "_", words).strip("_")
+
+
+def _ordinate(chart: Chart, values: np.ndarray) -> np.ndarray:
+    """Values as the recording shows them: their logarithm where the chart's ordinate is logarithmic."""
+    return np.log10(values) if chart.log_y else values
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Begins the recording of one figure, which its `record` is given.
+
+    Attributes
+    ----------
+    folder : Path
+        Where ``recording.rrd`` goes.
+    name, about, edition : str
+        As `Recording`.
+    sheet : Sheet
+        The charts of the figure.
+    tables : mapping of str to table
+    """
+
+    folder: Path
+    name: str
+    about: str
+    edition: str
+    sheet: Sheet
+    tables: Mapping[str, Any]
+
+    def __call__(self, words: str = "", *, timeline: str = "time") -> Recording:
+        """Return the recording, to be written, with further words of its description (Markdown)."""
+        return Recording(
+            self.folder / "recording.rrd",
+            name=self.name,
+            about=self.about + words,
+            timeline=timeline,
+            edition=self.edition,
+            charts=self.sheet.charts,
+            tables=self.tables,
+        )

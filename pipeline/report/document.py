@@ -1,7 +1,6 @@
 """Putting the page together: what each paper and each figure shows, from the published folders.
 
-`pipeline/report/page` has the template, the style and the scripts; ``conf/report.yaml`` the sentences on the papers and
-which columns are drawn as curves.
+`pipeline/report/page` has the template, the style and the scripts; ``conf/paper`` the sentences on the papers.
 """
 
 from __future__ import annotations
@@ -15,8 +14,7 @@ from pipeline.palette import COLOURS, ROLES
 from pipeline.report import entries, players, sensitivity, templates, verdicts
 from pipeline.report.published import Published, packed_json, read_published
 from pipeline.skeleton import WALKER15
-from pipeline.storage import provenance
-from pipeline.storage.sealed_folders import replace_file, writing
+from pipeline.storage.publishing import new_file
 from pipeline.validation import InvalidInput
 
 PAGE = "index.html"
@@ -26,6 +24,9 @@ MOST_BYTES = 5_000_000
 """Largest page: larger ones are slow to open and refused by mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, beside those of the data sets and in a light archive."""
+
+_TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
+"""What a page of ours has in its first bytes: any other is not replaced."""
 
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
@@ -63,15 +64,14 @@ def write_page(
     """
     results = read_published(folder, figures)
     to, most = to or folder, MOST_BYTES if most_bytes is None else most_bytes
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
     width = entries.PICTURE_WIDTH
-    text, parts = _render(results, layout, variants, to, width)
+    text, parts = _render(results, variants, to, width)
     # Pictures become smaller until it fits; their bytes go with the area.
     while len(text.encode()) > most and parts["pictures"] and width > LEAST_WIDTH:
         room = parts["pictures"] - (len(text.encode()) - most)
         share = max(room, 1) / parts["pictures"]
         width = max(LEAST_WIDTH, int(0.97 * width * share**0.5))
-        text, parts = _render(results, layout, variants, to, width)
+        text, parts = _render(results, variants, to, width)
     content = text.encode()
     if len(content) > most:
         raise InvalidInput(
@@ -80,14 +80,13 @@ def write_page(
             expected=f"at most {most} bytes",
             received=f"{len(content)}: " + ", ".join(f"{name} {size}" for name, size in parts.items()),
         )
-    with writing(to / PAGE):
-        replace_file(to / PAGE, content)
+    with new_file(to / PAGE, replace=lambda old: _TITLE in old[:_HEAD_BYTES]) as path:
+        path.write_bytes(content)
     return to / PAGE, {**parts, "page": len(content)}
 
 
 def _render(
     results: Published,
-    layout: Mapping[str, Any],
     variants: Sequence[Mapping[str, Any]],
     to: Path,
     width: int,
@@ -107,13 +106,11 @@ def _render(
     ]
     terms = entries.terms_of(results)
     figures = {
-        name: entries.figure_entry(figure, results, layout, terms, to, width)
+        name: entries.figure_entry(figure, results, terms, to, width)
         for name, figure in results.figures.items()
     }
     shown = [
-        entries.paper_entry(papers.PAPERS[key], results, layout, figures)
-        for key in papers.PAPERS
-        if key in of_papers
+        entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
     packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
     numbers, moved = entries.published_rows(results), sensitivity.moved_by_switches(results)
@@ -121,7 +118,7 @@ def _render(
         packed["published"] = packed_json({entries.PUBLISHED: numbers})
     if moved:
         packed["sensitivity"] = packed_json({sensitivity.TABLE: moved["text"]})
-    curves = {name: entries.curve_tables(figure, layout) for name, figure in results.figures.items()}
+    curves = {name: entries.curve_tables(figure) for name, figure in results.figures.items()}
     packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
     text = environment.get_template("index.html.j2").render(
@@ -145,7 +142,7 @@ def _render(
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
-        roles=packed_json({**{name: name for name in COLOURS}, **ROLES, **layout["colours"]}),
+        roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
         bones=packed_json([list(bone) for bone in WALKER15.bones]),
         joints=packed_json(list(WALKER15.joints)),
         walkers_packed=walkers_packed,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pipeline import papers, pictures
-from pipeline.report import players
+from pipeline.report import page_charts, players
 from pipeline.report.published import Published, PublishedFigure, Table, first_rows
 from pipeline.report.verdicts import counts_by_kind, tally
 from pipeline.storage import provenance, tables
@@ -28,11 +27,10 @@ WIDE = 1.6
 
 
 def paper_entry(
-    paper: papers.Paper, results: Published, layout: Mapping[str, Any], entries: Mapping[str, dict[str, Any]]
+    paper: papers.Paper, results: Published, entries: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
-    said = layout["papers"].get(paper.key, {})
-    shot = results.figures.get(said.get("figure", ""))
+    shot = results.figures.get(paper.page.figure)
     wanted = (*paper.figures, *paper.beyond)
     return {
         "key": paper.key,
@@ -43,9 +41,9 @@ def paper_entry(
         "ours": not paper.figures,
         "sentences": [
             sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
-            for sentence in said.get("sentences", [])
+            for sentence in paper.page.sentences
         ],
-        "shot": _picture(shot, SHOT_WIDTH, said.get("part")) if shot else None,
+        "shot": _picture(shot, SHOT_WIDTH, paper.page.part) if shot else None,
         "shot_title": shot.title if shot else "",
         "counts": counts_by_kind(results.claims_of(paper=paper.key)),
         "verdicts": [
@@ -77,7 +75,6 @@ def _surnames(authors: str) -> str:
 def figure_entry(
     figure: PublishedFigure,
     results: Published,
-    layout: Mapping[str, Any],
     terms: Mapping[str, str],
     to: Path,
     width: int = PICTURE_WIDTH,
@@ -87,7 +84,7 @@ def figure_entry(
     made = figure.manifest.get("provenance", {})
     seconds = sum(stage.get("seconds", 0.0) for stage in figure.manifest.get("stages", {}).values())
     dirty = " with changes" if made.get("dirty") is True else ""
-    picture, curves = _picture(figure, width), charts_of(figure, layout)
+    picture, curves = _picture(figure, width), page_charts.charts_of(figure)
     return {
         "name": figure.name,
         "title": figure.title,
@@ -134,45 +131,20 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def charts_of(figure: PublishedFigure, layout: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the curves of a figure that its tables have the columns for."""
-    headers = {Path(table.name).stem: table.header for table in figure.tables}
-    found = []
-    for chart in layout["charts"].get(figure.name, []):
-        header = headers.get(chart["table"], [])
-        there = [name for name in _listed(chart["y"]) if name in header]
-        needed = {chart["x"], *chart.get("by", []), *chart.get("where", {})}
-        if there and needed <= set(header):
-            found.append({**chart, "y": there if isinstance(chart["y"], list) else chart["y"]})
-    return found
+def curve_tables(figure: PublishedFigure) -> dict[str, str]:
+    """Return what charts and players read of tables that are too large for the page: those columns of all rows.
 
-
-def _listed(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
-
-
-def curve_tables(figure: PublishedFigure, layout: Mapping[str, Any]) -> dict[str, str]:
-    """Return what curves and players read of tables that are too large for the page: those columns of all rows.
-
-    Numbers have six digits; columns of intervals and standard deviations go with their quantity.
+    Numbers have six digits; intervals go with their quantity.
     """
-    needed: dict[str, set[str]] = {}
-    for chart in charts_of(figure, layout):
-        columns = {chart["x"], *chart.get("by", []), *chart.get("where", {}), *_listed(chart["y"])}
-        needed.setdefault(f"{chart['table']}.csv", set()).update(columns, _listed(chart.get("band", [])))
+    needed = page_charts.columns_of(figure)
     for name, wanted in players.COLUMNS.get(figure.name, {}).items():
         needed.setdefault(name, set()).update(wanted)
     made = {}
     for table in figure.tables:
         if table.name in needed and not _whole(table):
-            of = needed[table.name]
-            kept = [name for name in table.header if name in of or _BESIDE.sub("", name) in of]
+            kept = [name for name in table.header if name in needed[table.name]]
             made[table.name] = _columns(figure, table, kept)
     return made
-
-
-_BESIDE = re.compile(r"_(low|high|sd|se)(?=_|$)")
-"""What tells the columns beside a quantity from its own: ``absolute_error_sd_mm2``, ``rms_error_mm_low``."""
 
 
 def _columns(figure: PublishedFigure, table: Table, names: Sequence[str]) -> str:

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from pipeline import papers, pictures
+from pipeline.charts import Chart, Sheet
 from pipeline.core import camera, errors, fourier
+from pipeline.palette import Style
 from pipeline.papers import Kind, Outcome
 from pipeline.report.published import Published, PublishedFigure
 from pipeline.skeleton import WALKER15
@@ -22,9 +24,9 @@ _FRAMES, _CYCLES, _FIRST = 20, 5, 12
 """Frames of a cycle, cycles of a turn, and the frame of the still picture."""
 
 _METHODS = {
-    "average_walker": pictures.Style("average walker, the same for all", "null"),
-    "least_squares": pictures.Style("least squares", "least_squares"),
-    "map": pictures.Style("with a prior (MAP)", "map"),
+    "average_walker": Style("average walker, the same for all", "null"),
+    "least_squares": Style("least squares", "least_squares"),
+    "map": Style("with a prior (MAP)", "map"),
 }
 
 _OUTCOMES = {
@@ -52,25 +54,22 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     written = _walker(figure, to)
     table = figure.table("table")
     assert table is not None
-    pictures.draw_lines(
-        to / "curve",
-        [
-            pictures.Panel(
-                y="rms_error_mm",
-                where={"method": tuple(_METHODS)},
-                band=("rms_error_mm_low", "rms_error_mm_high"),
-                ylabel="error in depth (mm)",
-                from_zero=True,
-                xticks=30,
-            )
-        ],
-        table,
+    curve = Chart(
         x="view_angle_deg",
+        x_label="seen from",
+        x_unit="°; 0: the front, ±90: the side",
+        y="rms_error_mm",
         by="method",
         styles=_METHODS,
-        xlabel="seen from (°; 0: the front, ±90: the side)",
-        legend="figure",
-        panel_size=(4.3, 2.45),
+        label="error in depth",
+        unit="mm",
+        zero=True,
+        ticks=30,
+    )
+    pictures.draw_charts(
+        to / "curve",
+        Sheet(charts=[curve], panel_size=(4.3, 2.45)),
+        {"table": table},
         caption=f"{figure.name}, {results.data}: {len(figure.arrays['walker'])} walkers, each left out in turn;"
         " bands: 95 % intervals over people.",
     )

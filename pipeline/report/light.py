@@ -1,8 +1,8 @@
 """The light archive: what a person needs of full-scale results, small enough for the repository or a mail.
 
-It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file, recordings
-and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and ``ro-crate-metadata.json``.  What does not fit,
-the largest tables and recordings, is named in ``left_out.csv``.
+It holds the page, the tables (large ones compressed), claims, reduced pictures, manifests, the lock file and its bill
+of materials, recordings and the tutorial's pictures, with ``SHA256SUMS``, ``digits.csv`` and
+``ro-crate-metadata.json``.  What does not fit, the largest tables and recordings, is named in ``left_out.csv``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from pipeline.report.document import TUTORIAL, write_page
 from pipeline.report.published import Published, read_published
 from pipeline.storage import agreement, archive, crate, provenance, tables
 from pipeline.storage import sealed_folders as folders
-from pipeline.storage.store import Store
+from pipeline.storage.publishing import publish
+from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.validation import InvalidInput
 
 MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 4_200_000, 400_000
@@ -67,9 +68,10 @@ def keep_light(
     for wanted in figures:
         archive.check_figure(folder / wanted, commit=commit, lock=lock, current=wanted in current)
     results = read_published(folder, figures)
-    with Store(target.parent).publish(target) as publication:
+    with publish(target, having="light") as publication:
         inside = publication.folder
         (inside / lock.name).write_bytes(lock.read_bytes())
+        (inside / SBOM).write_bytes(bill_of_materials(lock, commit))
         if (folder / archive.CLAIMS).is_file():
             (inside / archive.CLAIMS).write_bytes((folder / archive.CLAIMS).read_bytes())
         for name in results.figures:
@@ -81,7 +83,7 @@ def keep_light(
         _write_left_out(inside / LEFT_OUT, results, kept | also)
         agreement.write_rule(inside, results.figures)
         drawn = folder.parent.parent / TUTORIAL
-        for path in sorted(drawn.glob("*.svg")) if results.data == "synthetic" else ():
+        for path in sorted(drawn.glob("*/*.svg")) if results.data == "synthetic" else ():
             (inside / TUTORIAL).mkdir(exist_ok=True)
             (inside / TUTORIAL / path.name).write_bytes(path.read_bytes())
         write_page(folder, figures, to=inside, most_bytes=PAGE_BYTES)

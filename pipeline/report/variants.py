@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pipeline import papers, pictures
-from pipeline.palette import Style
+from pipeline import pictures
+from pipeline.charts import Chart, Lines, Sheet
+from pipeline.palette import CYCLE, Style
+from pipeline.report.page_charts import declared
 from pipeline.report.published import PublishedFigure, read_published
-from pipeline.storage import provenance, tables
+from pipeline.storage import tables
 from pipeline.storage.sealed_folders import MANIFEST
 
 VARIANTS = "variants.csv"
@@ -117,52 +119,45 @@ def compare_variants(run: Path) -> list[Path]:
     for name in ("published", "value", "value_low", "value_high"):
         columns[name] = [np.nan if claim[name] in (None, "") else float(claim[name]) for _, _, claim in rows]
     tables.write(run / VARIANTS, columns)
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
     written = [run / VARIANTS]
     for name, variants in by_figure.items():
-        charts = [chart for chart in layout["charts"].get(name, []) if not isinstance(chart["y"], list)]
-        if charts and charts[0].get("kind") != "points":
+        charts = [
+            chart
+            for chart in declared(variants[0].figure)
+            if isinstance(chart.table, str) and not chart.words
+        ]
+        if charts:
             written += _draw(run / f"variants_{name}", variants, charts[0])
     return written
 
 
-def _draw(stem: Path, variants: Sequence[Variant], chart: Mapping[str, Any]) -> list[Path]:
-    """Draw the curves of all variants over each other: a colour to each variant, a line to each series."""
-    series: list[pictures.Series] = []
+def _draw(stem: Path, variants: Sequence[Variant], chart: Chart) -> list[Path]:
+    """Draw the lines of a chart of all variants over each other: a colour to each variant, a pattern to each series."""
+    tables_of, lines = {}, []
     for number, variant in enumerate(variants):
-        table = variant.figure.table(chart["table"])
-        if table is None or not {chart["x"], chart["y"], *chart.get("by", [])} <= table.keys():
+        table = variant.figure.table(str(chart.table))
+        if table is None or not {chart.x, chart.y, *filter(None, [chart.by])} <= table.keys():
             return []
-        rows = np.ones(len(table[chart["x"]]), dtype=bool)
-        for column, value in chart.get("where", {}).items():
-            rows &= np.isin(table[column], value)
-        keys = [" ".join(map(str, key)) for key in zip(*(table[c] for c in chart.get("by", [])), strict=True)]
-        names = np.array(keys or [""] * len(rows))
-        for place, key in enumerate(dict.fromkeys(names[rows].tolist())):
-            here = rows & (names == key)
-            look = Style(
-                f"{variant.name} {key.replace('_', ' ')}".strip(),
-                _COLOURS[number % len(_COLOURS)],
+        tables_of[str(number)] = table
+        rows = table[chart.by].astype(str) if chart.by else np.array([""])
+        known = chart.styles if isinstance(chart.styles, Mapping) else dict.fromkeys(rows.tolist(), Style())
+        styles = {
+            key: Style(
+                f"{variant.name} {style.label or key}".strip(),
+                CYCLE[number % len(CYCLE)],
                 line=_LINES[place % len(_LINES)],
+                banded=False,
+                interval=False,
             )
-            series.append(
-                pictures.Series(
-                    x=table[chart["x"]][here].astype(float),
-                    y=table[chart["y"]][here].astype(float),
-                    label=look.label,
-                    colour=look.colour,
-                    line=look.line,
-                )
-            )
-    panel = pictures.Panel(y="", series=series, ylabel=chart["y_label"], from_zero=bool(chart.get("zero")))
-    title = variants[0].figure.title
-    pictures.draw_lines(
-        stem, [panel], xlabel=chart["x_label"], caption=f"{title}. Variants.", legend="figure"
-    )
+            for place, (key, style) in enumerate(known.items())
+        }
+        of_table: dict[str, Any] = {"table": str(number), "y": chart.y, "by": chart.by, "where": chart.where}
+        lines.append({**of_table, "times": chart.times, "less": chart.less, "styles": styles})
+    also = [Lines(**one) for one in lines[1:]]
+    every = replace(chart, **lines[0], also=also, references=[], band="", strands="", title="")
+    caption = f"{variants[0].figure.title}. Variants."
+    pictures.draw_charts(stem, Sheet(charts=[every]), tables_of, caption=caption)
     return [stem.with_suffix(".svg"), stem.with_suffix(".png")]
-
-
-_COLOURS = ("black", "orange", "blue", "green", "purple", "amber", "sky", "grey")
 
 
 def shown_variants(scratch: Path, data: str, scale: str) -> list[dict[str, Any]]:

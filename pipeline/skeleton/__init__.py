@@ -11,25 +11,5 @@ file that points up.  Names of points match without case, separators and prefixe
 """
 
 from pipeline.skeleton.joints import POSTURE12, WALKER15, LimbTree, Skeleton
-from pipeline.skeleton.mapped_joints import LOWER_BODY, map_joints, up_axis
-from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
-from pipeline.skeleton.source_mapping import Lowering, Rule, SourceMapping, UpAxis
-from pipeline.skeleton.source_points import SourcePoints, plain_name
 
-__all__ = [
-    "LOWER_BODY",
-    "MILLIMETRES",
-    "POSTURE12",
-    "WALKER15",
-    "LimbTree",
-    "Lowering",
-    "MotionCapture",
-    "Rule",
-    "Skeleton",
-    "SourceMapping",
-    "SourcePoints",
-    "UpAxis",
-    "map_joints",
-    "plain_name",
-    "up_axis",
-]
+__all__ = ["POSTURE12", "WALKER15", "LimbTree", "Skeleton"]

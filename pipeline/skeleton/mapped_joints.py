@@ -51,11 +51,16 @@ def map_joints(
         not sum to one, or a point stands twice in the file (two people).
     """
     points, found, positions = _in_own_axes(motion, mapping, skeleton, missing=missing)
-    positions = positions @ _TO_Z_UP[_up_of(positions, mapping, skeleton)].T
+    positions = with_z_up(positions, _up_of(positions, mapping, skeleton))
     for j, joint in enumerate(skeleton.joints):
         if (rule := found[joint]) is not None and rule[1] is not None:
             positions[:, j, 2] -= rule[1].by * points.distance(joint, rule[1], mapping)
     return positions, np.all(np.isfinite(positions), axis=-1)
+
+
+def with_z_up(positions: np.ndarray, up: UpAxis) -> np.ndarray:
+    """Return positions (…, 3), turned so that the axis that pointed up is z."""
+    return positions @ _TO_Z_UP[up].T
 
 
 def up_axis(motion: MotionCapture, mapping: SourceMapping, skeleton: Skeleton = WALKER15) -> UpAxis:

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.shortened import shortened
+
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 """Millimetres in one unit of length, by the unit's short name."""
 
 
+@shortened
 @dataclass(frozen=True)
 class MotionCapture:
     """A recording as every reader of `pipeline.formats` returns it.

@@ -36,7 +36,7 @@ def stored(
     compute: Callable[[], Value],
     *,
     result: type[Value],
-    source: str,
+    sources: Sequence[str],
 ) -> Stored[Value]:
     """Return the result of a stage for these options and inputs; compute it if it is not in the store.
 
@@ -51,15 +51,15 @@ def stored(
         Returns the value.
     result : type
         Its dataclass.
-    source : str
-        Module that computes the result; a change in it, or in what it imports, changes the key.
+    sources : sequence of str
+        Modules that compute the result; a change in them, or in what they import, changes the key.
     """
     artefact = store.artefact(
         stage,
         options,
         [kept.artefact for kept in inputs],
         lambda: pack(compute()),
-        code=sources_digest([source]),
+        code=sources_digest(sources),
     )
     if isinstance(store, Plan):
         return Stored(cast(Value, None), artefact)  # nothing is computed, and nobody looks

@@ -21,5 +21,5 @@ def run(experiment: Experiment, clips: Stored[Clips], store: Store) -> Stored[An
         [clips],
         lambda: options.build(clips.value, workers=experiment.workers),
         result=result_type(options.build),
-        source=type(options).__module__,
+        sources=[type(options).__module__],
     )

@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pipeline import charts, papers, pictures, recordings
 from pipeline.papers import Verdict
 from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance
+from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store, packed
@@ -42,7 +44,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
     inputs = FigureInputs(experiment, clips.value, dataset.value, model.value, sweep.value)
     figure = experiment.figure
     started = time.perf_counter()
-    with store.publish(folder) as publication:
+    with publish(folder, having="figure") as publication:
         made = {**figure.tables(inputs), **populations.tables(experiment, store)}
         for name, table in made.items():
             tables.write(publication.folder / f"{name}.csv", table)
@@ -59,10 +61,14 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         tabulated = time.perf_counter()
+        sheet = figure.charts(inputs, made).with_published(_published)
         if figure.picture:
-            figure.draw(inputs, made, publication.folder / "figure")
+            stem = publication.folder / "figure"
+            figure.draw(inputs, made, pictures.Picture(stem, inputs.caption, sheet, made))
         if figure.recording:
-            figure.record(inputs, made, publication.folder)
+            edition = f"{experiment.data.name} {experiment.scale.name}"
+            begin = (publication.folder, experiment.name, inputs.about, edition, sheet, made)
+            figure.record(inputs, made, recordings.Recorder(*begin))
         artefacts = [kept.artefact for kept in stages]
         publication.manifest(
             {
@@ -74,8 +80,11 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                 "seed": experiment.seed,
                 "configuration": _without_paths(canonical(experiment)),
                 "code": figure_code(experiment),
-                "stages": {a.stage: {"key": a.key, "seconds": a.seconds} for a in artefacts},
+                "stages": {
+                    a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
+                },
                 "inputs": clips.value.inputs,
+                "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
                 "tabulate_seconds": round(tabulated - started, 3),
                 "draw_seconds": round(time.perf_counter() - tabulated, 3),
                 "provenance": provenance(),
@@ -86,7 +95,15 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
 
 def figure_code(experiment: Experiment) -> str:
     """Return the digest of the sources of tables, picture and recording."""
-    return sources_digest([type(experiment.figure).__module__])
+    drawn = ("pipeline.pictures.picture", "pipeline.recordings.recording")
+    return sources_digest([type(experiment.figure).__module__, *drawn])
+
+
+def _published(claim: str) -> float:
+    """Return the number that a paper prints."""
+    number = papers.claim(claim).published
+    assert number is not None, claim
+    return number
 
 
 def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:

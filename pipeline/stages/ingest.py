@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.clips.kinds import Clips, NoUsableClips
+from pipeline.clips.kinds import Clips
+from pipeline.clips.usable import NoUsableClips
 from pipeline.stages.artefacts import Stored, stored
 from pipeline.storage import tables
 from pipeline.storage.store import Store
@@ -31,7 +32,7 @@ def run(experiment: Experiment, store: Store) -> Stored[Clips]:
             [],
             request.make,
             result=corpus.result,
-            source=type(corpus).__module__,
+            sources=[request.source],
         )
     except NoUsableClips as refusal:
         path = Path(experiment.results) / experiment.data.name / experiment.scale.name / "refused_clips.csv"

@@ -20,5 +20,5 @@ def run(experiment: Experiment, dataset: Stored[Any], store: Store) -> Stored[An
         [dataset],
         lambda: options.learn(dataset.value, workers=experiment.workers),
         result=result_type(options.learn),
-        source=type(options).__module__,
+        sources=[type(options).__module__],
     )

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.clips.options import SyntheticData
+from pipeline.ingestion.data import SyntheticData
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.stages.artefacts import Stored, stored
@@ -69,7 +69,7 @@ def _samples(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
         [],
         lambda: dataset.build(request.make(), workers=1),
         result=result_type(dataset.build),
-        source=type(dataset).__module__,
+        sources=[request.source, type(dataset).__module__],
     )
 
 
@@ -93,6 +93,6 @@ def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[A
         [kept],
         measure,
         result=result_type(sweep.measure),
-        source=type(sweep).__module__,
+        sources=[type(model).__module__, type(sweep).__module__],
     )
     return FigureInputs(experiment, None, samples, None, measured.value)  # type: ignore[arg-type]

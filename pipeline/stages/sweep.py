@@ -33,5 +33,5 @@ def run(
         [*([clips] if options.reads_clips else []), dataset, model],
         lambda: options.measure(inputs),
         result=result_type(options.measure),
-        source=type(options).__module__,
+        sources=[type(options).__module__],
     )

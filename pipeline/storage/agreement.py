@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.storage import tables
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range
 
 DIGITS = "digits.csv"
 CLAIMS = "claims.csv"
@@ -92,32 +92,38 @@ def compare_again(kept: Path, made: Path) -> list[Agreement]:
     Parameters
     ----------
     kept : Path
-        Folder of the figure in an archive; tables may be compressed.  Without a ``digits.csv`` beside it, the rule
-        is that of this version.
+        Folder of the figure in an archive; tables may be compressed.  All of them are compared, by the rule of this
+        version, or that of the ``digits.csv`` beside it where it allows less.
     made : Path
         Folder of the figure as published.
 
     Raises
     ------
     InvalidInput
-        If there is no table to compare, or one cannot be read.
+        If there is no table to compare, one cannot be read, or a tolerance is no number.
     """
-    stated = kept.parent / DIGITS
-    allowed = (
-        {
-            row["table"]: float(row["relative_difference_allowed"])
-            for row in tables.read_rows(stated)
-            if row["figure"] == kept.name
-        }
-        if stated.is_file()
-        else rule(kept)
-    )
+    allowed = rule(kept)
+    for name, most in _stated(kept).items():
+        allowed[name] = min(most, allowed.get(name, most))
     if not allowed:
-        raise InvalidInput("no table to compare", where=str(kept), expected=f"one that {DIGITS} names")
+        raise InvalidInput("no table to compare", where=str(kept))
     found = [_compared(kept, made, name, most) for name, most in allowed.items()]
-    if (kept / CLAIMS).is_file():
+    if (kept / CLAIMS).is_file() or (made / CLAIMS).is_file():
         found.append(_verdicts(kept, made, max(allowed.values())))
     return found
+
+
+def _stated(kept: Path) -> dict[str, float]:
+    """Return what the archive itself allows to each table of a figure."""
+    path, stated = kept.parent / DIGITS, {}
+    for row in tables.read_rows(path) if path.is_file() else ():
+        if row["figure"] == kept.name:
+            try:
+                most = float(row["relative_difference_allowed"])
+            except ValueError:
+                most = np.nan
+            stated[row["table"]] = require_range(f"{DIGITS}: {row['table']}", most, at_least=0)
+    return stated
 
 
 def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
@@ -133,7 +139,8 @@ def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     """Compare our values to the digits of the tables that they come from, verdicts exactly."""
     before, now = (tables.read(_there(folder, CLAIMS)) for folder in (kept, made))
-    wrong, largest = [], 0.0
+    largest = 0.0
+    wrong = [f"{claim}: not in the archive" for claim in now["claim"] if claim not in before["claim"]]
     later = dict(zip(now["claim"].tolist(), range(len(now["claim"])), strict=True))
     for n, claim in enumerate(before["claim"].tolist()):
         m = later.get(claim)

@@ -14,8 +14,10 @@ import shutil
 from collections.abc import Collection, Sequence
 from pathlib import Path, PurePosixPath
 
-from pipeline.storage import provenance
+from pipeline.storage import crate, provenance
 from pipeline.storage import sealed_folders as folders
+from pipeline.storage.publishing import new_file
+from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.validation import InvalidInput, require_name
 
 CHECKSUMS = "SHA256SUMS"
@@ -39,8 +41,8 @@ def keep(
     """Archive results in ``<archive_root>/<date>-<first 12 digits of the commit>`` and return that folder.
 
     Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` returns.
-    Archived are the files that it lists, ``claims.csv`` beside the figures, and the lock file.  Archiving the same
-    results again changes nothing, and completes what a killed run began.
+    Archived are the files that it lists, ``claims.csv`` beside the figures, the lock file and its bill of materials.
+    Archiving the same results again changes nothing, and completes what a killed run began.
 
     Parameters
     ----------
@@ -75,7 +77,7 @@ def keep(
     require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
     if not figures_expected:
         raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
-    files: dict[str, Path] = {lock.name: lock}
+    files: dict[str, Path | bytes] = {lock.name: lock, SBOM: bill_of_materials(lock, commit)}
     if (source / CLAIMS).is_file():
         files[CLAIMS] = source / CLAIMS
     for figure in sorted(set(figures_expected)):
@@ -119,7 +121,7 @@ def keep_run(
     found = sorted(path.parent for path in run.rglob(folders.MANIFEST)) if run.is_dir() else []
     if not found:
         raise InvalidInput("no finished figure is there", where=str(run))
-    files: dict[str, Path] = {lock.name: lock}
+    files: dict[str, Path | bytes] = {lock.name: lock, SBOM: bill_of_materials(lock, commit)}
     data = {str(folders.read_manifest(figure).get("data")) for figure in found}
     if len(data) > 1:
         raise InvalidInput("figures of several data sets", where=str(run), received=", ".join(sorted(data)))
@@ -177,15 +179,27 @@ def verify(archive: Path) -> list[str]:
         except OSError as error:
             problems.append(f"{name}: cannot be read ({error.strerror})")
     present = {p.relative_to(archive).as_posix() for p in archive.rglob("*") if not p.is_dir()}
-    problems += [f"{name}: added" for name in sorted(present - sums.keys() - {CHECKSUMS, folders.MANIFEST})]
-    if (archive / folders.MANIFEST).is_file():  # of a light archive
-        problems += [item for item in folders.complaints_about(archive) if item.startswith(CHECKSUMS)]
+    light = {CHECKSUMS, folders.MANIFEST} if crate.CRATE in sums else {CHECKSUMS}
+    problems += [f"{name}: added" for name in sorted(present - sums.keys() - light)]
+    if crate.CRATE in sums:
+        problems += _not_sealed(archive, sums)
     for row in _read_index(archive.parent / INDEX):
         if row["archive"] == archive.name:
             part = {k: v for k, v in sums.items() if k.startswith(f"{row['data']}/")}
             if folders.digest(sums_text(part)) != row["checksums_sha256"]:
                 problems.append(f"{CHECKSUMS}: not what {INDEX} recorded for {row['data']}")
     return problems
+
+
+def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
+    """Return how the manifest of a light archive differs from its list of checksums."""
+    try:
+        files = folders.read_manifest(archive)["files"].items()
+    except InvalidInput as complaint:
+        return [f"{folders.MANIFEST}: {complaint.what.removeprefix(folders.MANIFEST).strip()}"]
+    expected = {**sums, CHECKSUMS: folders.file_digest(archive / CHECKSUMS)}
+    agree = {name: fact["sha256"] for name, fact in files} == expected
+    return [] if agree else [f"{CHECKSUMS}: not what {folders.MANIFEST} recorded"]
 
 
 def check_figure(
@@ -242,10 +256,19 @@ def _listed(folder: Path) -> list[str]:
 
 
 def _keep_files(
-    files: dict[str, Path], archive: Path, data: str, figures: Sequence[str], *, date: str, commit: str
+    files: dict[str, Path | bytes],
+    archive: Path,
+    data: str,
+    figures: Sequence[str],
+    *,
+    date: str,
+    commit: str,
 ) -> Path:
     """Copy, list and index; each of the three is one rename, so that a killed run can be completed."""
-    wanted = {f"{data}/{name}": folders.file_digest(path) for name, path in sorted(files.items())}
+    wanted = {
+        f"{data}/{name}": folders.digest(item) if isinstance(item, bytes) else folders.file_digest(item)
+        for name, item in sorted(files.items())
+    }
     target = archive / data
     indexed = _read_index(archive.parent / INDEX)
     sums = _read_sums(archive) if (archive / CHECKSUMS).is_file() else {}
@@ -268,15 +291,16 @@ def _keep_files(
         archive.mkdir(parents=True, exist_ok=True)
         folders.remove_stale(archive)
         with folders.temporary_folder(archive) as temporary:
-            for name, path in files.items():
+            for name, item in files.items():
                 copy = temporary / name
                 copy.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(path, copy)
+                copy.write_bytes(item) if isinstance(item, bytes) else shutil.copyfile(item, copy)
                 folders.sync(copy)
                 if folders.file_digest(copy) != wanted[f"{data}/{name}"]:
                     raise InvalidInput("the file changed while it was being archived", where=name)
             temporary.replace(target)
-    folders.replace_file(archive / CHECKSUMS, sums_text({**sums, **wanted}))
+    with new_file(archive / CHECKSUMS, replace=True) as path:  # read, so that it is ours
+        path.write_bytes(sums_text({**sums, **wanted}))
     row = {
         "archive": archive.name,
         "date": date,
@@ -284,7 +308,7 @@ def _keep_files(
         "data": data,
         "figures": " ".join(sorted(set(figures))),
         "files": str(len(files)),
-        "bytes": str(sum(path.stat().st_size for path in files.values())),
+        "bytes": str(sum((target / name).stat().st_size for name in files)),
         "checksums_sha256": folders.digest(sums_text(wanted)),
     }
     # A row of an archive that is no longer there would promise what nobody can look up.
@@ -294,7 +318,8 @@ def _keep_files(
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(sorted([*rows, row], key=lambda r: (r["archive"], r["data"])))
-    folders.replace_file(archive.parent / INDEX, text.getvalue().encode())
+    with new_file(archive.parent / INDEX, replace=True) as path:
+        path.write_bytes(text.getvalue().encode())
     return archive
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.storage.sealed_folders import MANIFEST, complaints_about, digest
+from pipeline.storage.sealed_folders import MANIFEST, compact, complaints_about, digest
 from pipeline.validation import InvalidInput
 
 ARRAYS = "arrays.npz"
@@ -31,6 +31,8 @@ class Artefact:
     ----------
     stage, key : str
         Name of the folder: ``<stage>-<key>``.
+    content : str
+        Digest of arrays and notes, of which the keys of later stages are made; empty if it is unknown.
     arrays : mapping of str to np.ndarray
         Read-only, contiguous, bit-identical whether computed or read.
     notes : dict
@@ -45,6 +47,7 @@ class Artefact:
 
     stage: str
     key: str
+    content: str
     arrays: Mapping[str, np.ndarray]
     notes: dict[str, Any]
     computed: bool
@@ -53,8 +56,13 @@ class Artefact:
 
     @property
     def name(self) -> str:
-        """Stage and key: the name of the folder, and of an input of another artefact."""
+        """Stage and key: the name of the folder."""
         return f"{self.stage}-{self.key}"
+
+
+def content_digest(manifest: Mapping[str, Any]) -> str:
+    """Return the digest of the arrays and notes of an artefact, from its manifest."""
+    return digest(compact([manifest["files"][ARRAYS]["sha256"], manifest["notes"]]))[:16]
 
 
 class Damaged(Exception):
@@ -92,7 +100,9 @@ def read_artefact(folder: Path) -> Artefact | None:
     for array in arrays.values():
         array.setflags(write=False)
     facts = {name: manifest[name] for name in ("stage", "key", "notes", "seconds")}
-    return Artefact(**facts, arrays=MappingProxyType(arrays), computed=False, why="")
+    return Artefact(
+        **facts, content=content_digest(manifest), arrays=MappingProxyType(arrays), computed=False, why=""
+    )
 
 
 def fixed(arrays: Mapping[str, Any], stage: str) -> Mapping[str, np.ndarray]:

@@ -120,14 +120,6 @@ def write_bytes(path: Path, content: bytes) -> None:
         os.fsync(stream.fileno())
 
 
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name, sync it and rename it."""
-    with temporary_folder(path.parent) as temporary:
-        write_bytes(temporary / path.name, content)
-        (temporary / path.name).replace(path)
-    sync(path.parent)
-
-
 def sync(folder: Path) -> None:
     """Sync a folder or file to disk, where the system can."""
     if os.name == "posix":
@@ -177,23 +169,47 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     return dict(manifest)
 
 
-def require_replaceable(folder: Path) -> None:
-    """Require that a path is free, or a folder with a sealed manifest.
+def is_sealed(folder: Path) -> bool:
+    """Return whether a folder has a sealed manifest."""
+    with suppress(InvalidInput):
+        return bool(read_manifest(folder))
+    return False
+
+
+def _edition(folder: Path) -> tuple[int, ...]:
+    """Return what changes when another folder takes this name, or an entry comes or goes; empty if there is none."""
+    try:
+        found = folder.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return ()
+    return found.st_dev, found.st_ino, found.st_mtime_ns, found.st_ctime_ns
+
+
+def require_replaceable(folder: Path, *, having: str = "") -> None:
+    """Require that a path is free, or an empty folder, or one with a sealed manifest that has this entry.
 
     Raises
     ------
     InvalidInput
         If anything else stands there.
     """
-    if not os.path.lexists(folder):
+    while edition := _edition(folder):
+        reason = "it is a symbolic link"
+        if not folder.is_symlink():
+            try:
+                found = read_manifest(folder)
+                if not having or having in found:
+                    return
+                reason = f"{MANIFEST} without {having!r}: of another command"
+            except InvalidInput as complaint:
+                reason = complaint.what
+            with suppress(FileNotFoundError, NotADirectoryError):
+                if not any(folder.iterdir()):
+                    return
+        if _edition(folder) == edition:  # else another process has just published it
+            break
+    else:
         return
-    reason = "it is a symbolic link"
-    if not folder.is_symlink():
-        try:
-            read_manifest(folder)
-            return
-        except InvalidInput as complaint:
-            reason = complaint.what
     raise InvalidInput(
         "not published by this program, so it is not replaced",
         where=str(folder),
@@ -287,10 +303,23 @@ def swap_in(temporary: Path, folder: Path) -> None:
 
 
 def _not_listed(folder: Path) -> list[str]:
-    """Return the relative names of files and folders that the manifest of a published folder does not list."""
-    ours = {MANIFEST}
-    with suppress(InvalidInput):
-        ours |= read_manifest(folder)["files"].keys()
+    """Return the relative names of files and folders that the manifest of a published folder does not list.
+
+    Manifest and files are those of one edition: another process may publish the folder in between.
+    """
+    while edition := _edition(folder):
+        ours = {MANIFEST}
+        with suppress(InvalidInput):
+            ours |= read_manifest(folder)["files"].keys()
+        with suppress(FileNotFoundError):
+            names = list(_besides(folder, ours))
+            if _edition(folder) == edition:
+                return names
+    return []
+
+
+def _besides(folder: Path, ours: set[str]) -> Iterator[str]:
+    """Yield the relative names of what is in a folder besides files of ours."""
     parents = {parent.as_posix() for name in ours for parent in PurePosixPath(name).parents}
 
     def walk(inside: Path) -> Iterator[str]:
@@ -304,7 +333,8 @@ def _not_listed(folder: Path) -> list[str]:
             elif name not in ours:
                 yield name
 
-    return list(walk(folder)) if folder.is_dir() else []
+    if folder.is_dir():
+        yield from walk(folder)
 
 
 def _retire(aside: Path, folder: Path) -> None:
@@ -343,9 +373,11 @@ def remove_stale(parent: Path) -> None:
 
 
 def _is_alive(pid: int) -> bool:
-    """Return whether another process has this number; our own folders are in `_live_temporaries`."""
+    """Return whether another process has this number and runs; our own folders are in `_live_temporaries`."""
     if pid == os.getpid():
         return False
+    with suppress(OSError):  # one that has ended, and that nobody has waited for, does not run
+        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] not in "ZX"
     try:
         os.kill(pid, 0)
     except ProcessLookupError:

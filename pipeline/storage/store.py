@@ -1,8 +1,9 @@
 """The store: artefacts found by a key, and published figures; written atomically, verified when read.
 
 An *artefact* is the result of a stage: named arrays and notes, in ``cache/<stage>-<key>/`` as ``arrays.npz`` and
-``manifest.json``.  The key is a digest of everything that the artefact depends on: options, inputs, sources and
-numerical libraries.  A *publication* is the folder of one figure.
+``manifest.json``.  The key is a digest of everything that the artefact depends on: options, sources, numerical
+libraries and the content of its inputs, so that an input that is computed again and comes out equal changes no key.
+A *publication* is the folder of one figure.
 
 Both are written to a temporary folder that is renamed when complete: a killed run leaves the old state or the new one.
 """
@@ -22,21 +23,25 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager, nullco
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pipeline.locks import exclusive, remove_unheld
-from pipeline.storage.artefacts import ARRAYS, Artefact, Damaged, differences, fixed, packed, read_artefact
+from pipeline.storage.artefacts import (
+    ARRAYS,
+    Artefact,
+    Damaged,
+    content_digest,
+    differences,
+    fixed,
+    packed,
+    read_artefact,
+)
 from pipeline.storage.provenance import versions
 from pipeline.storage.sealed_folders import (
-    CANNOT_WRITE,
     FULL,
     MANIFEST,
     canonical,
     compact,
     digest,
     remove_stale,
-    require_replaceable,
-    swap_in,
     sync,
     temporary_folder,
     write_bytes,
@@ -48,29 +53,6 @@ from pipeline.validation import InvalidInput
 _KEYED_LIBRARIES = ("numpy", "scipy")
 _LOCK = ".lock-"
 """Beginning of the name of a lock file, beside the artefacts."""
-
-
-class Publication:
-    """The temporary folder of a figure that is being published.
-
-    Attributes
-    ----------
-    folder : Path
-        Write the files here.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._facts: Mapping[str, Any] | None = None
-
-    def manifest(self, facts: Mapping[str, Any]) -> None:
-        """Set the content of the manifest; the size and digest of every file are added at the end."""
-        self._facts = facts
-
-    def _seal(self) -> None:
-        if self._facts is None:
-            raise RuntimeError("the publication has no manifest: call manifest(facts) before it ends")
-        write_manifest(self.folder, self._facts)
 
 
 class Store:
@@ -158,7 +140,9 @@ class Store:
         made_from = {
             "stage": stage,
             "options": canonical(options),
-            "inputs": [item.name if isinstance(item, Artefact) else str(item) for item in inputs],
+            "inputs": [
+                f"{item.stage}-{item.content}" if isinstance(item, Artefact) else str(item) for item in inputs
+            ],
             "code": code,
             "libraries": self._libraries,
         }
@@ -196,31 +180,11 @@ class Store:
         arrays = fixed(made_arrays, stage)
         notes = json.loads(compact(canonical(made_notes, "notes")))
         facts = {**made_from, "key": key, "notes": notes, "seconds": seconds}
-        if winner := self._place(folder, arrays, facts):
+        packed_arrays = packed(arrays)
+        if winner := self._place(folder, packed_arrays, facts):
             return dataclasses.replace(winner, computed=True, seconds=seconds, why=why)
-        return Artefact(stage, key, arrays, notes, True, seconds, why)
-
-    @contextmanager
-    def publish(self, folder: Path) -> Iterator[Publication]:
-        """Fill a temporary folder that replaces `folder` when the ``with`` block ends without an exception.
-
-        The block writes files into ``publication.folder`` and calls ``publication.manifest(facts)``.  If it raises,
-        `folder` is not changed.  Files in `folder` that its manifest does not list move into the new folder.
-
-        Raises
-        ------
-        InvalidInput
-            If the results cannot be written, or `folder` exists and has no sealed manifest.
-        """
-        with writing(folder):
-            folder.parent.mkdir(parents=True, exist_ok=True)
-        remove_stale(folder.parent)
-        require_replaceable(folder)
-        with writing(folder, only=CANNOT_WRITE), temporary_folder(folder.parent) as temporary:
-            publication = Publication(temporary)
-            yield publication
-            publication._seal()
-            swap_in(temporary, folder)
+        content = content_digest({"files": {ARRAYS: {"sha256": digest(packed_arrays)}}, "notes": notes})
+        return Artefact(stage, key, content, arrays, notes, True, seconds, why)
 
     def _why(self, made_from: dict[str, Any]) -> str:
         """Return what differs from the most similar artefact of the same stage."""
@@ -237,11 +201,8 @@ class Store:
         shown = nearest[2][:3] + ([f"and {len(nearest[2]) - 3} more"] if len(nearest[2]) > 3 else [])
         return "; ".join(shown) or "the artefact was removed"
 
-    def _place(
-        self, folder: Path, arrays: Mapping[str, np.ndarray], facts: Mapping[str, Any]
-    ) -> Artefact | None:
+    def _place(self, folder: Path, content: bytes, facts: Mapping[str, Any]) -> Artefact | None:
         """Write an artefact; return that of another process if it was faster, else None."""
-        content = packed(arrays)
         with writing(folder):
             while True:
                 with temporary_folder(self.cache) as temporary:
@@ -283,11 +244,11 @@ class Plan(Store):
     Parameters
     ----------
     results : Path
-    before : mapping of str to str
-        Keys of earlier artefacts by stage, to compare with.
+    before : mapping of str to (str, str)
+        Key and content of earlier artefacts by stage, to compare with.
     """
 
-    def __init__(self, results: Path, before: Mapping[str, str]) -> None:
+    def __init__(self, results: Path, before: Mapping[str, tuple[str, str]]) -> None:
         self.cache, self.before = Path(results) / "cache", before
         self._libraries = versions(_KEYED_LIBRARIES)
 
@@ -300,14 +261,22 @@ class Plan(Store):
         *,
         code: str,
     ) -> Artefact:
-        """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before."""
+        """Return an artefact without arrays: `computed` if it is not in the cache, `why` it differs from before.
+
+        Its content is that of the cache, or that of before if the key is the same; otherwise it is unknown, and so
+        are the keys of what is made from it.
+        """
         made_from, key = self._key(stage, options, inputs, code)
-        before, why = self.before.get(stage, ""), ""
+        (before, content), why = self.before.get(stage, ("", "")), ""
         if before != key:
             try:
                 earlier = json.loads((self.cache / f"{stage}-{before}" / MANIFEST).read_bytes())
                 why = "; ".join(differences(earlier, made_from)[:3])
             except (OSError, ValueError, KeyError, TypeError, AttributeError):
                 why = "changed; what it was made from is no longer in the cache"
-        there = (self.cache / f"{stage}-{key}" / MANIFEST).is_file()
-        return Artefact(stage, key, {}, {}, not there, 0.0, why)
+            content = ""
+        try:
+            kept = json.loads((self.cache / f"{stage}-{key}" / MANIFEST).read_bytes())
+            return Artefact(stage, key, content_digest(kept), {}, {}, False, 0.0, why)
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            return Artefact(stage, key, content, {}, {}, True, 0.0, why)

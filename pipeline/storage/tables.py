@@ -1,7 +1,6 @@
 """Tidy tables as CSV: one row per observation, units in the column names, equal bytes for equal numbers.
 
-pandas sorts and writes.  It does not read, because its parser silently pads a short row with empty cells and takes the
-surplus of a long one for an index.
+A short or long row is refused: a parser that pads it would shift or invent values.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 import csv
 import gzip
 import io
+import math
 import re
 import zlib
 from collections.abc import Mapping, Sequence
@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from pipeline.storage.sealed_folders import digest, read_manifest, replace_file, writing
+from pipeline.storage.publishing import Replace, new_file
+from pipeline.storage.sealed_folders import digest, read_manifest, writing
 from pipeline.validation import InvalidInput
 
 _INTEGER = re.compile(r"0|-?[1-9]\d{0,17}")
@@ -26,17 +26,25 @@ _NUMBER = re.compile(r"-?(?:0|[1-9]\d*)(?:\.\d+)?(?:e[+-]?\d+)?|-?inf|")
 _SHOWN_DIFFERENCES = 10
 
 
-def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Sequence[str] = ()) -> None:
+def write(
+    path: Path,
+    columns: Mapping[str, Any],
+    *,
+    sort_by: Sequence[str] = (),
+    replace: Replace | None = None,
+) -> None:
     """Write a table atomically.
 
     Parameters
     ----------
     path : Path
-    columns : mapping of str to array-like, or DataFrame
+    columns : mapping of str to array-like, such as a DataFrame
         One-dimensional, of one length: numbers (floats to ten significant digits, NaN as an empty cell),
         booleans or text.
     sort_by : sequence of str
         Columns by which the rows are sorted, stably.
+    replace : bool or callable, optional
+        As for `new_file`; by default a table with the same columns is replaced, and no other file.
 
     Raises
     ------
@@ -59,12 +67,18 @@ def write(path: Path, columns: Mapping[str, Any] | pd.DataFrame, *, sort_by: Seq
         raise InvalidInput(
             f"cannot sort by {missing[0]!r}", where=path.name, expected="one of " + ", ".join(arrays)
         )
-    frame = pd.DataFrame(arrays)
-    if sort_by:
-        frame = frame.sort_values(list(sort_by), kind="stable", na_position="last")
-    text = frame.to_csv(index=False, float_format="%.10g", lineterminator="\n")
-    with writing(path):
-        replace_file(path, text.encode())
+    if sort_by and len(arrays[sort_by[0]]):
+        order = np.lexsort([arrays[name] for name in reversed(sort_by)])  # stable, NaN last
+        arrays = {name: array[order] for name, array in arrays.items()}
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(arrays)
+    rows.writerows(zip(*map(_written, arrays.values()), strict=True))
+    content = text.getvalue().encode()
+    header = content[: content.index(b"\n") + 1]
+    ours: Replace = (lambda old: old.startswith(header)) if replace is None else replace
+    with writing(path), new_file(path, replace=ours) as partial:
+        partial.write_bytes(content)
 
 
 def read(path: Path, *, sha256: str | None = None) -> dict[str, np.ndarray]:
@@ -196,6 +210,13 @@ def _column(name: str, values: Any, where: str) -> np.ndarray:
         )
     # Adding zero turns -0.0, whose sign would depend on the order of summation, into 0.0.
     return array + 0.0 if array.dtype.kind == "f" else array
+
+
+def _written(array: np.ndarray) -> list[Any]:
+    """Return the cells of a column: numbers of ten significant digits, NaN as nothing."""
+    if array.dtype.kind != "f":
+        return array.tolist()
+    return ["" if math.isnan(value) else f"{value:.10g}" for value in array.tolist()]
 
 
 def _cells(path: Path, sha256: str | None = None) -> tuple[list[str], list[list[str]]]:

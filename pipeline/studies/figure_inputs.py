@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 import pandas as pd
 
-from pipeline import recordings
 from pipeline.clips.kinds import Clips
 from pipeline.storage.typed import pack
 from pipeline.studies.experiment import Experiment
@@ -77,25 +75,6 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
                 self.experiment.dataset.corpus.world,
                 "",
             ]
-        )
-
-    def recording(self, folder: Path, words: str = "", *, timeline: str = "time") -> recordings.Recording:
-        """Return ``recording.rrd`` in a folder, to be written: named after experiment, data set and scale.
-
-        Parameters
-        ----------
-        folder : Path
-        words : str
-            What the description says further of this figure, Markdown.
-        timeline : str
-            As `Recording`.
-        """
-        return recordings.Recording(
-            folder / "recording.rrd",
-            name=self.experiment.name,
-            about=self.about + words,
-            timeline=timeline,
-            edition=f"{self.experiment.data.name} {self.experiment.scale.name}",
         )
 
     @property

@@ -163,6 +163,6 @@ def _replace(
         kept = kept.reindex(columns=rows.columns) if len(rows) else kept
         parts = [kept.assign(**{name: kept[name].astype(object).fillna("") for name in texts}), *parts]
     if parts := [part for part in parts if len(part)]:
-        tables.write(path, pd.concat(parts), sort_by=[*by, *sort_by])
+        tables.write(path, pd.concat(parts), sort_by=[*by, *sort_by], replace=True)  # read above
     else:
         path.unlink(missing_ok=True)

@@ -142,7 +142,9 @@ def _estimate(
     if drawn is None or np.ndim(values) == 0:
         return papers.Estimate(float(value))
     last = drawn.size - drawn.clusters
-    said, left_out = (part[np.isfinite(part)] for part in (np.asarray(values)[:last], np.asarray(values)[last:]))
+    said, left_out = (
+        part[np.isfinite(part)] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
+    )
     if len(said) < max(2.0, (1.0 - MOST_SILENT) * last):
         return papers.Estimate(float(value))
     if drawn.kind == POPULATION:
@@ -273,7 +275,7 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 def write_claims(
     path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
 ) -> None:
-    """Write the verdicts as a table, one row per claim: the paper's number, ours, the baseline, the two answers and why.
+    """Write the verdicts as a table, one row per claim: both answers, the numbers that they rest on, and why.
 
     Parameters
     ----------
@@ -290,7 +292,8 @@ def write_claims(
         rows += [
             {name: _cell(row[name], plain[name]) for name in plain} for row in before if {*row} == {*plain}
         ]
-    tables.write(path, {name: _column([row[name] for row in rows]) for name in plain}, sort_by=["claim"])
+    columns = {name: _column([row[name] for row in rows]) for name in plain}
+    tables.write(path, columns, sort_by=["claim"], replace=lambda old: old.startswith(b"claim,paper,"))
 
 
 def _cell(text: str, like: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Measures: named functions of published tables, used by the papers' claims, explanations and the README.
+"""Measures: named functions of published tables, used by the papers' claims, explanations and the documentation.
 
 A measure takes tables, texts and numbers, and returns a number.  It returns NaN if there are no rows or a value is not
 finite; `pipeline.studies.rows` selects rows by expressions over the columns.

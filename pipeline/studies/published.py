@@ -1,4 +1,4 @@
-"""Published numbers: ``results/published.csv``, and the tables of the README and the page, which are made from it.
+"""Published numbers: ``results/published.csv``, and the tables of documentation and page, which are made from it.
 
 The file has a row for each of our values of claims and quantities and for each count of verdicts, by data set, with the
 commit.  `measured` returns the rows of a folder of published figures, `filled` and `rendered` the tables.
@@ -90,7 +90,7 @@ def renew(path: Path, rows: pd.DataFrame) -> None:
     old = pd.DataFrame(dict(tables.read(path))) if path.is_file() else rows[:0]
     kept = old[~old["data"].isin(rows["data"])]
     together = pd.concat([kept.assign(unit=kept["unit"].fillna("")), rows]) if len(kept) else rows
-    tables.write(path, together, sort_by=["data", "name"])
+    tables.write(path, together, sort_by=["data", "name"], replace=True)  # read above
 
 
 Cells = tuple[list[str], list[list[str]]]

@@ -71,9 +71,7 @@ class Replicates:
     size: int
 
 
-def replicate(
-    names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0
-) -> Replicates | None:
+def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0) -> Replicates | None:
     """Return tables in replicates that they share.
 
     Parameters

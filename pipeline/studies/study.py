@@ -10,7 +10,7 @@ stage      option                  method
 dataset    `Dataset`               ``build(clips, workers)``
 model      `Model`                 ``learn(dataset, workers)``
 sweep      `Sweep`                 ``measure(inputs)``
-figure     `Figure`                ``tables(inputs)``, then ``draw`` and ``record``
+figure     `Figure`                ``tables(inputs)``, ``charts``, then ``draw`` and ``record``
 =========  ======================  ==========================================================
 
 Each method returns a frozen dataclass of arrays (a figure: DataFrames), whose type the store takes from the return
@@ -21,18 +21,22 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from pipeline.charts import Sheet
 from pipeline.clips.kinds import Corpus
+from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
 from pipeline.validation import InvalidInput, require_range
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder
 
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")
@@ -205,6 +209,8 @@ class Figure(ABC):
     """Tables that are made again of every further population."""
     sequence: ClassVar[str] = ""
     """Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none."""
+    timeline: ClassVar[str] = ""
+    """Timeline of a recording that has charts alone."""
 
     picture: bool = True
     recording: bool = True
@@ -220,13 +226,18 @@ class Figure(ABC):
         """Return further arrays of ``arrays.npz``, of which the report computes; none by default."""
         return {}
 
-    @abstractmethod
-    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Write the picture of the tables as ``<stem>.svg`` and ``<stem>.png``."""
+    def charts(self, inputs: Any, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Return what is drawn of the tables, for picture, recording and page; no chart by default."""
+        return Sheet()
 
-    @abstractmethod
-    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Write ``recording.rrd``, and further recordings, into a folder."""
+    def draw(self, inputs: Any, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+        """Draw the picture: the charts by default."""
+        picture.charts()
+
+    def record(self, inputs: Any, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+        """Write the recording: the charts over `timeline` by default."""
+        with begin(timeline=self.timeline) as recording:
+            recording.blueprint(Columns(Rows(*recording.plots), Notes(), shares=(2, 1)))
 
     def check_sequence(self, sweep: Sweep) -> None:
         """Require whole numbers on the recording's timeline.  Raises InvalidInput."""

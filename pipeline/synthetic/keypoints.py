@@ -14,6 +14,7 @@ import numpy as np
 
 from pipeline.core.keypoint_walk.exchanged import LIMBS, exchange
 from pipeline.core.keypoint_walk.view import level_axes, pitched, project
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
 
@@ -83,6 +84,7 @@ class Filming:
     frame_rate_hz: float = 30.0
 
 
+@shortened
 @dataclass(frozen=True)
 class SimulatedKeypoints:
     """Keypoints and the truth behind them.

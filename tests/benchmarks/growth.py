@@ -13,10 +13,11 @@ from itertools import islice
 
 import numpy as np
 
-from pipeline.clips.options import SyntheticData
-from pipeline.clips.walks import Walks, synthetic_walks
+from pipeline.clips.kinds import Walks
+from pipeline.clips.walks import synthetic_walks
 from pipeline.core import camera, linear_model, reconstruction, viewpoint
-from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
+from pipeline.ingestion.data import SyntheticData
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from tests.benchmarks import inputs
 from tests.benchmarks.inputs import NOISE_VARIANCE_MM2, VIEWS_RAD, split_by_sex
 from tests.benchmarks.tables import Row

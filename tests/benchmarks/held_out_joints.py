@@ -12,8 +12,9 @@ import numpy as np
 
 from pipeline.cli.compose import compose
 from pipeline.clips import missing_joints
-from pipeline.clips.walks import WALKS
-from pipeline.skeleton import LOWER_BODY, WALKER15
+from pipeline.clips.kinds import WALKS
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.validation import InvalidInput
 from tests.benchmarks.tables import Row
 

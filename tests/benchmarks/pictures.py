@@ -9,6 +9,8 @@ from pathlib import Path
 import pandas as pd
 
 from pipeline import pictures
+from pipeline.charts import Chart, Reference, Sheet
+from pipeline.palette import Style
 from tests.benchmarks.tables import Row
 
 SERIES = {
@@ -29,53 +31,38 @@ def draw_columns(
         )
         for name in columns
     )
-    styles = {name: pictures.Style(SERIES[name], line="points") for name in columns}
-    panel = pictures.Panel(
-        y="value",
-        ylabel="Reference over ours" if columns[0].startswith("times") else "Seconds",
-        yscale="log",
-        xticks=range(1, len(rows) + 1),
-        references=[("y", 1.0, "")],
-    )
-    pictures.draw_lines(
-        stem,
-        [panel],
-        table,
+    chart = Chart(
         x="row",
+        x_label=xlabel,
+        y="value",
         by="series",
-        styles=styles,
-        xlabel=xlabel,
-        caption=textwrap.fill(caption, 110),
+        styles={name: Style(SERIES[name], line="points") for name in columns},
+        label="Reference over ours" if columns[0].startswith("times") else "Seconds",
+        log_y=True,
+        ticks=list(range(1, len(rows) + 1)),
+        references=[Reference(y=1.0)],
     )
+    pictures.draw_charts(stem, Sheet(charts=[chart]), {"table": table}, caption=textwrap.fill(caption, 110))
 
 
 def draw_growth(stem: Path, table: pd.DataFrame, caption: str) -> None:
     """Draw processor time and peak memory against size, a panel to each quantity that grows."""
-    panels = []
-    for y, label in (("cpu_s", "Processor time (s)"), ("peak_mb", "Peak memory (MB)")):
-        for grows in dict.fromkeys(table["grows"]):
-            here = table[table["grows"] == grows]
-            panels.append(
-                pictures.Panel(
-                    y=y,
-                    where={"grows": grows},
-                    ylabel=label,
-                    xlabel=grows.capitalize(),
-                    xscale="log",
-                    yscale="log" if y == "cpu_s" else "linear",
-                    from_zero=y == "peak_mb",
-                    legend=list(dict.fromkeys(here["job"])) if y == "cpu_s" else [],
-                )
-            )
-    styles = {job: pictures.Style(job) for job in dict.fromkeys(table["job"])}
-    pictures.draw_lines(
-        stem,
-        panels,
-        table,
-        x="size",
-        by="job",
-        styles=styles,
-        columns=len(panels) // 2,
-        caption=caption,
-        letters=False,
-    )
+    charts = [
+        Chart(
+            x="size",
+            x_label=grows.capitalize(),
+            log_x=True,
+            y=y,
+            by="job",
+            styles={job: Style(job) for job in dict.fromkeys(table["job"])},
+            where={"grows": grows},
+            label=label,
+            unit=unit,
+            log_y=y == "cpu_s",
+            zero=y == "peak_mb",
+        )
+        for y, label, unit in (("cpu_s", "Processor time", "s"), ("peak_mb", "Peak memory", "MB"))
+        for grows in dict.fromkeys(table["grows"])
+    ]
+    sheet = Sheet(charts=charts, columns=len(charts) // 2, letters=False)
+    pictures.draw_charts(stem, sheet, {"table": table}, caption=caption)

@@ -16,7 +16,7 @@ from subprocess import CompletedProcess
 import numpy as np
 import pytest
 
-from pipeline.cli.commands import COMMANDS
+from pipeline.cli.main import COMMANDS
 from pipeline.cli.presets import presets
 from pipeline.formats.points import csv, trc
 from pipeline.skeleton import WALKER15

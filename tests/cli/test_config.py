@@ -14,11 +14,13 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import mappings, papers, skeleton
-from pipeline.cli.compose import compose, quoted, sentence
+from pipeline import mappings, papers
+from pipeline.cli.compose import compose, quoted
+from pipeline.cli.errors import sentence
 from pipeline.cli.main import destination
 from pipeline.cli.presets import presets
-from pipeline.clips.options import FolderData
+from pipeline.ingestion.data import FolderData
+from pipeline.skeleton.mapped_joints import LOWER_BODY
 from pipeline.studies import registry
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.study import Figure, Grid
@@ -143,7 +145,7 @@ def test_every_skeleton_is_a_mapping(name: str) -> None:
     mapping = mappings.chosen(name)
     assert mapping is not None
     assert mapping.name == name
-    assert set(mapping.joints) | set(mapping.otherwise) >= set(skeleton.LOWER_BODY)
+    assert set(mapping.joints) | set(mapping.otherwise) >= set(LOWER_BODY)
 
 
 def test_text_of_a_shell_needs_no_second_quotes() -> None:

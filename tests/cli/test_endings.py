@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from pipeline.cli.commands import COMMANDS
+from pipeline.cli import pool
 from pipeline.cli.inspect import inspect
-from pipeline.cli.main import main
+from pipeline.cli.main import COMMANDS, main
+from pipeline.processes import CAN_FORK
 from pipeline.storage import sealed_folders
 from pipeline.validation import InvalidInput
 
@@ -134,3 +137,31 @@ def test_another_container_of_the_same_host_name_is_another_place(
         (tmp_path / f".tmp-{ended}-{place}01234567").mkdir()
     sealed_folders.remove_stale(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == [f".tmp-{ended}-{other}01234567"]
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="needs forks")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_what_workers_leave_that_have_to_be_killed_is_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folders = tmp_path / "figures", tmp_path / "cache"
+    context = multiprocessing.get_context("fork")
+    ready = context.Event()
+
+    def deaf() -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        with sealed_folders.temporary_folder(folders[0]), sealed_folders.temporary_folder(folders[1]):
+            ready.set()
+            signal.pause()
+
+    for folder in folders:
+        folder.mkdir()
+    worker = context.Process(target=deaf)
+    worker.start()
+    ready.wait()
+    assert [len(list(folder.iterdir())) for folder in folders] == [1, 1]
+    monkeypatch.setattr(pool, "GRACE_S", 0.0)
+    experiment = SimpleNamespace(results=str(tmp_path))
+    pool._end([SimpleNamespace(process=worker)], [(experiment, folders[0] / "zhang2007_fig5")])  # type: ignore[list-item]
+    assert worker.exitcode == -signal.SIGKILL
+    assert [list(folder.iterdir()) for folder in folders] == [[], []]

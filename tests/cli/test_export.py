@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -171,7 +172,7 @@ def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
     [
         ([], "one source is needed"),
         (["FIGURE", "to=a.xyz"], r"the format is unknown .*ends in \.c3d"),
-        (["FIGURE", "to=no/such/folder/a.c3d"], "to must be in a folder that exists"),
+        (["FIGURE", "to=no/such/folder/a.c3d"], "there is no such folder"),
         (["FIGURE", "to=a.c3d", "walker=ben"], "walker must be anna_1"),
         (
             ["FIGURE", "to=a.c3d", "view_angle_deg=45"],
@@ -227,5 +228,51 @@ def test_inspect_says_what_a_file_is_and_what_to_type(walk: np.ndarray, tmp_path
         list(inspect([str(tmp_path / "odd.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
     list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
     assert (tmp_path / "my_lab.yaml").is_file()
-    with pytest.raises(InvalidInput, match="the file exists and is not replaced"):
+    with pytest.raises(InvalidInput, match="the file exists, so it is not replaced"):
         list(inspect([str(tmp_path / "anna_1.trc"), f"write={tmp_path / 'my_lab.yaml'}"]))
+
+
+def test_inspect_names_what_takes_a_walk_all_the_same_and_limbs_that_differ(
+    walk: np.ndarray, tmp_path: Path
+) -> None:
+    odd = walk.copy()
+    ankle, knee = (WALKER15.index(f"left_{part}") for part in ("ankle", "knee"))
+    odd[:, ankle] += np.random.default_rng(1).normal(scale=230.0, size=(len(walk), 3))
+    trc.write(tmp_path / "a.trc", WALKER15.joints, odd, HZ)
+    (found,) = inspect([str(tmp_path / "a.trc")])
+    told = "\n".join(found.lines)
+    assert "received" not in told
+    assert re.search(r"expected [0-9.]+ or (more|less), found [0-9.]+", told)
+    assert re.search(r"data=folder .* data\.steady\.residual_share=0\.\d+$", found.lines[-1])
+    long = walk.copy()
+    long[:, ankle] = long[:, knee] + 1.3 * (long[:, ankle] - long[:, knee])
+    trc.write(tmp_path / "b.trc", WALKER15.joints, long, HZ)
+    (found,) = inspect([str(tmp_path / "b.trc")])
+    assert [line for line in found.lines if "The left shank is" in line]
+    assert found.strides > 2
+
+
+def test_inspect_names_the_nearest_mapping_only_if_a_point_of_it_is_there(
+    walk: np.ndarray, tmp_path: Path
+) -> None:
+    trc.write(tmp_path / "a.trc", [f"p{k}" for k in range(15)], walk, HZ)
+    trc.write(tmp_path / "b.trc", [*WALKER15.joints[:11], *(f"p{k}" for k in range(4))], walk, HZ)
+    nothing, some = inspect([str(tmp_path)])
+    assert "no mapping fits" in nothing.lines
+    assert any("the nearest is walker15, for which are missing: left_ankle" in line for line in some.lines)
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, "mm"), (0.001, "m"), (1 / 25.4, "in")])
+def test_inspect_says_one_thing_about_a_unit_that_nobody_stated(
+    walk: np.ndarray, tmp_path: Path, scale: float, unit: str
+) -> None:
+    columns = [f"{joint}_{axis}" for joint in WALKER15.joints for axis in "xyz"]
+    rows = (",".join(map(repr, row.tolist())) for row in scale * walk.reshape(len(walk), -1))
+    text = "\n".join([",".join(columns), *rows])
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    (found,) = inspect([str(tmp_path / "a.csv"), f"frame_rate_hz={HZ}"])
+    assert found.strides > 2
+    told = [line for line in found.lines if re.search("unit|taken as", line)]
+    assert len(told) == 2
+    assert "no unit stated" in told[0]
+    assert f"taken as {unit}, which makes legs of" in told[1]

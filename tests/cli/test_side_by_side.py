@@ -138,6 +138,50 @@ SLEEPING = """
 """
 
 
+LOSING = """
+    import functools, sys, time
+    from pipeline.cli import main as command_line, pool
+    from pipeline.studies.walks.known_view import KnownView
+
+    pool.TIMES = 10_000  # however busy the machine is
+
+    @functools.wraps(KnownView.measure)
+    def asleep(self, inputs):
+        said = lost = False
+        try:
+            while True:
+                try:
+                    if not said:
+                        said = True
+                        print("here", flush=True)
+                    time.sleep(0.01)
+                except KeyboardInterrupt:
+                    if lost:
+                        raise
+                    lost = True  # as within a callback of a library
+        finally:
+            print("tidied", flush=True)
+
+    KnownView.measure = asleep
+    sys.exit(command_line.main(sys.argv[1:]))
+"""
+
+
+@needs_fork
+def test_an_interrupt_that_is_lost_comes_again(tmp_path: Path) -> None:
+    arguments = [
+        "figures", "experiment=zhang2007_fig4,zhang2007_fig5", *QUICK, f"results={tmp_path}", "workers=2"
+    ]  # fmt: skip
+    with started([sys.executable, "-c", textwrap.dedent(LOSING), *arguments]) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "here\n"
+        process.send_signal(signal.SIGTERM)
+        out, _ = process.communicate(timeout=WAIT_S)
+        assert "tidied" in out, "it was told again, and not killed"
+    assert process.returncode == 130
+    assert list(tmp_path.rglob(".*")) == []
+
+
 def none_is_left(group: int) -> bool:
     """Whether every process of a group has ended."""
     try:
@@ -201,7 +245,8 @@ def test_figures_are_begun_by_paper_and_short_before_long(
     experiments = [experiment for experiment, _ in begun]
     assert sorted(experiment.name for experiment in experiments) == presets()
     papers = list(dict.fromkeys(experiment.paper for experiment in experiments))
-    assert papers == ["zhang2007", "zhang2004", "mozerov2006", "park2011", "keypoints"]
+    assert papers == sorted(PAPERS, key=lambda key: PAPERS[key].order)
+    assert papers[:4] == ["zhang2007", "zhang2004", "mozerov2006", "park2011"]
     for paper in papers:
         beyond = PAPERS[paper].beyond
         for ours in (False, True):

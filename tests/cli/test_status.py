@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,12 @@ from pipeline.cli import commands
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
 from pipeline.cli.main import main
+from pipeline.cli.presets import presets
 from pipeline.cli.status import status
+from pipeline.stages import ingest
+from pipeline.storage import source_code
 from pipeline.storage.sealed_folders import read_manifest
+from pipeline.storage.source_code import sources_digest
 from pipeline.storage.store import Store
 
 FIGURE = "zhang2007_fig2"
@@ -74,6 +79,60 @@ def test_it_says_that_the_figures_own_code_changed(results: Path, monkeypatch: p
     monkeypatch.setattr("pipeline.stages.figure.sources_digest", lambda modules: "0" * 64)
     found = status(experiment(results), place(results))
     assert (found.state, found.why) == ("stale", "figure: code changed")
+
+
+@pytest.fixture
+def edited_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the sources, of which keys are made, with a constant more in every reader, mapping and fetcher."""
+    copy = tmp_path / "pipeline"
+    shutil.copytree(source_code.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in ("formats", "mappings", "fetch"):
+        for path in (copy / folder).rglob("*.py"):
+            path.write_text(path.read_text(encoding="utf-8") + "\nUNUSED = 1\n", encoding="utf-8")
+    monkeypatch.setattr(source_code, "PACKAGE", copy)
+    source_code._module.cache_clear()
+    yield copy
+    source_code._module.cache_clear()
+
+
+@pytest.mark.parametrize("name", presets())
+def test_an_edited_reader_leaves_synthetic_figures_current(
+    name: str, edited_readers: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = compose([f"experiment={name}", "scale=smoke"])
+    made_by = one.data.request(one.dataset.corpus, one.skeleton, one.seed, 1).source
+    modules = [
+        made_by,
+        *(type(option).__module__ for option in (one.dataset, one.model, one.sweep, one.figure)),
+    ]
+    after = [sources_digest([module]) for module in modules]
+    reader = sources_digest(["pipeline.formats.mvnx"])
+    monkeypatch.undo()
+    source_code._module.cache_clear()
+    assert [sources_digest([module]) for module in modules] == after
+    assert sources_digest(["pipeline.formats.mvnx"]) != reader
+
+
+def test_a_made_figure_is_current_after_readers_are_edited(results: Path, edited_readers: Path) -> None:
+    found = status(experiment(results), place(results))
+    assert (found.state, found.to_compute) == ("current", ())
+
+
+def test_clips_that_come_out_equal_leave_the_figure_current(
+    results: Path, tmp_path: Path, edited_readers: Path
+) -> None:
+    copy = tmp_path / "results"
+    shutil.copytree(results, copy)
+    one = dataclasses.replace(experiment(results), results=str(copy))
+    walks = edited_readers / "clips" / "walks.py"
+    walks.write_text(walks.read_text(encoding="utf-8") + "\nUNUSED = 1\n", encoding="utf-8")
+    source_code._module.cache_clear()
+    found = status(one, place(copy))
+    assert (found.state, found.why) == ("stale", "ingest: code changed")
+    assert found.to_compute == ("ingest", "dataset", "model", "sweep"), "what follows is not known"
+    assert ingest.run(one, Store(copy)).artefact.why == "code changed"
+    found = status(one, place(copy))
+    assert (found.state, found.to_compute) == ("current", ())
 
 
 def test_what_is_missing_damaged_or_forgotten_is_named(results: Path, tmp_path: Path) -> None:

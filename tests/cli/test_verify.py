@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from pipeline.cli import verify as module
-from pipeline.cli.commands import COMMANDS
-from pipeline.report import keep_light
+from pipeline.cli.main import command
+from pipeline.report.light import keep_light
 from pipeline.storage.sealed_folders import digest
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant, view_errors
@@ -51,7 +51,7 @@ def test_figures_are_made_again_and_agree(
     archived: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     names = making(monkeypatch, 1.0)
-    assert COMMANDS["verify"]([str(archived), "rerun=1"]) == 0
+    assert command("verify")([str(archived), "rerun=1"]) == 0
     assert sorted(names) == ["mozerov2006_fig1 synthetic full", "zhang2007_fig5 synthetic full"]
     said = capsys.readouterr().out
     assert "every file is as it was kept" in said
@@ -63,7 +63,7 @@ def test_one_that_differs_is_named_and_the_status_says_so(
     archived: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     making(monkeypatch, 1.01)
-    assert COMMANDS["verify"]([str(archived / "synthetic"), "rerun=1", "only=zhang2007_fig5"]) == 1
+    assert command("verify")([str(archived / "synthetic"), "rerun=1", "only=zhang2007_fig5"]) == 1
     said = capsys.readouterr().out
     assert "zhang2007_fig5/table.csv: line 2, absolute_error_mm2: 500.0 is not 505.0" in said
     assert "mozerov2006_fig1" not in said
@@ -74,7 +74,7 @@ def test_nothing_is_computed_of_a_changed_archive_or_of_a_figure_that_is_not_in_
 ) -> None:
     names = making(monkeypatch, 1.0)
     with pytest.raises(InvalidInput, match="no figure to compute again"):
-        COMMANDS["verify"]([str(archived), "rerun=1", "only=zhang2007_fig2"])
+        command("verify")([str(archived), "rerun=1", "only=zhang2007_fig2"])
     (archived / "synthetic" / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
-    assert COMMANDS["verify"]([str(archived), "rerun=1"]) == 1
+    assert command("verify")([str(archived), "rerun=1"]) == 1
     assert names == []

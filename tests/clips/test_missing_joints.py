@@ -9,17 +9,19 @@ import numpy as np
 import pytest
 
 from pipeline.clips import missing_joints
-from pipeline.clips.kinds import RawClip, report_row
-from pipeline.clips.options import FolderData, Missing, Skeleton, Steady
-from pipeline.clips.walks import REPORT_COLUMNS, WALKS, steady_walk
+from pipeline.clips.kinds import WALKS
+from pipeline.clips.options import Missing, Skeleton, Steady
+from pipeline.clips.usable import RawClip, report_row
+from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
 from pipeline.core import walking
 from pipeline.formats.points import trc
+from pipeline.ingestion.data import FolderData
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierDataset
 from pipeline.studies.study import Grid, SweepInputs
-from pipeline.studies.walks.dataset import FourierDataset
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import Method
-from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.synthetic import walkers
 
 HEAD, ARM = (0,), (2, 3, 4)

@@ -11,11 +11,12 @@ import pytest
 
 from pipeline import fetch, mappings, papers
 from pipeline.clips import one_person
-from pipeline.clips.corpus import Listing, listed_clips, read_clip
-from pipeline.clips.options import FolderData, Locomotion, Skeleton, Steady
-from pipeline.clips.walks import WALKS
+from pipeline.clips.kinds import WALKS
+from pipeline.clips.options import Locomotion, Skeleton, Steady
 from pipeline.core.likeness import Likeness, likeness
 from pipeline.formats.points import trc
+from pipeline.ingestion.corpus import Listing, listed_clips, read_clip
+from pipeline.ingestion.data import FolderData
 from pipeline.skeleton import WALKER15
 from pipeline.stages.ingest import report_table
 from pipeline.studies.ledger import judge

@@ -8,18 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.clips.options import (
-    Cut,
-    FolderData,
-    Locomotion,
-    RecordedPerformances,
-    Skeleton,
-    Steady,
-    SyntheticPerformances,
-)
-from pipeline.clips.performances import PERFORMANCES, Performances, synthetic_performances
+from pipeline.clips.kinds import PERFORMANCES, Performances
+from pipeline.clips.options import Locomotion, Skeleton, Steady, SyntheticPerformances
+from pipeline.clips.performances import synthetic_performances
 from pipeline.core import fourier
 from pipeline.formats.points import trc
+from pipeline.ingestion.data import Cut, FolderData, RecordedPerformances
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
 from pipeline.validation import InvalidInput

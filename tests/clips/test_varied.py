@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.clips.options import FolderData, Skeleton, SyntheticClips
-from pipeline.clips.varied import VARIED, synthetic_clips
+from pipeline.clips.kinds import VARIED
+from pipeline.clips.options import Skeleton, SyntheticClips
+from pipeline.clips.varied import synthetic_clips
+from pipeline.ingestion.data import FolderData
 
 
 def test_synthetic_clips_come_in_turn_and_are_long_enough() -> None:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.clips.options import FolderData, Heading, Locomotion, Skeleton, Steady, SyntheticData
-from pipeline.clips.walks import REPORT_COLUMNS, WALKS, Walks, synthetic_walks
+from pipeline.clips.kinds import WALKS, Walks
+from pipeline.clips.options import Heading, Locomotion, Skeleton, Steady
+from pipeline.clips.usable import PreparedClip, RawClip, report_row
+from pipeline.clips.walks import REPORT_COLUMNS, steady_walk, synthetic_walks
 from pipeline.core import fourier, walking
 from pipeline.formats.points import trc
+from pipeline.ingestion.data import FolderData, SyntheticData
 from pipeline.skeleton import WALKER15
 from pipeline.synthetic.walkers import walking_population
 
@@ -76,6 +80,55 @@ def test_the_same_points_under_two_names_are_refused_naming_both(tmp_path: Path)
     assert set(reasons) == {"a_1.trc", "d_1.trc"}
     assert "a_1.trc of a: the same points as d_1.trc, which bears the name of d" in reasons["a_1.trc"]
     assert "the same points as a_1.trc, which bears the name of a" in reasons["d_1.trc"]
+
+
+def with_noise(joint: str, noise_mm: float) -> np.ndarray:
+    """A walk (T, 15, 3) at 60 Hz, one joint of which was tracked badly."""
+    made = walking_population(np.random.default_rng(2), male=1, female=0, duration_s=5.0, frame_rate_hz=60.0)
+    motion = made.positions_mm[0].copy()
+    motion[:, WALKER15.index(joint)] += np.random.default_rng(3).normal(scale=noise_mm, size=(len(motion), 3))
+    return motion
+
+
+def steady(motion: np.ndarray, **options: float) -> PreparedClip:
+    return steady_walk(RawClip(report_row(REPORT_COLUMNS, clip="a"), motion, 60.0), Steady(**options))
+
+
+def test_one_bad_wrist_is_estimated_like_a_missing_one() -> None:
+    whole, bad = with_noise("head", 0.0), with_noise("right_wrist", 300.0)
+    found = steady(bad)
+    assert found.positions is not None
+    assert found.row["missing_joints"] == "right_wrist"
+    assert "right_wrist is estimated: it had 9" in found.row["reason"]
+    hidden = whole.copy()
+    hidden[:, WALKER15.index("right_wrist")] = np.nan
+    np.testing.assert_array_equal(found.positions, steady(hidden).positions)
+    both = bad.copy()
+    both[:, WALKER15.index("left_wrist")] += bad[::-1, WALKER15.index("right_wrist")] - whole[::-1, 7]
+    assert steady(both).row["missing_joints"] == "left_wrist, right_wrist"
+
+
+def test_a_bad_ankle_refuses_a_walk_by_name_and_what_takes_it_is_said() -> None:
+    found = steady(with_noise("right_ankle", 230.0))
+    assert found.positions is None
+    reason = found.row["reason"]
+    assert re.search(r"9\d% of it at right_ankle", reason) or "fundamental" in reason
+    options = dict(re.findall(r"data\.steady\.(\w+)=([0-9.]+)", reason))
+    assert set(options) <= {"residual_share", "fundamental_share"}
+    assert (
+        steady(with_noise("right_ankle", 230.0), **{k: float(v) for k, v in options.items()}).positions
+        is not None
+    )
+
+
+@pytest.mark.parametrize("decimals", [2, 3, 4])
+def test_a_walk_just_beyond_a_bound_is_told_apart_from_it(decimals: int) -> None:
+    motion = with_noise("right_ankle", 100.0)
+    share = steady(motion, residual_share=1.0).row["residual_share"]
+    bound = np.floor(share * 10**decimals) / 10**decimals
+    reason = steady(motion, residual_share=bound).row["reason"]
+    (expected, received) = re.findall(r"expected ([0-9.]+) or less, received ([0-9.]+)", reason)[0]
+    assert float(expected) == bound < float(received)
 
 
 def test_walks_head_where_their_steps_go_or_where_their_path_does() -> None:

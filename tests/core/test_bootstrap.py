@@ -55,6 +55,10 @@ def test_an_interval_over_people_covers_the_truth_as_often_as_it_promises() -> N
     assert covered[1] < 0.70
 
 
+def test_an_interval_leaves_out_as_many_replicates_below_as_above() -> None:
+    assert bootstrap.percentile_interval(np.arange(101.0)[::-1], level=0.9) == pytest.approx((5.0, 95.0))
+
+
 def test_replicates_without_any_row_have_no_mean_and_wrong_inputs_are_refused() -> None:
     weights = np.array([[2, 0], [0, 2]])
     assert np.isnan(bootstrap.weighted_means(np.ones(1), np.zeros(1, dtype=int), weights)[1])

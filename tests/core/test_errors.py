@@ -69,6 +69,7 @@ def test_an_error_worked_out_in_the_head() -> None:
     np.testing.assert_allclose(errors.absolute_error(delta), [19.0, 0.0])
     np.testing.assert_allclose(errors.absolute_error(delta, np.array([1.0, 2.0])), [20.0, 2.0])
     assert errors.walker_error(np.array([19.0, 0.0])) == 9.5
+    assert errors.walker_error(np.array([19.0, np.nan, 1.0])) == 10.0  # of the joints that have one
     assert errors.parseval_weights(5).tolist() == [1.0, 0.5, 0.5, 0.5, 0.5]
 
 

@@ -82,8 +82,9 @@ def test_outside_is_the_part_in_the_null_space(
     basis = cosines(frames, count)
     c = np.random.default_rng(seed).standard_normal((frames, dimensions) if dimensions else frames)
     beyond = null_space(basis.T)
-    assert outside(basis, c) == pytest.approx(np.linalg.norm(beyond.T @ c), rel=1e-9)
-    assert outside(basis, basis @ (basis.T @ c)) <= 1e-13 * np.linalg.norm(c)
+    size = float(np.linalg.norm(c))
+    assert outside(basis, c) == pytest.approx(np.linalg.norm(beyond.T @ c), rel=1e-9, abs=1e-13 * size)
+    assert outside(basis, basis @ (basis.T @ c)) <= 1e-13 * size
 
 
 @given(seed=seeds, frames=st.integers(3, 30), data=st.data())
@@ -96,9 +97,10 @@ def test_outside_a_soft_basis_is_what_a_ridge_leaves(seed: int, frames: int, dat
     target = np.vstack([c, np.zeros((count, 3))])
     left = target - stacked @ np.linalg.lstsq(stacked, target)[0]
     basis = soft(frames, count)
-    assert outside(basis, c) == pytest.approx(np.linalg.norm(left), rel=1e-9)
+    size = float(np.linalg.norm(c))
+    assert outside(basis, c) == pytest.approx(np.linalg.norm(left), rel=1e-9, abs=1e-12 * size)
     dense = np.eye(frames) - basis @ basis.T
-    assert outside(basis, c) ** 2 == pytest.approx((c * (dense @ c)).sum(), rel=1e-9)
+    assert outside(basis, c) ** 2 == pytest.approx((c * (dense @ c)).sum(), rel=1e-9, abs=1e-12 * size**2)
 
 
 def test_a_small_part_outside_is_not_lost_in_rounding() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.core.resampling import interpolate
+from pipeline.core.resampling import frames_at_rate, interpolate
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 
@@ -31,6 +31,21 @@ def test_every_coordinate_is_what_numpy_interpolates(seed: int, samples: int, sh
     courses = values.reshape(samples, -1).T
     for one, course in zip(found.reshape(len(at), -1).T, courses, strict=True):
         np.testing.assert_allclose(one, np.interp(at, np.arange(samples), course), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("frames", "rate_hz", "wanted_hz", "positions"),
+    [
+        (7, 100.0, 40.0, [0, 3, 6]),
+        (7, 100.0, 50.0, [0, 2, 4, 6]),
+        (3, 30.0, 60.0, [0, 1, 2]),
+        (3, 30.0, 0.0, [0, 1, 2]),
+    ],
+)
+def test_another_rate_keeps_both_ends_and_is_never_faster(
+    frames: int, rate_hz: float, wanted_hz: float, positions: list[float]
+) -> None:
+    assert frames_at_rate(frames, rate_hz, wanted_hz).tolist() == positions
 
 
 @given(seeds, lengths, shapes)

@@ -159,21 +159,16 @@ def test_a_file_is_fetched_once_and_then_present(case: Case, server: Server) -> 
     assert server.requests == [("a.c3d", None)]
 
 
-def test_a_file_that_was_changed_on_disk_is_fetched_again(case: Case, server: Server) -> None:
+def test_a_file_that_is_another_is_named_and_stays(case: Case, server: Server) -> None:
     server.files["a"] = CONTENT
     target = case.add("zoo/a", CONTENT, address=server.address("a"))
     target.parent.mkdir(parents=True)
-    target.write_bytes(CONTENT[:-1] + bytes([CONTENT[-1] ^ 1]))  # same size, and were it of the same time
+    other = CONTENT[:-1] + bytes([CONTENT[-1] ^ 1])  # same size, and were it of the same time
+    target.write_bytes(other)
+    assert case.fetch().failed == [("zoo/a", "another file is in its place: move it away")]
+    assert target.read_bytes() == other
+    target.unlink()
     assert case.fetch().fetched == ["zoo/a"]
-    assert target.read_bytes() == CONTENT
-
-
-def test_a_wrong_file_stays_until_a_right_one_is_there(case: Case, server: Server) -> None:
-    target = case.add("zoo/a", CONTENT, address=server.address("a"))
-    target.parent.mkdir(parents=True)
-    target.write_bytes(b"older")
-    assert len(case.fetch().failed) == 1
-    assert target.read_bytes() == b"older"
 
 
 def test_what_an_interrupted_run_left_is_continued(case: Case, server: Server) -> None:
@@ -532,8 +527,9 @@ def test_a_recording_is_found_here_then_in_the_mirror(case: Case) -> None:
     assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
     assert resolve(row, raw=case.raw) is None
     target.parent.mkdir(parents=True)
-    target.write_bytes(CONTENT[:10])
-    assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
+    for wrong in (CONTENT[:10], CONTENT + b"more"):
+        target.write_bytes(wrong)
+        assert resolve(row, raw=case.raw, mirror=case.mirror) == case.mirror / "zoo" / "a"
     target.write_bytes(CONTENT)
     assert resolve(row, raw=case.raw, mirror=case.mirror) == target
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from pipeline.formats import READERS
 from pipeline.mappings import shipped
-from pipeline.skeleton import MotionCapture, SourceMapping
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
 
 ROOT = Path(__file__).parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline import formats
+from pipeline.formats.contract import motion_capture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, READABLE, check_contract
 
@@ -113,3 +114,31 @@ def test_advice_on_files_of_other_kinds(suffix: str, tmp_path: Path) -> None:
     with pytest.raises(InvalidInput) as refused:
         formats.read(tmp_path / f"a{suffix}")
     assert formats.ADVICE[suffix] in str(refused.value)
+
+
+def test_points_in_name_only_are_missing_points() -> None:
+    positions = np.zeros((4, 3, 3))
+    positions[:, 1] = np.nan
+    positions[0, 2] = np.nan
+    motion = motion_capture(["LANK", "LSHO", "RANK"], positions, 100.0, "mm", [])
+    check_contract(motion)
+    assert motion.names == ("LANK", "RANK")
+    assert motion.valid[:, 1].tolist() == [False, True, True, True]
+    assert motion.notes == ("Points in name only, never measured: LSHO.",)
+    nothing = motion_capture(["LANK", "RANK"], np.full((2, 2, 3), np.nan), 100.0, "mm", [])
+    assert nothing.names == ("LANK", "RANK")  # who asks says that nothing was measured
+
+
+def test_the_second_of_two_equal_names_is_numbered() -> None:
+    names = ["LKNE", "RKNE", "LKNE", "LANK", "RANK", "LKNE", "LKNE_2", "SACR"]
+    positions = np.arange(len(names))[None, :, None] * np.full((3, 1, 3), 50.0)
+    motion = motion_capture(names, positions, 100.0, "mm", [])
+    assert motion.names == ("LKNE", "RKNE", "LKNE_3", "LANK", "RANK", "LKNE_4", "LKNE_2", "SACR")
+    assert motion.notes == ("Names that stand twice are numbered: LKNE_3, LKNE_4.",)
+    np.testing.assert_array_equal(motion.positions_mm, positions)
+    positions[:, 2] = positions[:, 0]  # a copy of one point
+    copied = motion_capture(names, positions, 100.0, "mm", [])
+    assert copied.names[2] == "LKNE"
+    assert "1 names of points stand more than once." in copied.notes
+    two_people = motion_capture(["LKNE", "RKNE", "LKNE", "RKNE"], positions[:, :4], 100.0, "mm", [])
+    assert two_people.names == ("LKNE", "RKNE", "LKNE", "RKNE")

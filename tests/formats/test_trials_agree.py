@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from pipeline.formats import acclaim, c3d
-from pipeline.skeleton import WALKER15, map_joints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
 from tests.formats.contract import source_mapping
 
 MAPPINGS = ("plugin_gait", "cmu_41_markers", "walker15")

@@ -11,7 +11,7 @@ import pytest
 from pipeline import formats
 from pipeline.core import walking
 from pipeline.mappings import rescaled, shipped, suggest
-from pipeline.skeleton import map_joints
+from pipeline.skeleton.mapped_joints import map_joints
 from tests.formats.contract import check_contract
 
 FOLDER = Path(os.environ.get("WILD_RECORDINGS") or "no such folder")

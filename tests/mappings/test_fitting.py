@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from pipeline import mappings
-from pipeline.skeleton import WALKER15, MotionCapture, map_joints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 
 HEIGHT = [1650, 1420, 1420, 1100, 860, 1420, 1100, 860, 950, 900, 480, 80, 900, 480, 80]
@@ -87,7 +89,10 @@ def test_a_unit_that_nobody_stated_is_told_by_the_legs_and_said(unit: str, facto
     found, sentence = mappings.rescaled(motion, mapping, 850.0 / factor)
     assert found == pytest.approx(factor)
     assert f"taken as {unit}" in sentence
-    assert mappings.rescaled(motion, mapping, 850.0) == (1.0, "")
+    assert mappings.rescaled(motion, mapping, 850.0) == (
+        1.0,
+        "The file states no unit; its numbers are taken as mm, which makes legs of 850 mm.",
+    )
     stated = dataclasses.replace(motion, units_assumed=False)
     assert mappings.rescaled(stated, mapping, 850.0 / factor) == (1.0, "")
 

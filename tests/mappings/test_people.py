@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.clips.corpus import joints_of
 from pipeline.formats import bvh, c3d
 from pipeline.formats.points import csv, trc
 from pipeline.formats.points.csv.wide import write_wide
+from pipeline.ingestion.corpus import joints_of
 from pipeline.mappings import of_one_person, people, shipped
-from pipeline.skeleton import WALKER15, MotionCapture
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import check_contract, recording
 

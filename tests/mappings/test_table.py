@@ -8,7 +8,8 @@ import pytest
 
 from pipeline import mappings
 from pipeline.mappings.table import FOLDER
-from pipeline.skeleton import LOWER_BODY, SourceMapping, UpAxis
+from pipeline.skeleton.mapped_joints import LOWER_BODY
+from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.validation import InvalidInput
 
 GOOD = """\

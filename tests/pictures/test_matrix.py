@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.palette import COLOURS
-from pipeline.pictures import HeatMap, Panel, Series, draw_heat_map
+from pipeline.charts import Chart, Sheet
+from pipeline.palette import COLOURS, Style
+from pipeline.pictures.matrix import draw_heat_map
+from pipeline.scenes import HeatMap
 from pipeline.validation import InvalidInput
 
 MATRIX = HeatMap(
@@ -23,11 +25,13 @@ MATRIX = HeatMap(
     path_label="path",
     outline_label="trellis",
 )
-BESIDE = Panel(series=(Series(x=np.arange(3), y=np.arange(3), label="sequence", colour="purple"),))
+BESIDE = Sheet(
+    charts=[Chart(table={"x": range(3)}, x="x", y="x", label="x", styles=Style("sequence", "purple"))]
+)
 
 
 def test_the_path_the_outline_and_the_lines_beside_are_drawn(tmp_path: Path) -> None:
-    draw_heat_map(tmp_path / "a", MATRIX, [BESIDE], caption="Data: none.")
+    draw_heat_map(tmp_path / "a", MATRIX, BESIDE, {}, caption="Data: none.")
     text = (tmp_path / "a.svg").read_text(encoding="utf-8").lower()
     for name in ("orange", "grey", "purple"):
         assert text.count(f"stroke: {COLOURS[name].lower()}") == 2, "the line, and its entry in the legend"
@@ -44,4 +48,4 @@ def test_the_path_the_outline_and_the_lines_beside_are_drawn(tmp_path: Path) -> 
 )
 def test_matrices_that_do_not_fit_are_refused(tmp_path: Path, matrix: HeatMap) -> None:
     with pytest.raises(InvalidInput, match="no matrix with a path"):
-        draw_heat_map(tmp_path / "a", matrix, [BESIDE])
+        draw_heat_map(tmp_path / "a", matrix, BESIDE, {})

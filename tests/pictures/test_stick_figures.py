@@ -8,14 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.pictures import (
-    MotionBlock,
-    PostureRow,
-    SkeletonRow,
-    draw_motions,
-    draw_postures,
-    draw_skeletons,
-)
+from pipeline.pictures.motions import draw_motions
+from pipeline.pictures.postures import draw_postures
+from pipeline.pictures.skeletons import draw_skeletons
+from pipeline.scenes import MotionBlock, PostureRow, SkeletonRow
 from pipeline.validation import InvalidInput
 
 BONES = ((0, 1), (1, 2))

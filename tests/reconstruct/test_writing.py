@@ -9,15 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import formats, recordings
+from pipeline import formats
 from pipeline.reconstruct.motion import Format, in_walkers_axes
 from pipeline.reconstruct.summary import scale_mm
 from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
+from pipeline.storage.publishing import publish
+from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip, walks
 from tests.processes import python
 from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
+from tests.recordings import reading, viewer
 
 
 def test_what_is_written_can_be_read(model: Path, tmp_path: Path) -> None:
@@ -51,10 +54,11 @@ def test_motion_is_read_back_with_observed_and_estimated_joints_told_apart(
 ) -> None:
     sim = clip(-30.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
-    (tmp_path / "walk_notes.csv").write_text("mine", encoding="utf-8")
     options = Reconstruct(
         input=given(path, focal_px=sim.focal_px, stature_mm=1700.0),
-        output=Output(path=str(tmp_path), formats=list(Format), picture=False, recording=False, page=False),
+        output=Output(
+            path=str(tmp_path / "out"), formats=list(Format), picture=False, recording=False, page=False
+        ),
         model_folder=str(model),
     )
     walk, summary, folder = run(options)
@@ -73,10 +77,46 @@ def test_motion_is_read_back_with_observed_and_estimated_joints_told_apart(
                 off = read.positions_mm[:, number] @ back - truth[:, WALKER15.index(joint)]
                 assert np.abs(off).max() < 1e-2
         assert read.frame_rate_hz == pytest.approx(30.0)
-    assert (tmp_path / "walk_notes.csv").read_text(encoding="utf-8") == "mine"
     assert "sternum" in summary["estimated_joints"]
-    assert not (tmp_path / "recording.rrd").exists()
-    assert not (tmp_path / "walk.html").exists()
+    assert not (folder / "recording.rrd").exists()
+    assert not (folder / "walk.html").exists()
+
+
+def test_input_and_files_of_others_are_kept(model: Path, tmp_path: Path) -> None:
+    sim = clip(-30.0, ERROR)
+    out = tmp_path / "out"
+    out.mkdir()
+    path = alphapose(out / "walk.json", in_layout(sim, "coco17"))
+
+    def again(source: Path, folder: Path) -> None:
+        options = Reconstruct(
+            input=given(source, focal_px=sim.focal_px),
+            output=Output(path=str(folder), formats=[Format.csv], picture=False, recording=False, page=False),
+            model_folder=str(model),
+        )
+        run(options)
+
+    before = path.read_bytes()
+    with pytest.raises(InvalidInput, match=r"output\.path must not hold the input"):
+        again(path, out)
+    assert [p.name for p in out.iterdir()] == ["walk.json"]
+    path = path.rename(tmp_path / "walk.json")
+    (out / "picture.png").write_text("mine")
+    with pytest.raises(InvalidInput, match="not published by this program"):
+        again(path, out)
+    assert [p.name for p in out.iterdir()] == ["picture.png"]
+    (out / "picture.png").unlink()
+    again(path, out)  # an empty folder
+    (out / "notes.txt").write_text("mine")
+    again(path, out)  # ours, with a file of the reader's
+    assert (out / "notes.txt").read_text() == "mine"
+    assert path.read_bytes() == before
+    with pytest.raises(InvalidInput, match="must not be inside a published folder"):
+        again(path, out / "inside")
+    with publish(tmp_path / "figure", having="figure") as publication:
+        publication.manifest({"figure": "zhang2007_fig5"})
+    with pytest.raises(InvalidInput, match=r"manifest\.json without 'verdict'"):
+        again(path, tmp_path / "figure")
 
 
 def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_path: Path) -> None:
@@ -91,19 +131,19 @@ def test_recording_and_page_show_image_mean_samples_and_view(model: Path, tmp_pa
     text = (folder / "walk.html").read_text(encoding="utf-8")
     assert html.escape(summary["view_angle_deg"]["words"]).replace("&#x27;", "&#39;") in text
     file = folder / "recording.rrd"
-    recordings.verify(file)
+    viewer.verify(file)
     assert file.stat().st_size < 5_000_000
     T = len(walk.best.pixels)
-    _, mean = recordings.read_column(file, "world/reconstructed", "Points3D:positions", "time")
-    _, samples = recordings.read_column(file, "world/samples", "Points3D:positions", "time")
+    _, mean = reading.read_column(file, "world/reconstructed", "Points3D:positions", "time")
+    _, samples = reading.read_column(file, "world/samples", "Points3D:positions", "time")
     assert mean.shape == (T, 15, 3)
     drawn = samples.reshape(T, -1, 15, 3)
     # Walks drawn from the posterior stand about its mean, the wrists farther from it than the hips.
     spread = 1e3 * (drawn - mean[:, None]).std(axis=1).mean(axis=(0, 2))
     assert spread[8] < 1e-2
     assert spread[[4, 7]].mean() > 1.2 * spread[[9, 12]].mean()
-    _, seen = recordings.read_column(file, "image/keypoints", "Points2D:positions", "time")
-    _, made = recordings.read_column(file, "image/reprojection", "Points2D:positions", "time")
+    _, seen = reading.read_column(file, "image/keypoints", "Points2D:positions", "time")
+    _, made = reading.read_column(file, "image/reprojection", "Points2D:positions", "time")
     assert np.nanmedian(np.abs(seen - made)) * 1e3 < 15.0
 
 

@@ -1,6 +1,7 @@
 """Recordings: what was given is what is in the file, or there is no file."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,31 +10,16 @@ import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 
-from pipeline.palette import hex_colour
-from pipeline.recordings import (
-    Bars,
-    Columns,
-    Image2D,
-    Matrix,
-    Notes,
-    Plot,
-    Recording,
-    Rows,
-    Space3D,
-    Style,
-    Tabs,
-    digest,
-    entities,
-    read_column,
-    screenshot,
-    verify,
-    views,
-)
+from pipeline.charts import Chart, Reference
+from pipeline.palette import Style, hex_colour
+from pipeline.recordings import Recording
 from pipeline.recordings.layout import GROUND, Extent, framed, image_bounds
-from pipeline.recordings.viewer import PROGRAM
+from pipeline.scenes import Bars, Columns, Image2D, Matrix, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.processes import finished
+from tests.recordings.reading import digest, entities, read_column, views
+from tests.recordings.viewer import PROGRAM, screenshot, verify
 
 BONES = WALKER15.bones
 ANGLES = np.arange(-90, 91, 30)
@@ -143,19 +129,26 @@ TABLE = pd.DataFrame(
 STYLES = {"null": Style("average walker", "null"), "map": Style("approach II", "map")}
 
 
-def test_a_tidy_table_gives_a_curve_to_each_series(tmp_path: Path) -> None:
+ERROR = Chart(x="view_angle_deg", y="error", by="method", styles=STYLES, label="Error", unit="mm")
+
+
+def write_charts(path: Path, *charts: Chart, table: Any = TABLE, timeline: str = "view_angle_deg") -> None:
+    """A recording of charts alone."""
+    given: dict[str, Any] = {"timeline": timeline, "charts": charts, "tables": {"table": table}}
+    with Recording(path, name="curves", about="# Curves", **given) as recording:
+        recording.blueprint(Rows(*recording.plots))
+
+
+def test_a_chart_over_the_timeline_gives_a_curve_to_each_series(tmp_path: Path) -> None:
     path = tmp_path / "c.rrd"
-    options = {"x": "view_angle_deg", "y": "error", "by": "method", "styles": STYLES}
-    with Recording(path, name="curves", about="# Curves", timeline="view_angle_deg") as recording:
-        recording.curves(TABLE, sd="error_sd", **options)
-        recording.curves(TABLE, where={"method": "map"}, entity="curves/lines/{series}", **options)
-        recording.blueprint(Plot(name="error"))
+    lines = replace(ERROR, where={"method": "map"}, name="lines")
+    write_charts(path, replace(ERROR, band="error_sd"), lines, replace(ERROR, x="error", name="elsewhere"))
     assert set(entities(path)) == {"about", "curves/error/map", "curves/error/null", "curves/lines/map"}
     at, values = read_column(path, "curves/error/map", "Measurements:values", "view_angle_deg")
     np.testing.assert_array_equal(at, [0, 30])
     np.testing.assert_array_equal(values[:, 0], [2, 1])
     _, variances = read_column(path, "curves/error/null", "Measurements:variances", "view_angle_deg")
-    np.testing.assert_array_equal(variances[:, 0], np.array([0.3, 0.4]) ** 2)
+    np.testing.assert_allclose(variances[:, 0], np.array([0.3, 0.4]) ** 2, rtol=1e-12)
     _, values = read_column(path, "curves/lines/map", "Scalars:scalars", "view_angle_deg")
     np.testing.assert_array_equal(values[:, 0], [2, 1])
     _, label = read_column(path, "curves/error/map", "Measurements:names")
@@ -167,12 +160,9 @@ def test_a_tidy_table_gives_a_curve_to_each_series(tmp_path: Path) -> None:
 def test_intervals_are_bands_about_their_middle_where_both_ends_are_known(tmp_path: Path) -> None:
     path, nothing = tmp_path / "c.rrd", [np.nan] * 4
     table = TABLE.assign(error_low=[0.5, np.nan, 2.0, 3.0], error_high=[2.5, 3.0, 5.0, 4.5])
-    styles = {"null": Style("average walker", "null", banded=False), "map": STYLES["map"]}
-    options = {"x": "view_angle_deg", "by": "method", "styles": styles}
-    with Recording(path, name="curves", about="# Curves", timeline="view_angle_deg") as recording:
-        recording.curves(table, y="error", **options)
-        recording.curves(table.assign(other=1.0, other_low=nothing, other_high=nothing), y="other", **options)
-        recording.blueprint(Plot(name="error"))
+    styles = {"null": Style("average walker", "null", interval=False), "map": STYLES["map"]}
+    other = table.assign(other=1.0, other_low=nothing, other_high=nothing)
+    write_charts(path, *(replace(ERROR, y=y, styles=styles) for y in ("error", "other")), table=other)
     bands = [entity for entity in entities(path) if entity.endswith("interval")]
     assert bands == ["curves/error/map/interval"]  # not of a series without bands, nor of unknown ends
     at, middle = read_column(path, bands[0], "Measurements:values", "view_angle_deg")
@@ -187,11 +177,22 @@ def test_intervals_are_bands_about_their_middle_where_both_ends_are_known(tmp_pa
 
 def test_an_interval_with_swapped_ends_is_refused(tmp_path: Path) -> None:
     table = TABLE.assign(error_low=9.0, error_high=[2.5, 3.0, 5.0, 4.5])
-    with (
-        pytest.raises(InvalidInput, match="ends are swapped"),
-        Recording(tmp_path / "a.rrd", name="bad", about="# Bad", timeline="view_angle_deg") as recording,
-    ):
-        recording.curves(table, x="view_angle_deg", y="error", by="method", styles=STYLES)
+    with pytest.raises(InvalidInput, match="ends are swapped"):
+        write_charts(tmp_path / "a.rrd", ERROR, table=table)
+
+
+def test_logarithms_and_references_are_curves_too(tmp_path: Path) -> None:
+    table = {"scale": [0.1, 1.0, 10.0], "error": [1e-9, 0.1, 1.0]}
+    level = Reference(y=0.1, label="µ = 0", published=True)
+    chart = Chart(x="scale", y="error", label="Error", log_x=True, log_y=True, least=1e-3, references=[level],
+                  timeline="log10_scale_per_mille")  # fmt: skip
+    write_charts(tmp_path / "a.rrd", chart, table=table, timeline=chart.timeline)
+    for series, wanted in (("error", [-3.0, -1.0, 0.0]), ("mu_0", [-1.0, -1.0, -1.0])):
+        at, values = read_column(
+            tmp_path / "a.rrd", f"curves/log10_error/{series}", "Scalars:scalars", chart.timeline
+        )
+        np.testing.assert_array_equal(at, [-1000, 0, 1000])
+        np.testing.assert_allclose(values[:, 0], wanted, atol=1e-12)
 
 
 def test_joints_that_nobody_measured_are_rings_in_an_image(tmp_path: Path) -> None:
@@ -229,22 +230,17 @@ def test_a_view_and_the_image_beside_it_show_a_body_at_one_height() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("change", "words"),
     [
         ({"y": "err"}, "err: the table has no such column"),
-        ({"styles": {"map": Style()}}, "a series without a style"),
-        ({"by": "", "entity": "curves/error"}, "increasing values"),
-        ({"entity": "curves/error"}, "used already"),
-        ({"entity": "curves/{series}'s"}, "not safe"),
+        ({"table": "other"}, "no such table"),
+        ({"name": "error's"}, "not safe"),
     ],
 )
-def test_tables_that_do_not_fit_are_refused(tmp_path: Path, options: dict[str, Any], words: str) -> None:
-    usual = {"x": "view_angle_deg", "y": "error", "by": "method", "styles": STYLES}
-    with (
-        pytest.raises(InvalidInput, match=words),
-        Recording(tmp_path / "a.rrd", name="bad", about="# Bad", timeline="view_angle_deg") as recording,
-    ):
-        recording.curves(TABLE, **{**usual, **options})
+def test_charts_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        write_charts(tmp_path / "a.rrd", replace(ERROR, **change))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_recording_opens_on_its_layout_and_lists_its_entities(tmp_path: Path) -> None:

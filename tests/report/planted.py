@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from pipeline.charts import Chart, to_json
+from pipeline.palette import Style
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import write_manifest
 from pipeline.storage.store import packed
@@ -38,6 +40,20 @@ def view_errors() -> dict[str, Any]:
         "absolute_error_sd_mm2": [50.0, 40.0, 30.0, 25.0],
         "relative_error": [1.0, 0.5, 0.25, 0.125],
     }
+
+
+VIEW_CHARTS = [
+    Chart(
+        x="view_angle_deg", x_label="view angle", x_unit="°", y=y, by="method", label=label, zero=True, band=band,
+        styles={"least_squares": Style("least squares", "least_squares"), "map": Style("MAP", "map")},
+    )
+    for y, band, label in (
+        ("absolute_error_mm2", "absolute_error_sd_mm2", "mean square error"),
+        ("relative_error", "", "relative error"),
+        ("missing_variance_mm2", "", "missing variance"),
+    )
+]  # fmt: skip
+"""Charts like those of zhang2007_fig5."""
 
 
 def plant(
@@ -78,6 +94,7 @@ def plant(
                 "expect": "MAP & lower",
                 **(configuration or {}),
             },
+            "charts": [to_json(chart) for chart in VIEW_CHARTS],
             "stages": {"sweep": {"key": "0", "seconds": 1.5}},
             "provenance": {
                 "commit": "f" * 40,

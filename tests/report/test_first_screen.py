@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.report import draw_first_screen, read_published
+from pipeline.report.first_screen import draw_first_screen
+from pipeline.report.published import read_published
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import pytest
 
-from pipeline.report import keep_light, light
+from pipeline.report import light
+from pipeline.report.light import keep_light
 from pipeline.storage import archive, tables
-from pipeline.storage.sealed_folders import digest, file_digest
+from pipeline.storage.sealed_folders import digest, file_digest, write_manifest
 from pipeline.validation import InvalidInput
 from tests.report.planted import CLAIM, plant
 
@@ -43,8 +44,8 @@ def test_it_holds_what_a_person_needs_and_verifies(
 ) -> None:
     room = light.PAGE_BYTES + light.METADATA_BYTES + light.RECORDINGS_BYTES + 400_000
     monkeypatch.setattr("pipeline.report.light.MOST_BYTES", room)
-    (tmp_path / "tutorial").mkdir()
-    (tmp_path / "tutorial" / "answer.svg").write_text("<svg/>")
+    (tmp_path / "tutorial" / "answer").mkdir(parents=True)
+    (tmp_path / "tutorial" / "answer" / "answer.svg").write_text("<svg/>")
     target = tmp_path / "archive" / "light" / "synthetic"
     kinds = keep_light(results, target, FIGURES, lock=lock, **FACTS)
     assert archive.verify(target) == []
@@ -148,6 +149,34 @@ def test_a_changed_file_is_named(results: Path, lock: Path, tmp_path: Path) -> N
     told = archive.verify(target)
     assert "zhang2007_fig5/table.csv: changed" in told
     assert any(sentence.startswith("SHA256SUMS") for sentence in told)
+
+
+@pytest.mark.parametrize("change", ["", "{}", "facts", "resealed"])
+def test_its_own_manifest_is_part_of_it(results: Path, lock: Path, tmp_path: Path, change: str) -> None:
+    target = tmp_path / "light" / "synthetic"
+    keep_light(results, target, FIGURES, lock=lock, **FACTS)
+    path = target / "manifest.json"
+    manifest = json.loads(path.read_text())
+    if change == "":
+        path.unlink()
+    elif change == "facts":
+        path.write_text(json.dumps({**manifest, "date": "2020-01-01"}))
+    elif change == "resealed":
+        (target / "zhang2007_fig5" / "table.csv").write_text("method\nmap\n")
+        write_manifest(target, {"light": True})
+    else:
+        path.write_text(change)
+    told = archive.verify(target)
+    assert [sentence.split(":")[0] for sentence in told] == {
+        "resealed": ["zhang2007_fig5/table.csv", "SHA256SUMS"]
+    }.get(change, ["manifest.json"])
+
+
+def test_a_manifest_that_no_archive_has_is_added(results: Path, lock: Path, tmp_path: Path) -> None:
+    facts = {**FACTS, "lock": lock}
+    kept = archive.keep(results, tmp_path / "archive", figures_expected=FIGURES, **facts)
+    (kept / "manifest.json").write_text("{}")
+    assert archive.verify(kept) == ["manifest.json: added"]
 
 
 @pytest.mark.parametrize(

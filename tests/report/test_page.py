@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -13,16 +14,17 @@ import pytest
 from PIL import Image
 
 from pipeline import papers
+from pipeline.charts import Lines, Reference, Sheet, from_json, to_json
+from pipeline.palette import Style
 from pipeline.pictures.embedding import reduced
-from pipeline.report import PAGE, write_page
-from pipeline.report.document import MOST_BYTES
-from pipeline.report.entries import TABLE_BYTES, charts_of
+from pipeline.report.document import MOST_BYTES, PAGE, write_page
+from pipeline.report.entries import TABLE_BYTES
+from pipeline.report.page_charts import charts_of
 from pipeline.report.published import first_rows, read_published
 from pipeline.report.verdicts import counts_by_kind
-from pipeline.storage import provenance, tables
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
 from pipeline.validation import InvalidInput
-from tests.report.planted import CLAIM, plant, view_errors
+from tests.report.planted import CLAIM, VIEW_CHARTS, plant, view_errors
 
 FIGURES = ["zhang2007_fig5", "zhang2007_fig6", "mozerov2006_fig1", "park2011_fig4"]
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
@@ -236,33 +238,46 @@ def test_no_results_are_refused(tmp_path: Path) -> None:
 
 
 def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
-    assert set(layout["papers"]) == set(papers.PAPERS)
-    for key, said in layout["papers"].items():
-        assert len(said["sentences"]) == 3
-        assert said["figure"] in (papers.paper(key).figures or papers.paper(key).beyond)
-        for sentence in said["sentences"]:
+    for paper in papers.PAPERS.values():
+        assert len(paper.page.sentences) == 3
+        assert paper.page.figure in (paper.figures or paper.beyond)
+        for sentence in paper.page.sentences:
             for name in papers.placeholders(sentence):
                 assert papers.quantity(name).name == name
 
 
-def test_every_curve_has_the_columns_that_it_draws(tmp_path: Path) -> None:
-    """Of the first table of each figure, which is golden; of the others, the tests of the stages know the columns."""
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
-    for name, charts in layout["charts"].items():
-        golden = tables.read(GOLDEN / f"{name}.csv")
-        figure = plant(tmp_path / name, table={column: values[:2] for column, values in golden.items()})
-        published = read_published(figure.parent, [name]).figures[name]
-        first = [chart for chart in charts if chart["table"] == "table"]
-        assert charts_of(published, {"charts": {name: first}}) == first, name
-
-
-def test_a_curve_of_columns_that_are_not_there_is_left_out(results: Path) -> None:
+def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> None:
     figure = read_published(results, ["zhang2007_fig5"]).figures["zhang2007_fig5"]
-    layout = papers.read_mapping(provenance.PROJECT / "conf" / "report.yaml")
-    drawn = charts_of(figure, layout)
-    assert [chart["y"] for chart in drawn] == ["absolute_error_mm2", "relative_error"]  # no missing variance
+    drawn = charts_of(figure)
+    assert [chart["lines"][0]["y"] for chart in drawn] == ["absolute_error_mm2", "relative_error"]
     assert {"missing_variance_mm2"}.isdisjoint(view_errors())
+    assert list(drawn[0]["lines"][0]["styles"]) == ["least_squares", "map"]
+    assert (drawn[0]["x_label"], drawn[0]["y_label"]) == ("view angle (°)", "mean square error")
+
+
+def test_charts_are_kept_as_they_are_declared() -> None:
+    chart = replace(
+        VIEW_CHARTS[0],
+        words={"b": "last", "a": "first"},
+        also=[Lines(y="mean", table={"x": np.array([1.0, 2.0])}, styles=Style("mean"))],
+        references=[
+            Reference(x=0.0, y=30.0, label="published", published=True),
+            Reference(below="map", percent=30.0),
+        ],
+        limits=(0.0, 1.0),
+    )
+    kept = from_json(json.loads(json.dumps(to_json(chart), sort_keys=True)))
+    assert list(kept.words) == ["b", "a"]
+    assert to_json(kept) == to_json(chart)
+    assert kept.references == chart.references
+    assert kept.styles == chart.styles
+
+
+def test_published_numbers_stand_in_the_ledger_alone() -> None:
+    sheet = Sheet(charts=[replace(VIEW_CHARTS[0], references=[Reference(y="some_claim"), Reference(y=1.0)])])
+    named, plain = sheet.with_published({"some_claim": 30.0}.__getitem__).charts[0].references
+    assert (named.y, named.label, named.published) == (30.0, "published", True)
+    assert plain == Reference(y=1.0)
 
 
 def test_verdicts_are_counted_by_kind_in_the_papers_order() -> None:

@@ -17,7 +17,9 @@ from pipeline.core.articulation import ray_sphere
 from pipeline.core.camera_paths import around
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstruction import from_known_views
-from pipeline.report import players, read_published, write_page
+from pipeline.report import players
+from pipeline.report.document import write_page
+from pipeline.report.published import read_published
 from pipeline.storage.store import Store
 from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES
 from tests.report.planted import plant

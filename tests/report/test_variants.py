@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.report import compare_variants, shown_variants, write_page
-from pipeline.report.variants import variants_of
+from pipeline.report.document import write_page
+from pipeline.report.variants import compare_variants, shown_variants, variants_of
 from pipeline.storage import tables
 from tests.report.planted import CLAIM, plant
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.cli.compose import sentence
+from pipeline.cli.errors import sentence
 from pipeline.cli.figures import make_figure
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import camera, errors, fourier, reconstruction, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.core.statistics import angle_difference_deg

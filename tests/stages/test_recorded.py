@@ -11,7 +11,7 @@ import pytest
 
 from pipeline.cli.compose import compose
 from pipeline.cli.summary import Outcome
-from pipeline.clips.options import RecordedData
+from pipeline.ingestion.data import RecordedData
 from pipeline.stages import dataset, ingest, model
 from pipeline.storage import tables
 from pipeline.storage.store import Store

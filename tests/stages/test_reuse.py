@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.cli.summary import Outcome
 from pipeline.storage import source_code, tables
 from pipeline.studies.experiment import Experiment
+from tests.recordings import reading
 
 pytestmark = pytest.mark.thorough
 
@@ -54,7 +54,7 @@ def test_drawing_and_logging_again_gives_the_same_picture_and_recording(
     outcome = figure(smoke_results, "zhang2007_fig5", "scale=smoke", quick=False)
     first = smoke_results / "synthetic" / "smoke" / "zhang2007_fig5"
     assert made(outcome.folder, ".svg", ".png") == made(first, ".svg", ".png")
-    digests = {recordings.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
+    digests = {reading.digest(folder / "recording.rrd") for folder in (outcome.folder, first)}
     assert len(digests) == 1
 
 
@@ -175,14 +175,12 @@ def test_a_word_changed_anywhere_recomputes_nothing(
         (("core/articulated_trajectory", "core/synchronization", "core/binary_quadratic"), ()),
         (("studies/walks/figures",), ()),
         (("studies/walks/known_view.py",), ("sweep",)),
-        (
-            ("core/viewpoint/search.py",),
-            ("sweep",),
-        ),  # by way of the anatomical method, which also finds views
-        (("core/reconstruction/known_view.py",), STAGES),  # estimates missing joints as well
-        (("studies/walks/model.py",), ("model", "sweep")),
-        (("studies/walks/dataset.py",), ("dataset", "model", "sweep")),
-        (("clips/walks.py",), STAGES),
+        (("core/viewpoint/search.py",), ()),
+        (("core/reconstruction/known_view.py",), ("ingest", "sweep")),  # estimates missing joints as well
+        (("studies/eigenwalkers/model.py",), ("model", "sweep")),
+        (("studies/eigenwalkers/samples.py",), ("dataset", "model", "sweep")),
+        (("clips/walks.py",), ("ingest",)),  # its clips come out equal
+        (("formats", "mappings", "fetch", "ingestion"), ()),
     ],
 )
 def test_changed_code_remakes_what_is_computed_with_it(
@@ -210,7 +208,7 @@ def experiments() -> list[Experiment]:
     ("study", "figures"),
     [
         ("walks", ("zhang2004_", "zhang2007_", "park2011_face_off")),
-        ("actions", ("mozerov2006_", "park2011_face_off")),
+        ("actions", ("mozerov2006_",)),
         ("limbs", ("park2011_",)),
         ("face_off", ("park2011_face_off",)),
     ],
@@ -223,7 +221,7 @@ def test_code_of_a_study_is_in_the_keys_of_its_own_figures(
         return {
             e.name: [
                 source_code.sources_digest([type(option).__module__])
-                for option in (e.dataset.corpus, e.dataset, e.model, e.sweep)
+                for option in (e.dataset, e.model, e.sweep, e.figure)
             ]
             for e in experiments
         }

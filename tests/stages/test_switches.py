@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.clips.options import Data, RecordedData
+from pipeline.clips.options import Data
 from pipeline.core import errors, fourier, linear_model
 from pipeline.formats.points import trc
+from pipeline.ingestion.data import RecordedData
 from pipeline.skeleton import WALKER15
 from pipeline.storage.store import Store
-from pipeline.studies.walks.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.synthetic.walkers import walking_population
 from tests.own_files import write_table
 from tests.stages.run import Stages, smoke

@@ -45,7 +45,7 @@ def test_the_rule_names_every_table_but_that_of_times(kept: Path) -> None:
     assert CLOSED_FORM < SEARCHED < 0.01
 
 
-@pytest.mark.parametrize(("share", "agrees"), [(0.0, True), (0.5, True), (3.0, False)])
+@pytest.mark.parametrize(("share", "agrees"), [(0.0, True), (0.5, True), (1.5, False)])
 def test_numbers_agree_within_the_rule(kept: Path, tmp_path: Path, share: float, agrees: bool) -> None:
     off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + share * CLOSED_FORM)]}
     found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", off))
@@ -54,14 +54,43 @@ def test_numbers_agree_within_the_rule(kept: Path, tmp_path: Path, share: float,
     assert found[0].difference == pytest.approx(share * CLOSED_FORM, rel=0.02)
 
 
-def test_the_rule_of_the_archive_counts(kept: Path, tmp_path: Path) -> None:
-    off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + 3 * CLOSED_FORM)]}
+@pytest.mark.parametrize(
+    ("stated", "share", "agrees"),
+    [("1e9", 3.0, False), ("1e9", 0.5, True), ("1e-07", 0.5, False), ("", 3.0, False), ("none", 3.0, False)],
+)
+def test_the_archive_may_allow_less_and_never_more(
+    kept: Path, tmp_path: Path, stated: str, share: float, agrees: bool
+) -> None:
+    off = {**TABLE, "error_mm": [20.0, 30.0 * (1 + share * CLOSED_FORM)]}
     made = figure(tmp_path / "made" / "zhang2007_fig5", off)
-    stated = kept.parent / DIGITS
-    stated.write_text(stated.read_text().replace("1e-05", "0.001"))
-    assert compare_again(kept, made)[0].complaints == ()
-    stated.unlink()
-    assert compare_again(kept, made)[0].complaints != ()
+    path = kept.parent / DIGITS
+    lines = path.read_text().splitlines()
+    if stated == "none":
+        path.unlink()
+    else:  # without a row of its own, a table is compared all the same
+        path.write_text(
+            "\n".join([lines[0], lines[1].replace("1e-05", stated)] if stated else lines[:1]) + "\n"
+        )
+    found = compare_again(kept, made)
+    assert [one.table for one in found] == ["table.csv", "claims.csv"]
+    assert (found[0].complaints == ()) == agrees
+
+
+@pytest.mark.parametrize("stated", ["nan", "inf", "-1", "much"])
+def test_a_tolerance_that_is_none_is_refused(kept: Path, tmp_path: Path, stated: str) -> None:
+    path = kept.parent / DIGITS
+    path.write_text(path.read_text().replace("1e-05", stated))
+    with pytest.raises(InvalidInput, match=r"digits\.csv: table\.csv must be at least 0"):
+        compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5"))
+
+
+def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Path) -> None:
+    made = figure(tmp_path / "made" / "zhang2007_fig5")
+    tables.write(kept / "claims.csv", {name: values[:1] for name, values in CLAIM.items()})
+    assert compare_again(kept, made)[1].complaints == ("two: not in the archive",)
+    (kept / "claims.csv").unlink()
+    with pytest.raises(InvalidInput, match="cannot read the table"):
+        compare_again(kept, made)
 
 
 @pytest.mark.parametrize(

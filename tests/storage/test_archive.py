@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 
 from pipeline.storage import archive
+from pipeline.storage.publishing import publish
+from pipeline.storage.sbom import bill_of_materials
 from pipeline.storage.sealed_folders import digest
-from pipeline.storage.store import Store
 from pipeline.validation import InvalidInput
 from tests.processes import finished
 
@@ -34,10 +35,9 @@ def make(tmp_path: Path, lock: Path) -> Make:
     """Publish figures as a session would, any fact of the manifest changed as told."""
 
     def make(data: str = "synthetic", scale: str = "full", **changes: Any) -> Path:
-        store = Store(tmp_path / "results")
         folder = tmp_path / "results" / data / scale
         for figure in FIGURES:
-            with store.publish(folder / figure) as publication:
+            with publish(folder / figure) as publication:
                 for name in ("table.csv", "table_views.csv", "recording.rrd", "figure.svg", "config.yaml"):
                     (publication.folder / name).write_text(f"{name} of {figure} on {data}")
                 made = {"commit": COMMIT, "dirty": False, "lock_sha256": digest(lock.read_bytes())}
@@ -79,6 +79,7 @@ def test_an_archive_holds_everything_and_verifies(tmp_path: Path, make: Make, ke
         if not name.endswith(".DS_Store")
     }
     expected["synthetic/requirements.lock"] = b"numpy==2.4.6\n"
+    expected["synthetic/sbom.cdx.json"] = bill_of_materials(source.parents[2] / "requirements.lock", COMMIT)
     found = snapshot(kept)
     sums = found.pop("SHA256SUMS").decode()
     assert found == expected
@@ -300,7 +301,7 @@ def test_a_list_that_cannot_be_understood_is_refused(make: Make, keep: Make, lin
     kept = keep(make())
     with (kept / "SHA256SUMS").open("a") as stream:
         stream.write(line + "\n")
-    with pytest.raises(InvalidInput, match="line 15: the list of checksums cannot be understood"):
+    with pytest.raises(InvalidInput, match="line 16: the list of checksums cannot be understood"):
         archive.verify(kept)
 
 

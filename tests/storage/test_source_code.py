@@ -89,7 +89,7 @@ def test_what_it_computes_with_changes_it(
 def test_a_word_in_the_command_line_and_another_study_leave_walks_alone() -> None:
     """The real package: what the model of walks is made of holds neither."""
     reached: set[str] = set()
-    waiting = ["pipeline.studies.walks.model"]
+    waiting = ["pipeline.studies.eigenwalkers.model"]
     while waiting:
         name = waiting.pop()
         reached.add(name)

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import platform
+import shutil
 import signal
 import sys
 import textwrap
@@ -23,6 +24,7 @@ from pipeline import locks
 from pipeline.storage import provenance as provenance_module
 from pipeline.storage import sealed_folders
 from pipeline.storage import store as store_module
+from pipeline.storage.publishing import new_file, publish
 from pipeline.storage.sealed_folders import canonical, complaints_about, is_complete
 from pipeline.storage.store import Artefact
 from pipeline.storage.store import Store as PlainStore
@@ -183,13 +185,25 @@ def test_another_input_is_another_key(tmp_path: Path) -> None:
     model = store.artefact("model", {}, [data, "f" * 64], Work())
     changed = store.artefact("model", {}, [other, "f" * 64], Work())
     assert changed.key != model.key
-    assert changed.why == f"input {other.name} changed"
+    assert changed.why == f"input dataset-{other.content} changed"
     assert store.artefact("model", {}, [data, "0" * 64], Work()).why == "input 000000000000… changed"
     fewer = store.artefact("model", {}, [data], Work())
     assert fewer.why == "inputs changed in number or order (2 -> 1)"
     assert store.artefact("model", {}, ["a", "b", "c"], Work()).why == (
         "input a changed; input b changed; input c changed"
     )
+
+
+def test_an_input_that_comes_out_equal_changes_nothing(tmp_path: Path) -> None:
+    before = Store(tmp_path).artefact("dataset", {}, [], Work())
+    work = Work()
+    model = Store(tmp_path).artefact("model", {}, [before], work)
+    again = Store(tmp_path).artefact("dataset", {}, [], Work(), code="1" * 64)
+    assert (again.computed, again.why) == (True, "code changed")
+    assert again.key != before.key
+    assert again.content == before.content == Store(tmp_path).artefact("dataset", {}, [], Work()).content
+    found = Store(tmp_path).artefact("model", {}, [again], work)
+    assert (found.computed, found.key, work.times) == (False, model.key, 1)
 
 
 def test_other_sources_are_another_key(tmp_path: Path) -> None:
@@ -418,7 +432,7 @@ def run(results: Path, edition: int) -> tuple[list[Artefact], Path]:
     data = store.artefact("dataset", {"edition": edition}, [], Work(edition))
     model = store.artefact("model", {"edition": edition}, [data], Work(edition + 10))
     figure = results / "synthetic" / "full" / "zhang2007_fig5"
-    with store.publish(figure) as publication:
+    with publish(figure) as publication:
         for name in ("table.csv", "figure.svg"):
             with (publication.folder / name).open("wb") as stream:
                 stream.write(f"{name} of edition {edition}, {model.key}".encode())
@@ -496,6 +510,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
         import os, signal, sys
         from pathlib import Path
         import numpy as np
+        from pipeline.storage.publishing import publish
         from pipeline.storage.store import Store
         results, name, n = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
         real, calls = getattr(os, name), 0
@@ -509,7 +524,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
         store = Store(results)
         made = [store.artefact("s", {"i": i}, [], lambda: ({"x": np.arange(9.0) * i}, {}), code="0" * 64)
                 for i in range(2)]
-        with store.publish(results / "figure") as publication:
+        with publish(results / "figure") as publication:
             (publication.folder / "table.csv").write_text("new")
             publication.manifest({"edition": "new"})
         print(*(a.computed for a in made))
@@ -518,7 +533,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
     for name, points in (("fsync", (1, 3, 6, 10, 12)), ("replace", (1, 2, 3, 4))):
         for n in points:
             results = tmp_path / f"{name}{n}"
-            with Store(results).publish(results / "figure") as publication:
+            with publish(results / "figure") as publication:
                 (publication.folder / "table.csv").write_text("old")
                 publication.manifest({"edition": "old"})
             killed = python("-c", script, str(results), name, str(n))
@@ -536,7 +551,7 @@ def test_a_killed_process_leaves_what_the_next_run_can_use(tmp_path: Path) -> No
             ]
             assert [a.name in finished for a in again] == [not a.computed for a in again]
             np.testing.assert_array_equal(again[1].arrays["x"], np.arange(9.0))
-            with pytest.raises(RuntimeError, match="stop"), store.publish(results / "other"):
+            with pytest.raises(RuntimeError, match="stop"), publish(results / "other"):
                 raise RuntimeError("stop")  # publishing anything beside it clears up
             assert (results / "figure" / "table.csv").read_text() in ("old", "new")
             assert is_complete(results / "figure")
@@ -675,7 +690,7 @@ def test_a_results_folder_that_cannot_be_written_is_told_before_the_work(
         Store(tmp_path / "file").artefact("model", {}, [], work)
     with (
         pytest.raises(InvalidInput, match="cannot write results: File exists"),
-        Store(tmp_path / "file").publish(tmp_path / "file" / "figure"),
+        publish(tmp_path / "file" / "figure"),
     ):
         pytest.fail("the body must not begin")
     monkeypatch.setattr(os, "access", lambda path, mode: False)
@@ -734,9 +749,9 @@ def test_a_temporary_folder_in_use_is_not_stale(tmp_path: Path) -> None:
 
 
 def test_a_publication_takes_the_place_of_the_older(tmp_path: Path) -> None:
-    store, figure = Store(tmp_path), tmp_path / "synthetic" / "full" / "zhang2007_fig5"
+    figure = tmp_path / "synthetic" / "full" / "zhang2007_fig5"
     for edition in (1, 2):
-        with store.publish(figure) as publication:
+        with publish(figure) as publication:
             assert publication.folder.parent == figure.parent
             (publication.folder / "table.csv").write_text(f"{edition}")
             (publication.folder / "more").mkdir()
@@ -759,7 +774,7 @@ def test_a_publication_takes_the_place_of_the_older(tmp_path: Path) -> None:
 def test_a_publication_that_fails_leaves_the_older(tmp_path: Path, error: BaseException) -> None:
     _, figure = run(tmp_path, 1)
     before = contents(figure)
-    publishing = Store(tmp_path).publish(figure)
+    publishing = publish(figure)
     publication = publishing.__enter__()
     (publication.folder / "table.csv").write_text("new")
     publication.manifest({})
@@ -769,7 +784,7 @@ def test_a_publication_that_fails_leaves_the_older(tmp_path: Path, error: BaseEx
 
 
 def test_a_publication_needs_a_manifest(tmp_path: Path) -> None:
-    with pytest.raises(RuntimeError, match="no manifest"), Store(tmp_path).publish(tmp_path / "figure"):
+    with pytest.raises(RuntimeError, match="no manifest"), publish(tmp_path / "figure"):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -777,17 +792,17 @@ def test_a_publication_needs_a_manifest(tmp_path: Path) -> None:
 def test_a_manifest_says_only_what_json_can(tmp_path: Path) -> None:
     with (
         pytest.raises(InvalidInput, match=r"manifest.error: the number is not finite"),
-        Store(tmp_path).publish(tmp_path / "figure") as publication,
+        publish(tmp_path / "figure") as publication,
     ):
         publication.manifest({"error": np.float64("nan")})
     assert list(tmp_path.iterdir()) == []
 
 
 def test_two_publications_of_one_figure_at_once(tmp_path: Path) -> None:
-    store, figure = Store(tmp_path), tmp_path / "figure"
-    with store.publish(figure) as slower:
+    figure = tmp_path / "figure"
+    with publish(figure) as slower:
         slower.manifest({"by": "slower"})
-        with store.publish(figure) as faster:
+        with publish(figure) as faster:
             faster.manifest({"by": "faster"})
         assert json.loads((figure / "manifest.json").read_bytes())["by"] == "faster"
     assert json.loads((figure / "manifest.json").read_bytes())["by"] == "slower"
@@ -806,9 +821,9 @@ def test_complaints_name_every_file(tmp_path: Path) -> None:
     assert not is_complete(tmp_path / "nowhere")
 
 
-def publish(figure: Path, **files: str) -> None:
+def publish_files(figure: Path, **files: str) -> None:
     """Publish a figure of these files, named as ``table_csv`` for ``table.csv``."""
-    with Store(figure.parent).publish(figure) as publication:
+    with publish(figure) as publication:
         for name, content in files.items():
             path = publication.folder / name.replace("__", "/").replace("_csv", ".csv")
             path.parent.mkdir(exist_ok=True)
@@ -828,10 +843,10 @@ def of_the_reader(figure: Path) -> dict[str, str]:
 
 def test_files_that_are_not_ours_survive_a_replacement(tmp_path: Path) -> None:
     figure = tmp_path / "figure"
-    publish(figure, table_csv="1", more__part_csv="1")
+    publish_files(figure, table_csv="1", more__part_csv="1")
     mine = of_the_reader(figure)
     (figure / "nothing").mkdir()
-    publish(figure, table_csv="2")
+    publish_files(figure, table_csv="2")
     assert {name: (figure / name).read_text() for name in mine} == mine
     assert (figure / "link").is_symlink()
     assert (figure / "nothing").is_dir()
@@ -846,15 +861,15 @@ def test_files_that_are_not_ours_survive_a_replacement(tmp_path: Path) -> None:
 def test_files_that_are_not_ours_survive_a_kill(tmp_path: Path, dead_pid: int, after: str) -> None:
     """The states that a kill between two renames leaves: the next publication beside it brings all back."""
     figure, aside = tmp_path / "figure", tmp_path / f".old-{dead_pid}-{sealed_folders._HERE}00000001-figure"
-    publish(figure, table_csv="1")
+    publish_files(figure, table_csv="1")
     mine = of_the_reader(figure)
     figure.rename(aside)
     if after != "aside":
-        publish(tmp_path / "elsewhere" / "figure", table_csv="2")
+        publish_files(tmp_path / "elsewhere" / "figure", table_csv="2")
         (tmp_path / "elsewhere" / "figure").rename(figure)
     if after == "half":
         (aside / "notes.txt").rename(figure / "notes.txt")
-    publish(tmp_path / "other")
+    publish_files(tmp_path / "other")
     assert {name: (figure / name).read_text() for name in mine} == mine
     assert complaints_about(figure) == []
     assert not aside.exists()
@@ -862,10 +877,10 @@ def test_files_that_are_not_ours_survive_a_kill(tmp_path: Path, dead_pid: int, a
 
 def test_a_file_of_the_readers_is_never_overwritten(tmp_path: Path) -> None:
     figure = tmp_path / "figure"
-    publish(figure, table_csv="1")
+    publish_files(figure, table_csv="1")
     (figure / "picture.csv").write_text("mine")
     with pytest.raises(InvalidInput, match=r"figure/picture.csv: this program did not write this file"):
-        publish(figure, table_csv="2", picture_csv="ours")
+        publish_files(figure, table_csv="2", picture_csv="ours")
     assert (figure / "picture.csv").read_text() == "mine"
     assert (figure / "table.csv").read_text() == "1"
     assert complaints_about(figure) == []
@@ -890,14 +905,8 @@ def _linked(folder: Path) -> None:
     folder.symlink_to(folder.with_name("elsewhere"))
 
 
-def _emptied(folder: Path) -> None:
-    for path in folder.iterdir():
-        path.unlink()
-
-
 def _a_file(folder: Path) -> None:
-    _emptied(folder)
-    folder.rmdir()
+    shutil.rmtree(folder)
     folder.write_text("mine")
 
 
@@ -908,7 +917,6 @@ def _a_file(folder: Path) -> None:
         (_edited, "manifest.json was changed"),
         (_of_another_program, "manifest.json cannot be understood"),
         (_linked, "symbolic link"),
-        (_emptied, "manifest.json is missing"),
         (_a_file, "manifest.json is missing"),
     ],
 )
@@ -917,7 +925,7 @@ def test_only_a_folder_with_our_manifest_is_replaced(
     tmp_path: Path, change: Callable[[Path], None], reason: str, when: str
 ) -> None:
     figure = tmp_path / "figure"
-    publish(figure, table_csv="1")
+    publish_files(figure, table_csv="1")
 
     def everything() -> dict[str, str]:
         return {p.relative_to(tmp_path).as_posix(): p.read_text() for p in tmp_path.rglob("*") if p.is_file()}
@@ -929,7 +937,7 @@ def test_only_a_folder_with_our_manifest_is_replaced(
 
     def again() -> None:
         nonlocal begun, expected
-        with Store(tmp_path).publish(figure) as publication:
+        with publish(figure) as publication:
             begun = True
             change(figure)
             expected = everything()
@@ -943,6 +951,149 @@ def test_only_a_folder_with_our_manifest_is_replaced(
     assert begun == (when == "meanwhile")
     assert everything() == expected
     assert leftovers(tmp_path) == []
+
+
+def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
+    (tmp_path / "figure").mkdir()
+    publish_files(tmp_path / "figure", table_csv="1")
+    assert complaints_about(tmp_path / "figure") == []
+
+
+def test_a_folder_of_another_kind_is_kept(tmp_path: Path) -> None:
+    publish_files(tmp_path / "figure", table_csv="1")
+    with pytest.raises(InvalidInput, match="without 'walkers': of another command"):
+        publish(tmp_path / "figure", having="walkers").__enter__()
+    with pytest.raises(InvalidInput, match="must not be inside a published folder"):
+        publish(tmp_path / "figure" / "more").__enter__()
+
+
+@pytest.mark.parametrize("look", [1, 2], ids=["may it be replaced", "what else is in it"])
+@pytest.mark.parametrize("away", [False, True])
+def test_a_publication_between_two_looks_is_no_foreign_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, look: int, away: bool
+) -> None:
+    """Another process replaces the folder after this one has read its manifest, or while it does."""
+    figure, aside, calls = tmp_path / "figure", tmp_path / "aside", 0
+    publish_files(figure, table_csv="1")
+    really = sealed_folders.read_manifest
+
+    def read_manifest(folder: Path) -> dict[str, Any]:
+        nonlocal calls
+        calls += folder == figure
+        if folder != figure or calls != look:
+            return really(folder)
+        calls = 10
+        if away:
+            figure.rename(aside)
+        try:
+            return really(folder)
+        finally:
+            if away:
+                aside.rename(figure)
+            publish_files(figure, table_csv="2", table_more_csv="2")
+
+    with publish(figure) as publication:
+        for name in ("table.csv", "table_more.csv"):
+            (publication.folder / name).write_text("3")
+        publication.manifest({})
+        monkeypatch.setattr(sealed_folders, "read_manifest", read_manifest)
+    assert calls > 10
+    assert (figure / "table_more.csv").read_text() == "3"
+    assert complaints_about(figure) == []
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_a_process_that_nobody_waited_for_does_not_run(tmp_path: Path) -> None:
+    zombie = os.fork()
+    if not zombie:
+        os._exit(0)
+    os.waitid(os.P_PID, zombie, os.WEXITED | os.WNOWAIT)
+    try:
+        left = tmp_path / f".tmp-{zombie}-{sealed_folders._HERE}01234567"
+        left.mkdir()
+        sealed_folders.remove_stale(tmp_path)
+        assert not left.exists()
+    finally:
+        os.waitpid(zombie, 0)
+    assert sealed_folders._is_alive(os.getppid())
+
+
+# --- a file -----------------------------------------------------------------------------------------------
+
+
+def write_file(path: Path, **options: Any) -> None:
+    with new_file(path, **options) as partial:
+        assert partial.name == path.name
+        partial.write_text("new")
+
+
+def test_a_new_file_is_written_and_an_old_one_only_if_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "walk.csv"
+    write_file(path)
+    assert path.read_text() == "new"
+    path.write_text("old")
+    with pytest.raises(InvalidInput, match=r"the file exists, so it is not replaced .*replace=true"):
+        write_file(path)
+    with pytest.raises(InvalidInput, match="did not write it"):
+        write_file(path, replace=lambda old: old == b"ours")
+    assert path.read_text() == "old"
+    for replace in (True, lambda old: old == b"old"):
+        path.write_text("old")
+        write_file(path, replace=replace)
+        assert path.read_text() == "new"
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.csv"]
+
+
+def test_source_link_folder_and_published_file_are_never_replaced(tmp_path: Path) -> None:
+    source, link, other = tmp_path / "walk.csv", tmp_path / "link.csv", tmp_path / "same.csv"
+    source.write_text("mine")
+    link.symlink_to(source)
+    other.hardlink_to(source)
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "nowhere.csv").symlink_to(tmp_path / "not there")
+    publish_files(tmp_path / "figure", table_csv="1")
+    for path, words in (
+        (source, "it is what is read"),
+        (other, "it is what is read"),
+        (link, "symbolic link"),
+        (tmp_path / "nowhere.csv", "symbolic link"),
+        (tmp_path / "folder.csv", "it is no file"),
+        (tmp_path / "figure" / "table.csv", "must not be inside a published folder"),
+        (tmp_path / "figure" / "new.csv", "must not be inside a published folder"),
+        (tmp_path / "no" / "new.csv", "there is no such folder"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            write_file(path, replace=True, sources=[source, tmp_path / "gone"])
+    assert source.read_text() == "mine"
+    assert complaints_about(tmp_path / "figure") == []
+    assert not (tmp_path / "not there").exists()
+
+
+@pytest.mark.parametrize("error", [RuntimeError("no"), KeyboardInterrupt()])
+def test_a_file_that_fails_leaves_the_older(tmp_path: Path, error: BaseException) -> None:
+    path = tmp_path / "walk.csv"
+    path.write_text("old")
+
+    def fail() -> None:
+        with new_file(path, replace=True) as partial:
+            partial.write_text("half")
+            raise error
+
+    with pytest.raises(type(error)):
+        fail()
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.csv"]
+
+
+def test_a_file_that_comes_meanwhile_is_kept(tmp_path: Path) -> None:
+    def write() -> None:
+        with new_file(tmp_path / "walk.csv") as partial:
+            partial.write_text("new")
+            (tmp_path / "walk.csv").write_text("mine")
+
+    with pytest.raises(InvalidInput, match="the file exists"):
+        write()
+    assert (tmp_path / "walk.csv").read_text() == "mine"
 
 
 # --- with what it was made -------------------------------------------------------------------------------

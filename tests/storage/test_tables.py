@@ -170,7 +170,7 @@ def test_compare_names_the_cells_that_differ(tmp_path: Path) -> None:
     tables.write(tmp_path / "a.csv", base, sort_by=[])
 
     def against(**changes: Any) -> list[str]:
-        tables.write(tmp_path / "b.csv", {**base, **changes}, sort_by=[])
+        tables.write(tmp_path / "b.csv", {**base, **changes}, replace=True)
         return tables.compare(tmp_path / "a.csv", tmp_path / "b.csv")
 
     assert against() == []
@@ -205,7 +205,7 @@ def test_the_relative_difference_is_the_least_tolerance_that_compare_accepts(tmp
     assert below == ["line 2, error: 1 is not 1.001"]
     tables.write(b, {**same, "error": [1.0, 200.0, np.nan], "flag": [True, False, True]}, sort_by=[])
     assert tables.relative_differences(a, b)["error"] == np.inf
-    tables.write(b, {"word": ["x"]}, sort_by=[])
+    tables.write(b, {"word": ["x"]}, replace=True)
     assert set(tables.relative_differences(a, b).values()) == {np.inf}
 
 

@@ -54,6 +54,10 @@ def test_rows_are_never_dropped_to_make_a_mean() -> None:
     assert np.isnan(measures.at_smallest(gap, "view_angle_deg", "rms_error_mm"))
 
 
+def test_variation_is_in_per_cent_of_the_mean_by_the_divisor_of_a_sample() -> None:
+    assert measures.variation_percent(table(length=[1.0, 2.0, 3.0]), "length") == pytest.approx(50.0)
+
+
 def test_an_entry_that_is_missing_or_there_twice_is_no_number() -> None:
     stages = table(stage=["raw", "linear", "linear"], variance_left=[1.0, 2.0, 3.0])
     assert measures.only(stages, "variance_left", "stage == 'raw'") == 1.0

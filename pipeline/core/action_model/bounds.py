@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr, ndtri
 
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range
 
 BOUND = 3.0
@@ -29,6 +30,7 @@ _FARTHEST = 38.0
 """Standard deviations beyond which the probability of a normal number is zero in double precision."""
 
 
+@shortened
 @dataclass(frozen=True)
 class ActionModel:
     """Mean performance of an action and the standard deviation at each of its postures.

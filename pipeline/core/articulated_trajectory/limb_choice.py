@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.core.articulation import Adjustment, RayHits, ray_sphere
-from pipeline.core.binary_quadratic import BinarySolution, minimise
+from pipeline.core.binary_quadratic.solve import BinarySolution, minimise
 from pipeline.core.reconstructibility import MARGIN_GREEN_ABOVE, Confidence, confidence_of_mirror_margin
 from pipeline.core.refinement import spherical
 from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis

@@ -31,6 +31,7 @@ from pipeline.core.refinement import Refinement
 from pipeline.core.refinement.inputs import starting_path
 from pipeline.core.refinement.spherical import SphericalTrajectory
 from pipeline.core.trajectory_basis import TrajectoryBasis, TrajectoryBasisByRule, cosine_basis
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range, require_shape
 
 Place = tuple[str, tuple[bool, ...]]
@@ -162,6 +163,7 @@ def prepared(
     return Reconstruction(images, camera, root, lengths, chain, options or Options())
 
 
+@shortened
 @dataclass(frozen=True)
 class Reconstruction:
     """What is known of a skeleton, and how it is reconstructed; arrays as `reconstruct` takes them.

@@ -20,6 +20,7 @@ from enum import IntEnum, StrEnum
 import numpy as np
 
 from pipeline.core.articulation.rays import Rays, cast_rays
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_choice, require_range
 
 Adjustment = StrEnum("Adjustment", ["per_frame", "global", "robust"])
@@ -44,6 +45,7 @@ class RayStatus(IntEnum):
     MISSING = 4
 
 
+@shortened
 @dataclass(frozen=True)
 class RayHits:
     """The two candidates of every frame, ``middle + s half_chord``, relative to the parent.

@@ -19,6 +19,7 @@ from pipeline.core.binary_quadratic.candidates import Programme, programme_of
 from pipeline.core.binary_quadratic.descent import LONGEST, descend, mirrored
 from pipeline.core.binary_quadratic.descent import search as first_signs
 from pipeline.core.binary_quadratic.searches import BoxSearch, Search, SuffixSearch
+from pipeline.shortened import shortened
 from pipeline.validation import require_range
 
 _WORK = 400_000
@@ -34,6 +35,7 @@ _THIRD = 3
 """After that every third turn is the other's: half and a quarter serve some limbs better and others worse."""
 
 
+@shortened
 @dataclass(frozen=True)
 class BinarySolution:
     """Signs, how good they are, and how good any others could be.

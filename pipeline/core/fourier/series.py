@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.fourier.frequency import design, fundamental_frequency, require_rate
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_range, require_shape
 
@@ -26,6 +27,7 @@ _LEFT_ANKLE = WALKER15.index("left_ankle")
 _RIGHT_ANKLE = WALKER15.index("right_ankle")
 
 
+@shortened
 @dataclass(frozen=True)
 class FourierRepresentation:
     """One walk as a Fourier series with its phase removed.

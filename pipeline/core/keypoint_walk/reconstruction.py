@@ -16,6 +16,7 @@ from pipeline.core.keypoint_walk.refinement import Fit, refine
 from pipeline.core.keypoint_walk.start import Starts, find_starts
 from pipeline.core.keypoint_walk.training import HEIGHT_MM
 from pipeline.core.keypoint_walk.view import level_axes
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
@@ -55,6 +56,7 @@ class Candidate:
     cost_above_best: float
 
 
+@shortened
 @dataclass(frozen=True)
 class Reconstruction:
     """A walk from keypoints.

@@ -19,6 +19,7 @@ import numpy as np
 
 from pipeline.core.linear_model import LinearModel, WhitenedModel
 from pipeline.core.reconstruction.gram import gram_of, require_noise_variance
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
@@ -115,6 +116,7 @@ def deviation(model: LinearModel, white: WhitenedModel, sample: np.ndarray) -> D
     return Deviation(x - white.mean_x, y - white.mean_y, up - white.mean_z)
 
 
+@shortened
 @dataclass(frozen=True)
 class KnownViews:
     """One walker reconstructed from A known views.

@@ -28,12 +28,14 @@ from pipeline.core.synchronization.trellis import (
     allowed_disparities,
     backtrack,
 )
+from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range
 
 _CHUNK = 2**16
 """Differences that are held at a time while a disparity space image is worked out."""
 
 
+@shortened
 @dataclass(frozen=True)
 class Synchronization:
     """Disparity function that brings one sequence to the rate of another.

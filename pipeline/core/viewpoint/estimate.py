@@ -15,47 +15,19 @@ appendix describes (`published`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
 from pipeline.core.reconstruction import Gram, require_noise_variance
 from pipeline.core.viewpoint.published import best_candidate, from_one_start
 from pipeline.core.viewpoint.search import global_minimum
+from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.validation import InvalidInput, require_choice, require_finite
 
 FULL_CIRCLE = (-np.pi, np.pi)
 
 _GRID_STEP_RAD = {"global": np.pi / 90, "published": np.pi / 180}
 """2 degrees where the best cell is refined, and the 1 degree of appendix B where it is not."""
-
-
-@dataclass(frozen=True)
-class ViewEstimate:
-    """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).
-
-    Attributes
-    ----------
-    angle_rad : (A,)
-        In (-pi, pi].
-    coefficients : (A, N)
-        k in mm.
-    cost : (A,)
-        The minimum of [zhang2007 4.5], squared, or of [zhang2007 4.6] times 2 sigma²; mm².
-    runner_up_cost : (A,)
-        The lowest cost of any other local minimum, to the accuracy of the grid; infinite where there is none
-        or, from one start, none was looked for.  Near `cost`, the view is ambiguous (a front seen for a back).
-    converged : (A,) bool
-    n_iterations : (A,) int
-    """
-
-    angle_rad: np.ndarray
-    coefficients: np.ndarray
-    cost: np.ndarray
-    runner_up_cost: np.ndarray
-    converged: np.ndarray
-    n_iterations: np.ndarray
 
 
 def estimate(

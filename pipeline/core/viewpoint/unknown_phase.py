@@ -16,7 +16,7 @@ from pipeline.core import newton
 from pipeline.core.choice import first_lowest
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import Gram, TurnedObservations, gram_of, lowest_phase
-from pipeline.core.viewpoint.estimate import FULL_CIRCLE, ViewEstimate, in_half_open_circle
+from pipeline.core.viewpoint.estimate import FULL_CIRCLE, in_half_open_circle
 from pipeline.core.viewpoint.search import (
     TOLERANCE_RAD,
     ReducedCost,
@@ -27,6 +27,7 @@ from pipeline.core.viewpoint.search import (
     prefer_lower,
     reduced_cost,
 )
+from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.validation import InvalidInput
 
 _GRID_STEP_RAD = np.pi / 90

@@ -23,6 +23,7 @@ from pipeline.core.walking.usable_clip import (
     leg_length,
     require_millimetres,
     stature,
+    uneven_legs,
 )
 
 __all__ = [
@@ -41,4 +42,5 @@ __all__ = [
     "step_heading",
     "treadmill_equivalent",
     "turn_about_vertical",
+    "uneven_legs",
 ]

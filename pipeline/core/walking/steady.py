@@ -21,7 +21,7 @@ from numpy.polynomial import polynomial
 from pipeline.core.choice import first_lowest
 from pipeline.core.fourier import SEARCH_HZ, design, single_frequency_power
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.validation import InvalidInput, require_choice, told_apart
 
 _PELVIS = WALKER15.index("pelvis")
 _LEFT = [WALKER15.index(f"left_{joint}") for joint in ("hip", "knee", "ankle")]
@@ -185,14 +185,14 @@ def steady_stretch(
         raise InvalidInput(
             "no steady walking: the steady stretch is too short",
             expected=f"{cycles:g} strides",
-            received=f"{found:.2f}",
+            received=told_apart(found, cycles, 2),
         )
     apart = float(np.std(signal[start:stop]))
     if apart < STANDING_MM:
         raise InvalidInput(
             "no steady walking: the feet hardly pass each other",
             expected=f"ankles apart by {STANDING_MM:g} mm rms",
-            received=f"{apart:.0f} mm",
+            received=f"{told_apart(apart, STANDING_MM, 0)} mm",
         )
     return Stretch(first + start, first + stop, locomotion, typical, turn, found)
 

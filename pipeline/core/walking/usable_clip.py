@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, told_apart
 
 _HEAD = WALKER15.index("head")
 _LEFT = [WALKER15.index(f"left_{joint}") for joint in ("hip", "knee", "ankle")]
@@ -16,6 +16,9 @@ _RIGHT = [WALKER15.index(f"right_{joint}") for joint in ("hip", "knee", "ankle")
 
 LEG_LENGTH_MM = (350.0, 1300.0)
 """Hip to knee to ankle of a child of three and of a very tall adult: outside of it the unit is wrong."""
+
+UNEVEN = 0.1
+"""How much longer than the other one thigh or shank may be."""
 
 _UNITS_MM = {"metres": 1000.0, "centimetres": 10.0, "inches": 25.4, "feet": 304.8}
 
@@ -29,6 +32,27 @@ def leg_length(positions: np.ndarray) -> float:
     if not seen.any(axis=1).all():
         return float("nan")
     return float(np.mean([side[known].mean() for side, known in zip(lengths, seen, strict=True)]))
+
+
+def uneven_legs(positions: np.ndarray) -> list[str]:
+    """Return a sentence on thighs, and one on shanks, whose median lengths differ by more than `UNEVEN`.
+
+    Parameters
+    ----------
+    positions : (T, 15, 3)
+        mm; NaN where a joint is not known.
+    """
+    lengths = [np.linalg.norm(np.diff(positions[:, side], axis=1), axis=-1) for side in (_LEFT, _RIGHT)]
+    told = []
+    for n, segment in enumerate(("thigh", "shank")):
+        seen = [of[np.isfinite(of)] for of in (side[:, n] for side in lengths)]
+        left, right = (float(np.median(of)) if len(of) else 0.0 for of in seen)
+        if all(map(len, seen)) and max(left, right) > (1 + UNEVEN) * min(left, right):
+            told.append(
+                f"The left {segment} is {left:.0f} mm long, the right {right:.0f}:"
+                " is a marker or a name in the wrong place?"
+            )
+    return told
 
 
 def stature(positions: np.ndarray) -> float:
@@ -55,6 +79,7 @@ def require_millimetres(positions: np.ndarray) -> None:
         raise InvalidInput("the legs were never seen whole")
     if LEG_LENGTH_MM[0] <= length <= LEG_LENGTH_MM[1]:
         return
+    bound = LEG_LENGTH_MM[length > LEG_LENGTH_MM[1]]
     # Ranges overlap (legs of 36 are inches or a child's centimetres): the unit nearest to an adult's 850 mm.
     ratio = {unit: abs(np.log(length * mm / 850.0)) for unit, mm in _UNITS_MM.items()} if length > 0 else {}
     guess = min(ratio, key=ratio.__getitem__, default="")
@@ -62,7 +87,7 @@ def require_millimetres(positions: np.ndarray) -> None:
     raise InvalidInput(
         "the unit of length is wrong" + (f": it looks like {guess}" if human else ""),
         expected="legs of 350 to 1300 mm",
-        received=f"{length:.3g} mm",
+        received=f"{length:.3g} mm" if length < 100 else f"{told_apart(length, bound, 0)} mm",
     )
 
 

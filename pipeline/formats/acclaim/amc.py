@@ -14,9 +14,10 @@ import numpy as np
 
 from pipeline.formats.acclaim.asf import SHIFTS, TURNS, AsfSkeleton, forward_kinematics, read_skeleton
 from pipeline.formats.acclaim.sections import text_without_comments
-from pipeline.formats.contract import damaged, motion_capture, require_proportion
+from pipeline.formats.budget import require_points
+from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import read_numbers
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import require_range
 
 FRAME_RATE_HZ = 120.0
@@ -63,7 +64,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     numbers, columns = _columns_at_fixed_places(body, layout) or _columns_by_line(body, layout, path.name)
     start = _check_numbering(numbers, path.name)
     values = _values(columns, layout, start, path.name)
-    require_proportion(len(values), len(skeleton.names), len(text), path.name)
+    require_points(len(values), len(skeleton.names), path.name)
     if start != 1:
         notes.append(f"Frames are numbered from {start}.")
 

@@ -14,10 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.budget import require_points
 from pipeline.formats.bvh.hierarchy import BvhSkeleton, forward_kinematics, read_hierarchy
-from pipeline.formats.contract import damaged, motion_capture, require_proportion
+from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.text import millimetres_in, number, read_numbers, read_text, read_vector
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -50,16 +51,16 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     joints, motion = read_hierarchy(lines, path.name)
     declared, interval, first = _motion_header(lines, motion, path.name)
     labels = [f"{joint.name}.{channel}" for joint in joints for channel in joint.channels]
-    rows = _rows(lines, first, labels, path.name)
-    require_proportion(len(rows), len(joints), len(text), path.name)
-    notes = [f"A BVH file declares no unit of length; its numbers were read as {units}.", *odd]
+    rows, words = _rows(lines, first, labels, path.name)
+    require_points(len(rows), len(joints), path.name)
+    notes = [*odd]
 
     numbers = [*(word for joint in joints for word in joint.offset), interval, *lines[first:]]
-    if any("," in words for words in numbers):
-        if any("." in words or re.search(r",(?!\d)", words) for words in numbers):
+    if any("," in piece for piece in numbers):
+        if any("." in piece or re.search(r",(?!\d)", piece) for piece in numbers):
             expected = "no decimal points beside commas, and a digit after each comma"
             raise damaged("commas that may not be decimal commas", path.name, expected)
-        rows = [(line, [word.replace(",", ".") for word in words]) for line, words in rows]
+        words = [word.replace(",", ".") for word in words]
         interval = interval.replace(",", ".")
         for joint in joints:
             joint.offset = [word.replace(",", ".") for word in joint.offset]
@@ -76,9 +77,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     )
 
     def place(n: int) -> str:
-        return f"{path.name}, line {rows[n // len(labels)][0]}, channel {labels[n % len(labels)]}"
+        return f"{path.name}, line {rows[n // len(labels)]}, channel {labels[n % len(labels)]}"
 
-    values = read_numbers([word for _, words in rows for word in words], place).reshape(len(rows), -1)
+    values = read_numbers(words, place).reshape(len(rows), -1)
     seconds = number(interval)
     if not 1e-6 <= seconds <= 1e6:
         where = f"{path.name}, Frame Time"
@@ -123,18 +124,21 @@ def _motion_header(lines: list[str], motion: int, where: str) -> tuple[int, str,
     raise damaged("the file is cut short in the motion's header", where)
 
 
-def _rows(lines: list[str], first: int, labels: list[str], where: str) -> list[tuple[int, list[str]]]:
-    """Line number and words of each frame, all of the right width."""
-    rows = [(i, words) for i, line in enumerate(lines[first:], start=first + 1) if (words := line.split())]
+def _rows(lines: list[str], first: int, labels: list[str], where: str) -> tuple[list[int], list[str]]:
+    """Line number of each frame, and the words of all frames, each of the right width."""
+    rows = [k for k in range(first, len(lines)) if lines[k].strip()]
     if not rows or not labels:
         raise damaged("no frames" if labels else "no joint has channels", where)
-    for line, words in rows:
+    found: list[str] = []
+    for k in rows:
+        words = lines[k].split()
         if len(words) != len(labels):
-            is_cut = line == rows[-1][0] and len(words) < len(labels)
+            is_cut = k == rows[-1] and len(words) < len(labels)
             what = "the file is cut short: a" if is_cut else "a"
-            place = f"{where}, line {line}"
+            place = f"{where}, line {k + 1}"
             raise damaged(f"{what} frame has a wrong number of values", place, len(labels), len(words))
-    return rows
+        found += words
+    return [k + 1 for k in rows], found
 
 
 def _notes_on_positions(skeleton: BvhSkeleton) -> list[str]:

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.budget import require_points
 from pipeline.formats.c3d.header import Header, floats, integers, read_header
 from pipeline.formats.c3d.layout import find_layout
 from pipeline.formats.c3d.parameters import Parameters, read_parameters
 from pipeline.formats.c3d.rotations import segment_origins
 from pipeline.formats.contract import LARGEST, damaged, motion_capture, read_bytes
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -58,6 +59,7 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         notes.append(f"The first frame is number {header.first} of its trial.")
 
     # A frame is its points, then its analog samples, which are cut off.
+    require_points(layout.frames, layout.points, where)
     frames = np.frombuffer(data, np.uint8, layout.needed, layout.start).reshape(layout.frames, layout.stride)
     words = frames[:, : 4 * layout.width * layout.points].tobytes()
     numbers = floats(words, header.processor) if scale < 0 else integers(words, header.processor, signed=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipeline.formats.budget import read_one
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints import people_json, tables
 from pipeline.formats.keypoints.contract import Detections, detections
@@ -32,14 +33,14 @@ def read(path: str | Path) -> Detections:
     """
     path = Path(path)
     if path.is_dir():
-        return people_json.read_folder(path)
+        return read_one(path, people_json.read_folder)
     if not path.is_file():
         raise damaged("there is no such file or folder", str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise damaged("the format is unknown", path.name, "a folder of OpenPose, or " + " ".join(READERS),
                       path.suffix or "no suffix")  # fmt: skip
-    return reader(path)
+    return read_one(path, reader)
 
 
 __all__ = ["MEDIAPIPE", "READERS", "Detections", "detections", "read"]

@@ -7,11 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.formats.contract import damaged
+from pipeline.formats.budget import require_points
+from pipeline.formats.contract import damaged, harmless
+from pipeline.shortened import shortened
 
 LARGEST_PX = 1e6
+MOST_FRAMES = 10_000_000
+MOST_PAIRS = 20_000_000
+"""Of people in a frame, each with each, summed over frames: so many are compared to follow who walks."""
 
 
+@shortened
 @dataclass(frozen=True)
 class Detections:
     """2D keypoints of one video, as a file holds them: any number of people in any frame.
@@ -80,7 +86,7 @@ def detections(
     Raises
     ------
     InvalidInput
-        If nobody was detected, or detections have different numbers of points.
+        If nobody was detected, detections have different numbers of points, or there are too many people or frames.
 
     Notes
     -----
@@ -95,6 +101,14 @@ def detections(
         raise damaged(
             "detections differ in their number of points", where, received=", ".join(map(str, counts))
         )
+    _, people = np.unique([frame for frame, _, _ in rows], return_counts=True)
+    if (pairs := int((people.astype(float) ** 2).sum())) > MOST_PAIRS:
+        received = f"up to {people.max()} in a frame, {pairs} pairs"
+        raise damaged("too many people to be told apart", where, f"{MOST_PAIRS} pairs or fewer", received)
+    frames = max(n_frames, max(frame for frame, _, _ in rows) + 1)
+    if frames > MOST_FRAMES:
+        raise damaged("the numbers of frames jump", where, f"{MOST_FRAMES} frames or fewer", frames)
+    require_points(len(rows), counts[0], where)
     order = sorted(range(len(rows)), key=lambda k: rows[k][0])
     values = np.stack([np.asarray(rows[k][2], dtype=float) for k in order])
     points, confidence = values[..., :2].copy(), values[..., 2].copy()
@@ -106,12 +120,12 @@ def detections(
         raise damaged("every keypoint is missing", where, "coordinates of a person", "0, -1 or nothing")
     return Detections(
         format=format,
-        names=tuple(names),
+        names=tuple(map(harmless, names)),
         frame=np.array([rows[k][0] for k in order], dtype=int),
-        identity=np.array([rows[k][1] for k in order], dtype=str),
+        identity=np.array([harmless(rows[k][1][:80]) for k in order], dtype=str),
         points=points,
         confidence=confidence,
-        n_frames=max(n_frames, max(frame for frame, _, _ in rows) + 1),
+        n_frames=frames,
         frame_rate_hz=frame_rate_hz,
         image_size=image_size,
         notes=tuple(notes),

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.formats.contract import damaged, read_bytes
+from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints.contract import Detections, detections
 from pipeline.formats.keypoints.landmarks import MEDIAPIPE
+from pipeline.formats.text import read_text
 
 Row = tuple[int, str, np.ndarray]
 
@@ -23,15 +24,12 @@ def load(path: Path) -> Any:
     Raises
     ------
     InvalidInput
-        If it is not JSON; the sentence gives the byte.
+        If it is not JSON; the sentence gives the character.
     """
-    data = read_bytes(path)
     try:
-        return json.loads(data.decode("utf-8-sig"))
+        return json.loads(read_text(path)[0])
     except json.JSONDecodeError as error:
         raise damaged("this is not JSON", f"{path.name}, character {error.pos}", received=error.msg) from None
-    except (UnicodeDecodeError, RecursionError, ValueError) as error:
-        raise damaged("this is not JSON", path.name, received=str(error).splitlines()[0][:80]) from None
 
 
 def numbers(values: Any, where: str, columns: int = 3) -> np.ndarray:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.arrays import load_npy
+from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged
 from pipeline.formats.keypoints.contract import Detections, detections
 from pipeline.formats.keypoints.landmarks import MEDIAPIPE
@@ -81,11 +83,16 @@ def _long(
     names = list(dict.fromkeys(row[name].strip() for row in rows))
     place = {point: number for number, point in enumerate(names)}
     x, y = lower.index("x"), lower.index("y")
+    keys = [
+        (_frame(row[frame], f"{where}, row {number}"), row[person].strip() if person is not None else "")
+        for number, row in enumerate(rows, start=2)
+    ]
+    require_points(len(set(keys)), len(names), where)
     found: dict[tuple[int, str], np.ndarray] = {}
-    for number, row in enumerate(rows, start=2):
-        who = row[person].strip() if person is not None else ""
-        key = _frame(row[frame], f"{where}, row {number}"), who
-        points = found.setdefault(key, np.full((len(names), 3), np.nan))
+    for key, row in zip(keys, rows, strict=True):
+        if key not in found:
+            found[key] = np.full((len(names), 3), np.nan)
+        points = found[key]
         sure = _number(row[confidence]) if confidence is not None else 1.0
         points[place[row[name].strip()]] = _number(row[x]), _number(row[y]), sure
     first = min(key[0] for key in found)
@@ -109,7 +116,8 @@ def _wide(
         if match and match[2].lower() in ("x", "y", *_CONFIDENCE):
             kind = match[2].lower()
             columns.setdefault(match[1], {})["confidence" if kind in _CONFIDENCE else kind] = number
-    names = [name for name, of in columns.items() if {"x", "y"} <= set(of)]
+    whole = {name: of for name, of in columns.items() if {"x", "y"} <= set(of)}
+    names = list(whole)
     if not names:
         raise damaged("no keypoints in the table", where, "columns such as left_knee_x and left_knee_y",
                       ", ".join(heading[:6]))  # fmt: skip
@@ -120,7 +128,7 @@ def _wide(
         points = np.array([
             (_number(row[of["x"]]), _number(row[of["y"]]),
              _number(row[of["confidence"]]) if "confidence" in of else 1.0)
-            for name, of in columns.items() if name in names
+            for of in whole.values()
         ])  # fmt: skip
         at = number if frame is None else _frame(row[frame], f"{where}, row {number + 2}")
         if np.isfinite(points[:, :2]).any():
@@ -148,6 +156,7 @@ def read_trc(path: Path) -> Detections:
         raise damaged("the points of this TRC file are not in pixels", f"{path.name}, Units in line 3",
                       "px, as Sports2D writes with save_px", units or "nothing")  # fmt: skip
     names = [cell.strip() for cell in lines[3].split("\t")[2:] if cell.strip()]
+    require_points(len(lines), len(names), path.name)
     rate = _number(stated.get("DataRate", ""))
     rows: list[tuple[int, str, np.ndarray]] = []
     count = 0
@@ -169,20 +178,11 @@ def read_trc(path: Path) -> Detections:
 
 def read_array(path: Path) -> Detections:
     """Read an array of numpy: (frame, point, 2 or 3), the third being the confidence."""
-    try:
-        array = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+    array = load_npy(path)
+    if array.ndim != 3 or array.shape[2] not in (2, 3) or array.dtype.kind not in "fiu":
         raise damaged(
-            "this is not an array of numpy", path.name, received=str(error).splitlines()[0][:80]
-        ) from None
-    if (
-        not isinstance(array, np.ndarray)
-        or array.ndim != 3
-        or array.shape[2] not in (2, 3)
-        or array.dtype.kind not in "fiu"
-    ):
-        shape = str(getattr(array, "shape", type(array).__name__))
-        raise damaged("keypoints must be an array (frame, point, 2 or 3)", path.name, received=shape)
+            "keypoints must be an array (frame, point, 2 or 3)", path.name, received=str(array.shape)
+        )
     values = array.astype(float)
     if values.shape[2] == 2:
         values = np.concatenate([values, np.ones((*values.shape[:2], 1))], axis=2)

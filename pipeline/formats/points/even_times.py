@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged
 
 _GAP = 2.5
@@ -70,9 +71,9 @@ def at_equal_intervals(
         return _with_gaps(frames, positions, place, notes), _whole(rate, times_s, span, rounding, declared_hz)
     if declared_hz is None:
         rate = _whole(1.0 / mean, times_s, len(steps), rounding, None)
-    grid = times_s[0] + np.arange(int((times_s[-1] - times_s[0]) * rate + 1e-6) + 1) / rate
-    if len(grid) > 1000 + 64 * len(times_s):
-        raise damaged("the times jump", place(int(steps.argmax()) + 1), received=f"{steps.max():g} s")
+    count = int((times_s[-1] - times_s[0]) * rate + 1e-6) + 1
+    require_points(count, positions.shape[1], place(int(steps.argmax()) + 1), "the times jump")
+    grid = times_s[0] + np.arange(count) / rate
     notes.append(
         f"The times are not evenly spaced ({steps.min():.4g} to {steps.max():.4g} s); "
         f"they were resampled to {rate:.6g} Hz."
@@ -107,9 +108,7 @@ def _with_gaps(
     count = int(index[-1]) + 1
     if count == len(positions):
         return positions
-    if count > 1000 + 64 * len(positions):
-        k = int(frames.argmax()) + 1
-        raise damaged("the times jump, so that nearly all frames are missing", place(k))
+    require_points(count, positions.shape[1], place(int(frames.argmax()) + 1), "the times jump")
     filled = np.full((count, *positions.shape[1:]), np.nan)
     filled[index] = positions
     notes.append(f"{count - len(positions)} frames have no row and are missing.")

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.budget import require_memory
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.points.cells import read_cells
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 Rows = list[list[str]]
 
@@ -43,9 +44,10 @@ def exported(path: Path, frame_rate_hz: float | None, units: str | None) -> Moti
     if head.lstrip().lower().startswith("format version"):
         return _optitrack(_Lines(path.name, text, ",", notes), units)
     lines = [line.strip(' ,;\t"') for line in head.split("\n")]
+    first = next(filter(None, lines), "")
     if head.startswith("NO_OF_FRAMES") or any(line.startswith("MARKER_NAMES") for line in lines):
         return _qualisys(_Lines(path.name, text, "\t", notes), frame_rate_hz, units)
-    if lines[0].lower() in ("trajectories", "devices", "model outputs", "joints", "segments"):
+    if first.lower() in ("trajectories", "devices", "model outputs", "joints", "segments"):
         separator = max(",;\t", key=head.count)
         return _nexus(_Lines(path.name, text, separator, notes), units)
     return None
@@ -68,19 +70,23 @@ class _Lines:
         return f"{self.where}, line {line + 1}"
 
     def numbers(
-        self, first: int, columns: list[int], ends: Callable[[list[str]], bool]
+        self, first: int, columns: list[int], ends: Callable[[list[str]], bool], width: int = 0
     ) -> tuple[np.ndarray, int]:
-        """The numbers (T, C) from a line on, up to a line that `ends` them; a last line that is cut is left out."""
+        """The numbers (T, C) from a line on, up to a line that `ends` them; a last line that is cut is left out.
+
+        The lines have as many cells as the last of the columns needs, or `width` if these are more.
+        """
         stop = first
         while stop < len(self.cells) and not ends(self.cells[stop]):
             stop += 1
-        last = max(columns)
+        last = max(*columns, width - 1)
         rows = list(range(first, stop))
         cut = rows and stop == len(self.cells) and not self.ended
         if cut and len(rows) > 1 and len(self.cells[rows[-1]]) < len(self.cells[rows[-2]]):
             self.notes.append(f"The last line ({rows.pop() + 1}) was cut and is not read.")
         if not rows:
             raise damaged("the table has no frames", self.where, "lines of numbers below the titles")
+        require_memory(64 * len(rows) * len(columns), self.where, "the table has more titles than numbers")
         found: list[str] = []
         for row in rows:
             cells = self.cells[row]
@@ -123,18 +129,23 @@ def _nexus(lines: _Lines, units: str | None) -> MotionCapture:
     heading, titles, unit_row = (lines.cells[begin + k] for k in (2, 3, 4))
     has_units = not np.isfinite(number((unit_row or [""])[0] or "x"))  # older exports have no line of units
     unit_row = unit_row if has_units else []
-    columns = [k for k, title in enumerate(titles) if title.upper() in ("X", "Y", "Z")]
-    named = [(k, name) for k, name in enumerate(heading) if name]
-    if not named or len(columns) != 3 * len(named) or [k for k, _ in named] != columns[::3]:
-        what, expected = "the names do not stand over the columns X, Y, Z", f"{len(columns) // 3} names"
+    axes = [title.upper() for title in titles]
+    named = {k: name for k, name in enumerate(heading) if name and axes[k : k + 3] == ["X", "Y", "Z"]}
+    columns = [k + axis for k in named for axis in range(3)]
+    if not named or axes.count("Y") != len(named) or axes.count("Z") != len(named):
+        what, expected = "the names do not stand over the columns X, Y, Z", f"{axes.count('Y')} names"
         raise damaged(what, lines.place(begin + 2), expected, len(named))
+    # Beside the trajectories may stand what is computed from them, under titles of its own.
+    if others := [name for k, name in enumerate(heading) if name and k not in named]:
+        lines.notes.append("Columns that are not read: " + ", ".join(others[:8]) + ".")
     stated = {unit_row[k].lower() for k in columns if k < len(unit_row)} - {""}
     unit = stated.pop() if len(stated) == 1 else units or "mm"
     millimetres = millimetres_in(unit, lines.place(begin + 4))
-    numbers, first = lines.numbers(begin + 4 + has_units, [0, *columns], lambda row: not any(row))
+    width = max(len(heading), len(titles)) if others else 0
+    numbers, first = lines.numbers(begin + 4 + has_units, [0, *columns], lambda row: not any(row), width)
     positions = numbers[:, 1:].reshape(len(numbers), -1, 3) * millimetres
     positions = _by_counter(numbers[:, 0], positions, rate, lines, first)
-    return motion_capture([name for _, name in named], positions, rate, unit, lines.notes)
+    return motion_capture(list(named.values()), positions, rate, unit, lines.notes)
 
 
 def _qualisys(lines: _Lines, frame_rate_hz: float | None, units: str | None) -> MotionCapture:

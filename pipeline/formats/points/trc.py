@@ -20,7 +20,7 @@ from pipeline.formats.contract import LARGEST, damaged, motion_capture
 from pipeline.formats.points.cells import positions_to_write, read_cells
 from pipeline.formats.points.even_times import at_equal_intervals
 from pipeline.formats.text import millimetres_in, number, read_text
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 _AXIS = re.compile(r"[XYZ]\d*", re.IGNORECASE)
 
@@ -77,8 +77,8 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
         raise damaged("the file has no frames", where, "lines of numbers after the header")
     if np.isfinite(frames) and frames != len(rows):
         notes.append(f"The file declares {frames:g} frames and has {len(rows)}; all {len(rows)} were read.")
-    names, columns = _markers(cells(lines[3]), axes, rows, where, notes)
     declared = number(settings.get("nummarkers", ""))
+    names, columns = _markers(cells(lines[3]), axes, rows, declared, where, notes)
     if np.isfinite(declared) and declared != len(names):
         notes.append(f"The file declares {declared:g} markers and names {len(names)}; the names count.")
 
@@ -178,7 +178,12 @@ def _whole_rows(
 
 
 def _markers(
-    heading: list[str], axes: list[str], rows: list[tuple[int, list[str]]], where: str, notes: list[str]
+    heading: list[str],
+    axes: list[str],
+    rows: list[tuple[int, list[str]]],
+    declared: float,
+    where: str,
+    notes: list[str],
 ) -> tuple[tuple[str, ...], list[int]]:
     """Names of the markers, and the columns of the numbers x, y, z of each."""
     place = f"{where}, line 4"
@@ -196,15 +201,18 @@ def _markers(
     at = [column for column, name in enumerate(axes) if _AXIS.fullmatch(name)]
     count = len(at) // 3 or len(named)
     width = max(len(_trimmed(cells)) for _, cells in rows)
+    in_a_row = [column for column, _ in named] == list(range(2, 2 + 3 * len(named), 3))
+    if in_a_row and len(named) < count and width <= 2 + 3 * len(named):
+        count, at = len(named), at[: 3 * len(named)]  # more axes than names, but no numbers under them
     # Blank columns may stand in all lines, in the header alone or in the numbers alone.
     if len(at) != 3 * count or at[0] < 2 or not any(len(cells) > at[-1] for _, cells in rows):
         at = list(range(2, 2 + 3 * count))
     if width > at[-1] + 1:
-        filled = [
-            column
-            for column in range(2, width)
-            if any(cells[column : column + 1] > [""] for _, cells in rows)
-        ]
+        filled = sorted(
+            {column for _, cells in rows for column, cell in enumerate(cells) if cell and column > 1}
+        )
+        if in_a_row and len(named) == count and width == 2 + 3 * declared:
+            filled = at  # numbers of markers that are declared, but neither have names nor axes
         if len(filled) != 3 * count:
             long = next(line for line, cells in rows if len(_trimmed(cells)) > at[-1] + 1)
             what = "the line has another number of cells than the header asks for"

@@ -3,7 +3,6 @@
 const Charts = (() => {
   const SVG = "http://www.w3.org/2000/svg", W = 640, H = 300, LEFT = 62, RIGHT = 14, TOP = 12, BOTTOM = 44;
   const CYCLE = ["black", "orange", "blue", "green", "purple", "amber", "sky", "grey"];
-  const DASHES = ["", "7 4", "2 3", "9 3 2 3"];
   const ROLES = JSON.parse(document.getElementById("roles").textContent);
 
   function parse(text) {
@@ -24,52 +23,50 @@ const Charts = (() => {
   const number = text => text === "" || text === undefined ? NaN : Number(text);
   const say = v => !Number.isFinite(v) ? "–" : v === 0 ? "0" : Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
     : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 }).replace("-", "−");
+
   const words = name => String(name).replace(/\bmap\b/, "MAP").replaceAll("_", " ");
 
-  // Series of a table, as conf/report.yaml describes them.
-  function series(spec, table) {
-    const column = name => table.header.indexOf(name), x = column(spec.x), by = (spec.by ?? []).map(column);
-    const where = Object.entries(spec.where ?? {}).map(([name, value]) => [column(name), [value].flat().map(String)]);
-    const rows = table.rows.filter(row => where.every(([c, values]) => values.includes(row[c])));
-    const categorical = rows.some(row => row[x] !== "" && Number.isNaN(Number(row[x])));
-    const names = categorical ? [...new Set(rows.map(row => row[x]))] : null;
-    const found = new Map();
-    for (const y of [spec.y].flat()) {
-      const band = bandOf(spec, table.header, y).map(column);
+  // The lines of a chart, as the figure declares them; `tables` gives a table by its file name.
+  function series(spec, tables) {
+    const found = [], places = spec.words ? Object.keys(spec.words) : null, line = { solid: "", points: "", dashed: "7 4", dotted: "2 3" };
+    for (const lines of spec.lines) {
+      const table = typeof lines.table === "string" ? tables(`${lines.table}.csv`) : inline(lines.table);
+      if (!table) continue;
+      const column = name => table.header.indexOf(name), [x, y, by, less] = [lines.x, lines.y, lines.by, lines.less].map(column);
+      const where = Object.entries(lines.where).map(([name, value]) => [column(name), [value].flat().map(plain)]);
+      const rows = table.rows.filter(row => where.every(([c, values]) => values.includes(plain(row[c]))));
+      const ends = [`${lines.y}_low`, `${lines.y}_high`].map(column), band = [lines.band].flat().filter(Boolean).map(column);
+      const keyed = Object.keys(lines.styles), of = new Map(keyed.map(key => [key, []]));
       for (const row of rows) {
-        const parts = [...([spec.y].flat().length > 1 ? [y] : []), ...by.map(c => row[c])];
-        const key = parts.filter(p => p !== "").map(p => spec.names?.[p] ?? p).join(" · ") || spec.y_label;
-        if (!found.has(key)) found.set(key, { name: words(key), parts, points: [] });
-        const value = number(row[column(y)]);
-        const [lo, hi] = band.length === 2 ? band.map(c => number(row[c]))
-          : band.length === 1 ? [value - number(row[band[0]]), value + number(row[band[0]])] : [NaN, NaN];
-        const at = names ? names.indexOf(row[x]) : number(row[x]);
-        if (Number.isFinite(value) && Number.isFinite(at)) found.get(key).points.push({ x: at, y: value, lo, hi });
+        const key = by >= 0 ? keyed.find(k => plain(k) === plain(row[by])) ?? (keyed.length ? null : row[by]) : keyed[0] ?? lines.y;
+        if (key === null) continue;
+        if (!of.has(key)) of.set(key, []);
+        const scaled = c => lines.times * (number(row[c]) - (less >= 0 ? number(row[less]) : 0)), value = scaled(y);
+        const [lo, hi] = ends.every(c => c >= 0) && Number.isFinite(number(row[ends[0]])) ? ends.map(scaled) : band.length === 2 ? band.map(scaled)
+          : band.length === 1 ? [-1, 1].map(sign => value + sign * lines.times * number(row[band[0]])) : [NaN, NaN];
+        const at = places ? places.indexOf(plain(row[x])) : number(row[x]);
+        if (Number.isFinite(value) && Number.isFinite(at) && at >= (places ? 0 : -Infinity)) of.get(key).push({ x: at, y: value, lo, hi });
+      }
+      for (const [key, points] of of) if (points.length) {
+        const style = lines.styles[key] ?? lines.style ?? {};
+        points.sort((a, b) => a.x - b.x);
+        if (!style.interval && style.label !== undefined) for (const p of points) p.lo = p.hi = NaN;
+        found.push({ key, name: style.label || "", points, colour: style.colour || CYCLE[found.length % CYCLE.length],
+          dash: line[style.line] ?? "", width: style.width === undefined ? 1.8 : 1.8 * style.width, dots: style.line === "points" || !!places });
       }
     }
-    const all = [...found.values()].filter(s => s.points.length);
-    const groups = [...new Set(all.map(s => s.parts.slice(0, -1).join()))];
-    const lasts = [...new Set(all.map(s => s.parts.at(-1)))];
-    all.forEach((s, i) => {
-      s.points.sort((a, b) => a.x - b.x);
-      const role = s.parts.map(p => ROLES[p] ?? ROLES[String(p).replace(/^rms_error_|_mm$/g, "")]).find(Boolean);
-      const two = s.parts.length > 1 && groups.length > 1 && lasts.length > 1;
-      s.colour ??= role ?? CYCLE[(two ? groups.indexOf(s.parts.slice(0, -1).join()) : i) % CYCLE.length];
-      s.dash ??= two ? DASHES[lasts.indexOf(s.parts.at(-1)) % DASHES.length] : "";
-    });
-    return { series: all, names };
+    return { series: found, names: places && places.map(key => spec.words[key]) };
   }
-  function bandOf(spec, header, y) {
-    if (spec.band) return [spec.band].flat();
-    const ends = ["low", "high"].map(end => header.find(name => name !== y && name.replace(`_${end}`, "") === y));
-    if (ends.every(Boolean)) return ends;
-    const spread = ["sd", "se"].map(end => header.find(name => name.replace(`_${end}`, "") === y && name !== y)).find(Boolean);
-    return spread ? [spread] : [];
+  const plain = value => { const text = value === true ? "True" : value === false ? "False" : String(value); return text !== "" && !Number.isNaN(Number(text)) ? String(Number(text)) : text; };
+  function inline(columns) {
+    const header = Object.keys(columns);
+    return { header, rows: columns[header[0]].map((_, i) => header.map(name => columns[name][i])) };
   }
-  function bandWords(spec, header) {
-    const band = [spec.y].flat().length > 1 ? [] : bandOf(spec, header, [spec.y].flat()[0]);
-    return !band.length ? "" : band.length === 2 ? "bands: 95 % interval" : band[0].includes("_se") ? "bands: ±1 standard error"
-      : "bands: ±1 standard deviation";
+  // What the bands are.
+  function bandWords(spec, tables) {
+    const lines = spec.lines[0], table = typeof lines.table === "string" ? tables(`${lines.table}.csv`) : null;
+    return table?.header.includes(`${lines.y}_low`) ? "bands: 95 % interval" : typeof lines.band !== "string" ? "bands: quartiles"
+      : !lines.band ? "" : "bands: ±1 standard deviation";
   }
 
   function ticks(low, high, log) {
@@ -119,12 +116,15 @@ const Charts = (() => {
       const points = this.series.flatMap(s => s.points), { log_x, log_y, zero } = this.spec;
       const xs = points.map(p => p.x).filter(x => !log_x || x > 0);
       let ys = points.map(p => p.y).filter(y => !log_y || y > 0);
+      for (const r of this.spec.references ?? []) if (r.published && r.y !== null) ys.push(r.y);
       const top = Math.max(...ys), least = Math.min(...ys);
       if (!log_y) ys = ys.concat(points.flatMap(p => [p.lo, p.hi]).filter(v => Number.isFinite(v) && v < top + (top - least || top) && v > least - (top - least)));
       let [x0, x1, y0, y1] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+      for (const r of this.spec.references ?? []) if (r.published && r.x !== null) { x0 = Math.min(x0, r.x); x1 = Math.max(x1, r.x); }
       if (this.names) { x0 -= 0.5; x1 += 0.5; }
       if (zero && !log_y) y0 = Math.min(0, this.series.some(s => s.points.some(p => p.y < 0)) ? y0 : 0);
       if (log_y) { y0 = Math.max(y0, this.spec.least ?? y1 * 1e-6); y0 /= 1.2; y1 *= 1.2; } else { const pad = (y1 - y0 || 1) * 0.04; y1 += pad; if (!zero) y0 -= pad; }
+      if (this.spec.limits) [y0, y1] = this.spec.limits;
       if (x0 === x1) { x0 -= 1; x1 += 1; }
       const map = (v, a, b, log) => log ? Math.log(Math.max(v, a) / a) / Math.log(b / a) : (v - a) / (b - a);
       this.px = x => LEFT + (W - LEFT - RIGHT) * map(x, x0, x1, log_x);
@@ -146,7 +146,7 @@ const Charts = (() => {
       }
       const longest = Math.max(0, ...(this.names ?? []).map(n => n.length)), room = W - LEFT - RIGHT;
       const every = Math.ceil((this.names?.length ?? 0) * (7.2 * longest + 12) / room);
-      const labels = this.names ? this.names.map((n, i) => [i, words(n)]).filter((_, i) => i % every === 0)
+      const labels = this.names ? this.names.map((n, i) => [i, n]).filter((_, i) => i % every === 0)
         : marks.x.map(x => [x, say(x)]);
       for (const [x, label] of labels) {
         this.node("line", { x1: this.px(x), x2: this.px(x), y1: bottom, y2: bottom + 4, class: "axis" });
@@ -158,8 +158,10 @@ const Charts = (() => {
         transform: `rotate(-90 14 ${(TOP + bottom) / 2})` });
       for (const s of this.series) s.group = this.node("g", { style: `--ink:var(--c-${s.colour})` });
       this.series.forEach(s => this.fill(s));
+      for (const r of this.spec.references ?? []) this.reference(r, bottom);
       this.cursor = this.node("line", { y1: TOP, y2: bottom, class: "cursor" });
-      this.legend.replaceChildren(...(this.series.length > 1 || this.note ? this.series.map(s => {
+      const below = (this.spec.references ?? []).filter(r => r.below).map(r => ({ name: r.label, colour: "black", dash: "7 4" }));
+      this.legend.replaceChildren(...(this.series.length > 1 || this.note ? [...this.series, ...below].filter(s => s.name).map(s => {
         const entry = document.createElement("span");
         entry.innerHTML = '<svg width="26" height="8" aria-hidden="true"><line x1="1" y1="4" x2="25" y2="4"/></svg>';
         entry.style.setProperty("--ink", `var(--c-${s.colour})`);
@@ -172,15 +174,31 @@ const Charts = (() => {
       s.group.replaceChildren();
       const shown = s.points.filter(p => (!this.spec.log_x || p.x > 0));
       const banded = shown.filter(p => Number.isFinite(p.lo) && Number.isFinite(p.hi));
-      const dots = this.spec.kind === "points";
+      const dots = s.dots;
       if (banded.length > 1 && !dots) {
         const there = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.hi).toFixed(1)}`);
         const back = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.lo).toFixed(1)}`).reverse();
         this.node("polygon", { points: [...there, ...back].join(" "), class: "band" }, s.group);
       }
+      if (dots) for (const p of banded) this.node("line", { x1: this.px(p.x), x2: this.px(p.x), y1: this.py(p.lo), y2: this.py(p.hi), class: "whisker" }, s.group);
       if (dots || shown.length === 1) for (const p of shown) this.node("circle", { cx: this.px(p.x).toFixed(1), cy: this.py(p.y).toFixed(1), r: 3.2 }, s.group);
       else this.node("polyline", { points: shown.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "),
         "stroke-dasharray": s.dash, "stroke-width": s.width ?? 1.8 }, s.group);
+    }
+    // A number to compare with: across, upright, a point, through the origin, or so many per cent below a series.
+    reference(r, bottom) {
+      const kind = r.published ? "reference published" : "reference", points = (name, of) => this.node("polyline", { points: of.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "), class: name });
+      const below = this.series.find(s => s.key === r.below), ends = [this.xs[0], this.xs.at(-1)];
+      if (below) points(kind, below.points.map(p => ({ x: p.x, y: p.y * (1 - r.percent / 100) })));
+      else if (r.slope !== null) points(kind, ends.map(x => ({ x, y: r.slope * x })));
+      else if (r.x !== null && r.y !== null) this.node("path", { d: `M${this.px(r.x)} ${this.py(r.y) - 6}l6 6l-6 6l-6-6z`, class: "reference published point" });
+      else if (r.x !== null) this.node("line", { x1: this.px(r.x), x2: this.px(r.x), y1: TOP, y2: bottom, class: kind });
+      else if (r.y !== null) this.node("line", { x1: LEFT, x2: W - RIGHT, y1: this.py(r.y), y2: this.py(r.y), class: kind });
+      if (!r.label || below) return;
+      const right = r.x !== null && this.px(r.x) > 0.6 * W;
+      const x = r.x !== null ? this.px(r.x) + (right ? -9 : 9) : W - RIGHT - 4;
+      const y = r.y !== null ? this.py(r.y) + (r.x !== null ? 4 : -5) : TOP + 12;
+      this.text(x, y, r.label, { "text-anchor": r.x !== null ? (right ? "end" : "start") : "end", class: "note" });
     }
     replace(index, points, name) {
       const s = this.series[index];
@@ -197,10 +215,10 @@ const Charts = (() => {
       const x = this.xs[this.slider.value];
       if (x === undefined) return;
       this.cursor.setAttribute("x1", this.px(x)); this.cursor.setAttribute("x2", this.px(x));
-      const label = this.names ? words(this.names[x]) : say(x);
+      const label = this.names ? this.names[x] : say(x);
       const values = this.series.map(s => [s, s.points.find(p => p.x === x)]).filter(([, p]) => p).map(([s, p]) => {
         const spread = Number.isFinite(p.lo) && Number.isFinite(p.hi) ? ` (${say(p.lo)} to ${say(p.hi)})` : "";
-        return `${this.series.length > 1 ? s.name + " " : ""}${say(p.y)}${spread}`;
+        return `${this.series.length > 1 && s.name ? s.name + " " : ""}${say(p.y)}${spread}`;
       });
       const read = `${this.spec.x_label}: ${label}. ${values.join("; ")}`;
       this.output.textContent = read;

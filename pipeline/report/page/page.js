@@ -16,10 +16,8 @@
   function drawn(box) {
     if (box.dataset.done) return;
     box.dataset.done = "yes";
-    const spec = JSON.parse(box.dataset.spec), table = curves(box.dataset.figure, `${spec.table}.csv`);
-    if (!table) return;
-    const made = Charts.series(spec, table);
-    if (made.series.length) new Charts.Chart(box, { ...made, spec, note: spec.kind === "points" ? "" : Charts.bandWords(spec, table.header) });
+    const spec = JSON.parse(box.dataset.spec), of = name => curves(box.dataset.figure, name), made = Charts.series(spec, of);
+    if (made.series.length) new Charts.Chart(box, { ...made, spec, note: made.series.some(s => s.dots) ? "" : Charts.bandWords(spec, of) });
   }
   const boxes = [...document.querySelectorAll("[data-spec]")];
   const near = new IntersectionObserver(entries => {

@@ -134,10 +134,13 @@ const Players = (() => {
     drag(ring.canvas, (dx, dy, e) => aim(e), aim);
 
     const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
-    const published = Charts.series({ x: "view_angle_deg", y: "absolute_error_mm2", by: ["method"], band: [] , y_label: "" }, table);
-    published.series = published.series.filter(s => s.parts[0] === "average_walker" || s.parts[0] in Gait.METHODS);
-    published.series.forEach(s => { s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3"; });
-    const own = { name: "this walker, now", parts: [], points: [], colour: "blue", dash: "", width: 2.6 };
+    const spec = JSON.parse(document.querySelector('[data-figure="zhang2007_fig5"][data-spec]').dataset.spec);
+    const published = Charts.series(spec, () => table);
+    published.series.forEach(s => {
+      s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3";
+      s.points.forEach(p => { p.lo = p.hi = NaN; });
+    });
+    const own = { key: "own", name: "this walker, now", points: [], colour: "blue", dash: "", width: 2.6 };
     let chart = null;
     const state = { method: "map" };
     function sigma2() { return low * (high / low) ** (sigma.value / 100); }
@@ -172,7 +175,7 @@ const Players = (() => {
       own.colour = Charts.roles(chosen.role);
       if (!chart) {
         chart = new Charts.Chart(id("player-curve"), { series: [...published.series, own],
-          spec: { x_label: "view angle (°)", y_label: "mean square error (mm²)", zero: true } });
+          spec: { ...spec, references: [] } });
         chart.onmove = setView;
       }
       curve();

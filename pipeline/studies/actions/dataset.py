@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.clips.performances import PERFORMANCES, Performances
+from pipeline.clips.kinds import PERFORMANCES, Performances
 from pipeline.core import posture
 from pipeline.core.posture import LimbLengths
 from pipeline.core.resampling import frames_at_rate, interpolate

@@ -6,7 +6,6 @@ images agree as the distance grows.  The detector's noise is given in millimetre
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -14,8 +13,8 @@ import numpy as np
 
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.core.tracking import Likelihood
-from pipeline.validation import require_range
+from pipeline.core.tracking.likelihood import Likelihood
+from pipeline.studies.occlusion import occlusion
 
 
 class CameraKind(StrEnum):
@@ -24,9 +23,6 @@ class CameraKind(StrEnum):
     orthographic = "orthographic"
     perspective = "perspective"
 
-
-MOST_OCCLUDED = 0.9
-"""Largest share of joints that may be hidden; a run of hidden frames must end before the next begins."""
 
 _FOCAL_PX = 1000.0
 _CAMERA_HEIGHT_MM = 1000.0
@@ -79,53 +75,6 @@ def camera_of(kind: CameraKind, *, view_angle_deg: float, distance_mm: float) ->
     target = np.array([0.0, 0.0, _CAMERA_HEIGHT_MM])
     pinhole = look_at(target - distance_mm * ahead, target, focal_px=_FOCAL_PX)
     return Camera(pinhole, _FOCAL_PX / distance_mm)
-
-
-def require_occlusion(shares: Sequence[float], mean_frames: float) -> None:
-    """Validate ``sweep.occluded`` and ``sweep.occlusion_frames``.
-
-    Raises
-    ------
-    InvalidInput
-        A share below 0 or above 0.9, or runs too short for it.
-    """
-    for share in shares:
-        require_range("sweep.occluded", share, at_least=0, at_most=MOST_OCCLUDED)
-        least = max(1.0, share / (1.0 - share))
-        require_range("sweep.occlusion_frames", mean_frames, at_least=least, unit="frames")
-
-
-def occlusion(
-    frames: int, joints: int, share: float, mean_frames: float, generator: np.random.Generator
-) -> np.ndarray:
-    """Return which joints are hidden, (T, J) bool: each by itself, in runs of frames.
-
-    Parameters
-    ----------
-    frames, joints : int
-    share : float
-        Expected part of all joints in all frames.
-    mean_frames : float
-        Expected length of a run.
-    generator : numpy.random.Generator
-
-    Raises
-    ------
-    InvalidInput
-        A share below 0 or above 0.9, or runs too short for it.
-
-    Notes
-    -----
-    Joints go and come back with constant probabilities, and begin as they go on.
-    """
-    require_occlusion([share], mean_frames)
-    chance = generator.random((frames, joints))
-    hidden = np.empty((frames, joints), dtype=bool)
-    hidden[0] = chance[0] < share
-    goes, stays = share / (mean_frames * (1.0 - share)), 1.0 - 1.0 / mean_frames
-    for t in range(1, frames):
-        hidden[t] = chance[t] < np.where(hidden[t - 1], stays, goes)
-    return hidden
 
 
 def observe(

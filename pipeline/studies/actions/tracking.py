@@ -9,14 +9,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipeline.core.choice import evenly
 from pipeline.core.tracking import joint_error
 from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.held_out import LeaveOut, learn_without, left_out, performances_of
 from pipeline.studies.actions.model import Action
-from pipeline.studies.actions.observed_joints import CameraKind, camera_of, require_occlusion
-from pipeline.studies.actions.tracking_conditions import Condition, conditions, tracked
+from pipeline.studies.actions.observed_joints import CameraKind, camera_of
+from pipeline.studies.actions.tracking_conditions import Condition, conditions
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
+from pipeline.studies.occlusion import require_occlusion
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.validation import InvalidInput, require_distinct, require_range
 
@@ -142,7 +144,7 @@ class HeldOutTracking(Sweep):
         """
         varied, wanted = zip(*self.conditions, strict=True)
         performances, people = performances_of(inputs.dataset), inputs.dataset.person
-        chosen = tracked(self.tracked, len(performances))
+        chosen = evenly(self.tracked, len(performances))
         ways, remarks = self.ways(people)
         shown, distinct = self.demonstrated, sorted(set(wanted))
         camera = camera_of(self.camera, view_angle_deg=self.view_angle_deg, distance_mm=self.distance_mm)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 USUAL_PARTICLES = 500
 """Where particles are not what varies, if they are among those tried."""
 
@@ -44,10 +42,3 @@ def conditions(
         *(("noise", Condition(usual, v, 0.0)) for v in sorted(noise_mm)),
         *(("occlusion", Condition(usual, usual_noise_mm, v)) for v in sorted(occluded)),
     ]
-
-
-def tracked(wanted: int, count: int) -> np.ndarray:
-    """Return the indices of the performances that are tracked, evenly over all; all if none are wanted."""
-    if not 0 < wanted < count:
-        return np.arange(count)
-    return np.unique(np.rint(np.linspace(0, count - 1, wanted)).astype(int))

@@ -15,14 +15,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, TrajectoryBasis, TrajectoryBasisByRule
+from pipeline.core.choice import evenly
 from pipeline.core.resampling import interpolate
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
-from pipeline.studies.actions.observed_joints import occlusion, require_occlusion
-from pipeline.studies.actions.tracking_conditions import tracked
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.methods import (
     PELVIS,
     SeenWalk,
@@ -33,10 +34,9 @@ from pipeline.studies.face_off.methods import (
     mean_walker,
 )
 from pipeline.studies.limbs.cameras import Camera, CameraSweep
+from pipeline.studies.occlusion import occlusion, require_occlusion
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.validation import InvalidInput, require_increasing, require_range
 
 EIGENWALKERS = ("least_squares", "map")
@@ -186,7 +186,7 @@ class FaceOffSweep(CameraSweep):
             raise InvalidInput(
                 "limbs need walks of which every joint was measured", received="an estimated joint in each"
             )
-        chosen = whole[tracked(self.walkers, len(whole))]
+        chosen = whole[evenly(self.walkers, len(whole))]
         distinct = sorted({condition for _, condition in wanted})
         noise_px = self.noise_px[len(self.noise_px) // 2]
         shown = Condition(self.varied_view_deg, noise_px, self.occluded[0])

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Sheet
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
 from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
@@ -18,29 +21,30 @@ from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 METHODS = {
-    "least_squares": pictures.Style("eigenwalkers (least squares)", "least_squares"),
-    "map": pictures.Style("eigenwalkers (MAP)", "map", line="dashed"),
-    "anatomical": pictures.Style("anatomical", "green"),
-    "image_and_average": pictures.Style("image, average walker's depth", "null", line="dashed"),
-    "mean_walker": pictures.Style("average walker", "null", line="dotted"),
-    "articulated": pictures.Style("articulated", "purple", line="dashed"),
-    "articulated_hinges": pictures.Style("articulated, hinges", "amber"),
-    "articulated_mirrors": pictures.Style("articulated, mirrors tried", "sky"),
+    "least_squares": Style("eigenwalkers (least squares)", "least_squares"),
+    "map": Style("eigenwalkers (MAP)", "map", line="dashed"),
+    "anatomical": Style("anatomical", "green"),
+    "image_and_average": Style("image, average walker's depth", "null", line="dashed"),
+    "mean_walker": Style("average walker", "null", line="dotted"),
+    "articulated": Style("articulated", "purple", line="dashed"),
+    "articulated_hinges": Style("articulated, hinges", "amber"),
+    "articulated_mirrors": Style("articulated, mirrors tried", "sky"),
 }
-RECORDED = METHODS | {"mean_walker": pictures.Style("average walker", "yellow")}
+RECORDED = METHODS | {"mean_walker": Style("average walker", "yellow")}
 """In recordings the truth is light grey."""
 
 PANELS = (
-    ("none", "view_angle_deg", "Viewpoint (degree)", ("least_squares", "map")),
-    ("noise", "noise_px", "Noise of the image (px)", ("articulated", "articulated_hinges")),
-    ("occlusion", "occluded", "Share of joints hidden", ("articulated_mirrors", "mean_walker")),
-    ("heading", "heading_error_deg", "Error of the heading (degree)", ("anatomical", "image_and_average")),
+    ("none", "view_angle_deg", "view angle"),
+    ("noise", "noise_px", "noise of the image"),
+    ("occlusion", "occluded", "share of joints hidden"),
+    ("heading", "heading_error_deg", "error of the heading"),
 )
-"""What is varied, its column, its axis, and which lines the panel of the first row names: all would not fit."""
+"""What is varied, its column, and its axis."""
 
 CONDITION = ["view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "heading_error_deg"]
 ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded", "heading_error_deg"]
@@ -120,51 +124,46 @@ class FaceOffFigure(Figure):
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw a row of panels to a camera: error against view, noise and occlusion."""
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """A row to a camera: error against view, noise, occlusion and heading."""
         options = cast(FaceOffSweep, inputs.experiment.sweep)
         table = tables["table_summary"]
-        panels = [
-            pictures.Panel(
-                x=column,
-                y="error_mm",
-                band=("error_mm_low", "error_mm_high"),
-                where={"camera": camera, "varied": varied},
-                legend=named if camera is options.cameras[0] else (),
-                xlabel=label,
-                ylabel=f"Error (mm), {camera.words}" if varied == "none" else "",
-                xticks=np.unique(table.loc[table["varied"] == varied, column]).tolist(),
-                ylim=(0.0, 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))),
+        top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
+        charts = [
+            Chart(
+                table="table_summary", x=column, x_label=label, y="error_mm", by="method", styles=METHODS,
+                where={"camera": str(camera), "varied": varied}, label=f"error, {camera.words}",
+                ticks=np.unique(table.loc[table["varied"] == varied, column]).tolist(), limits=(0.0, top),
+                name=f"error_{camera}_{varied}_mm", page=varied in ("none", "noise"),
             )
             for camera in options.cameras
-            for varied, column, label, named in PANELS
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            table,
-            by="method",
-            styles=METHODS,
+            for varied, column, label in PANELS
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
             columns=len(PANELS),
-            caption=f"{inputs.caption} Mean distance of the joints from the recorded motion, relative to the pelvis, "
-            f"over {len(inputs.sweep.walkers)} walkers. {interval_words(table['people'][0])} Perspective camera at "
-            f"{options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a "
-            f"wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker, "
-            "frequency and phase from the still view alone, none where the camera moves. Anatomical: the same, with "
-            "mirror images and bones of constant length. Articulated: no walk was learnt; true lengths of the limbs. "
-            "All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the depth "
-            "of the image as it is.",
+            share_y=True,
+            letters=False,
+            panel_size=(2.4, 2.2),
+            caption="Mean distance of the joints from the recorded motion, relative to the pelvis, over"
+            f" {len(inputs.sweep.walkers)} walkers. {interval_words(table['people'][0])} Perspective camera at"
+            f" {options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a"
+            f" wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker,"
+            " frequency and phase from the still view alone, none where the camera moves. Anatomical: the same, with"
+            " mirror images and bones of constant length. Articulated: no walk was learnt; true lengths of the limbs."
+            " All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the"
+            " depth of"
+            " the image as it is.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one walker: recorded, by every method from every camera; what the cameras saw; errors over time."""
         sweep, options = inputs.sweep, cast(FaceOffSweep, inputs.experiment.sweep)
         true = sweep.shown_true
         ground, times = lift(true), np.arange(len(true)) / options.frame_rate_hz
         index = {"time": times}
         methods = [str(method) for method in sweep.methods]
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nWalker `{inputs.samples[sweep.shown[0]]}` from "
             f"{sweep.shown_view_angle_deg:g}°, noise {sweep.shown_noise_px:g} px; of all walkers the one whose error "
             "by the articulated method is the median. All bodies are laid on the recorded pelvis. Grey: recorded. "
@@ -201,20 +200,20 @@ class FaceOffFigure(Figure):
                 open_on = (
                     ("map", "articulated_mirrors") if camera is Camera.still else ("articulated_mirrors",)
                 )
-                space = recordings.Space3D(
+                space = Space3D(
                     name=f"{camera.words}: recorded and reconstructed",
                     contents=("world/original", f"world/reconstructed/{camera}"),
                     shown=("world/original", *(f"world/reconstructed/{camera}/{m}" for m in open_on)),
                     eye_mm=eye,
                 )
-                image_view = recordings.Image2D(
+                image_view = Image2D(
                     name=f"image of the {camera.words}", origin=f"image/observed/{camera}", beside=space
                 )
-                curves = recordings.Plot(
+                curves = Plot(
                     name=f"error (mm) against time (s), {camera.words}",
                     origin=f"curves/error_mm/{camera}",
                     y_range=(0.0, 1.7 * worst),  # the legend takes the upper part
                 )
-                columns.append(recordings.Rows(space, image_view, curves, shares=(4, 4, 3)))
-            layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
+                columns.append(Rows(space, image_view, curves, shares=(4, 4, 3)))
+            layout = Columns(*columns, Notes(), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)

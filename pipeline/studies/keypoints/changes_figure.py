@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import cast
+from functools import partial
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures
+from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.changes import KeypointChanges
 from pipeline.studies.keypoints.model import KeypointWalkersModel
@@ -18,11 +18,15 @@ from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
 from pipeline.studies.keypoints.tables import clips_of, errors_by, people_of, verdicts_of, views_by
 from pipeline.studies.study import Figure
 
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
 PANEL_SIZE = (11.0, 2.4)
 """Inches: the conditions stand below the panels in words."""
-MOST_SHOWN = {"error_mm": 80.0, "knee_error_deg": 20.0, "view": 10.0}
+MOST_SHOWN = (("error_mm", "joints", 80.0), ("knee_error_deg", "knees", 20.0))
+MOST_OF_VIEW_DEG = 10.0
 """Ends of the axes: a view taken for another would press all else together."""
-COLOURS = {"keypoint_walk": "map", "image_kept": "orange", "average_walker": "null"}
+STYLES = METHODS | {"image_kept": replace(METHODS["image_kept"], colour="orange")}
 
 
 @dataclass(kw_only=True)
@@ -56,73 +60,40 @@ class KeypointChangesFigure(Figure):
             "table_people": tidy(people.to_dict("list"), by=["person", "condition", "method"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Errors of joints, knees and view, and coverage of 95 % bars, by condition."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
-        views, table = tables["table_views"], tables["table"]
-        at = np.arange(len(views), dtype=float)
-        ends = (-0.5, len(at) - 0.5)
-        below = [" "] * len(at)
-
-        def of_views(columns: Mapping[str, tuple[str, str]]) -> list[pictures.Series]:
-            return [
-                pictures.Series(x=at, y=views[column].to_numpy(), label=label, colour=colour, line="points")
-                for column, (label, colour) in columns.items()
-            ]
-
-        panels = [
-            pictures.Panel(
-                series=[line for method in METHODS for line in _with_intervals(table, column, method, at)],
-                ylabel=label, ylim=(0.0, MOST_SHOWN[column]), xticks=at.tolist(), xlim=ends, xwords=below,
-            )
-            for column, label in (("error_mm", "Joints (mm)"), ("knee_error_deg", "Knees (degree)"))
-        ]  # fmt: skip
-        panels += [
-            pictures.Panel(
-                series=of_views(
-                    {"view_error_median_deg": ("median", "map"), "view_error_90_deg": ("90 % of clips", "orange")}
-                ),
-                ylabel="View (degree)", ylim=(0.0, MOST_SHOWN["view"]), xticks=at.tolist(), xlim=ends, xwords=below,
+        words = {str(n): options.conditions[n].name for n in tables["table_views"]["condition"].tolist()}
+        condition = partial(Chart, x="condition", words=words)
+        of_views = partial(Lines, table="table_views")
+        charts = [
+            *(
+                condition(y=column, by="method", styles=STYLES, label=label, limits=(0.0, most))
+                for column, label, most in MOST_SHOWN
             ),
-            pictures.Panel(
-                series=of_views(
-                    {
-                        "covered_95_percent": ("joints within bars of 95 %", "map"),
-                        "walk_percent": ("clips judged a walk", "green"),
-                        "not_a_walk_percent": ("clips refused", "orange"),
-                    }
-                ),
-                ylabel="Share (%)", ylim=(-4.0, 104.0), xticks=at.tolist(), xlim=ends,
-                xwords=[options.conditions[number].name for number in views["condition"].tolist()],
-                references=[("y", 95.0, "")],
+            condition(
+                table="table_views", y="view_error_median_deg", styles={"median": Style("median", "map")},
+                also=[of_views(y="view_error_90_deg", styles={"90": Style("90 % of clips", "orange")})],
+                label="view", limits=(0.0, MOST_OF_VIEW_DEG),
+            ),
+            condition(
+                table="table_views", y="covered_95_percent",
+                styles={"covered": Style("joints within bars of 95 %", "map")},
+                also=[
+                    of_views(y="walk_percent", styles={"walk": Style("clips judged a walk", "green")}),
+                    of_views(y="not_a_walk_percent", styles={"refused": Style("clips refused", "orange")}),
+                ],
+                label="share", limits=(-4.0, 104.0), references=[Reference(y=95.0)],
             ),
         ]  # fmt: skip
-        pictures.draw_lines(
-            stem, panels, columns=1, panel_size=PANEL_SIZE,
-            caption=f"{inputs.caption} {options.takes} simulated clips, the same for every condition, of people whom"
-            " the model does not know, from all sides, overground and on a treadmill. Means with 95 % intervals over"
-            " people; what lies beyond the axes is in the tables.",
-        )  # fmt: skip
+        return Sheet(
+            charts=charts,
+            panel_size=PANEL_SIZE,
+            caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
+            " know, from all sides, overground and on a treadmill. Means with 95 % intervals over people; what lies"
+            " beyond the axes is in the tables.",
+        )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the clip of median error under the usual condition."""
-        record_shown(inputs, folder)
-
-
-def _with_intervals(table: pd.DataFrame, column: str, method: str, at: np.ndarray) -> list[pictures.Series]:
-    """Means of one method as points, and their intervals; of a single person there is none."""
-    rows = table[table["method"] == method]
-    ends = rows[[f"{column}_low", f"{column}_high"]].to_numpy()
-    known = np.isfinite(ends).all(axis=1)
-    points = pictures.Series(
-        x=at, y=rows[column].to_numpy(), label=METHODS[method].label, colour=COLOURS[method], line="points"
-    )
-    if not known.any():
-        return [points]
-    return [
-        points,
-        replace(
-            points, x=np.repeat(at[known], 2), y=ends[known].ravel(), label="", line="solid",
-            units=np.repeat(np.flatnonzero(known), 2),
-        ),
-    ]  # fmt: skip
+        record_shown(inputs, begin)

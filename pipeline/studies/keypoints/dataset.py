@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.clips.filmed import training_walks
-from pipeline.clips.walks import WALKS, Walks
+from pipeline.clips.kinds import WALKS, Walks
 from pipeline.core.keypoint_walk import TrainingWalk
 from pipeline.studies.study import Dataset
 from pipeline.validation import InvalidInput

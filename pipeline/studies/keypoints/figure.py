@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import cast
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures
+from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointHeadings
 from pipeline.studies.keypoints.model import KeypointWalkersModel
@@ -17,7 +18,8 @@ from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
 from pipeline.studies.keypoints.tables import LEVELS_PERCENT, clips_of, errors_by, people_of, views_by
 from pipeline.studies.study import Figure
 
-HEADING_AXIS = "Heading (degree; 0: towards the camera)"
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 
 @dataclass(kw_only=True)
@@ -43,73 +45,51 @@ class KeypointHeadingsFigure(Figure):
             "table_people": tidy(people.to_dict("list"), by=["person", *by]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Errors of joints and knees by heading; view error of every clip; coverage of bars."""
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Errors of joints and knees by heading; error of the view; coverage of bars."""
         options = cast(KeypointHeadings, inputs.experiment.sweep)
-        views = tables["table_views"]
-        clips = tables["table_clips"]
-        headings = views["heading_deg"].to_numpy()
-        ticks = headings.tolist()
-        coverage = [
-            pictures.Series(
-                x=headings,
-                y=views[f"covered_{p}{kind}_percent"].to_numpy(),
-                label=label,
-                colour=colour,
-                line=line,
-            )
+        heading = partial(
+            Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
+            ticks=np.unique(tables["table"]["heading_deg"]).tolist(),
+        )  # fmt: skip
+        of_view = Lines(
+            table="table_views",
+            y="view_error_90_deg",
+            styles={"90": Style("90 % of clips", "map", line="dashed")},
+        )
+        covered: list[dict[str, Any]] = [
+            {
+                "table": "table_views",
+                "y": f"covered_{p}{kind}_percent",
+                "styles": {f"{p}{kind}": Style(label if p == LEVELS_PERCENT[0] else "", colour, line=line)},
+            }
             for p in LEVELS_PERCENT
             for kind, label, colour, line in (
-                ("", "calibrated on others" if p == LEVELS_PERCENT[0] else "", "map", "solid"),
-                ("_raw", "as computed" if p == LEVELS_PERCENT[0] else "", "null", "dotted"),
+                ("", "calibrated on others", "map", "solid"),
+                ("_raw", "as computed", "null", "dotted"),
             )
         ]
-        panels = [
-            pictures.Panel(
-                y=column, band=(f"{column}_low", f"{column}_high"), ylabel=label, from_zero=True, xticks=ticks,
-                legend=named,
-            )
-            for column, label, named in (
-                ("error_mm", "Error of joints (mm)", ("keypoint_walk", "average_walker")),
-                ("knee_error_deg", "Error of knees (degree)", ("image_kept",)),
-            )
-        ]  # fmt: skip
-        panels += [
-            pictures.Panel(
-                series=[
-                    pictures.Series(
-                        x=headings, y=views["view_error_median_deg"].to_numpy(), label="median", colour="map",
-                    ),
-                    pictures.Series(
-                        x=headings, y=views["view_error_90_deg"].to_numpy(), label="90 % of clips", colour="map",
-                        line="dashed",
-                    ),
-                ],
-                ylabel="Error of the view (degree)",
-                xticks=ticks,
-                from_zero=True,
+        charts = [
+            heading(y="error_mm", by="method", styles=METHODS, label="error of joints"),
+            heading(y="knee_error_deg", by="method", styles=METHODS, label="error of knees"),
+            heading(
+                table="table_views", y="view_error_median_deg", styles={"median": Style("median", "map")},
+                also=[of_view], label="error of the view",
             ),
-            pictures.Panel(
-                series=coverage,
-                ylabel="Covered by bars (%)",
-                xticks=ticks,
-                ylim=(0.0, 100.0),
-                references=[("y", float(p), f"{p} %") for p in LEVELS_PERCENT],
+            heading(
+                **covered[0], also=[Lines(**one) for one in covered[1:]], label="covered by bars",
+                limits=(0.0, 100.0), references=[Reference(y=float(p), label=f"{p} %") for p in LEVELS_PERCENT],
             ),
         ]  # fmt: skip
-        table = tables["table"].copy()
-        for name in ("error_mm", "knee_error_deg"):  # a single person has no interval
-            for end in ("low", "high"):
-                table[f"{name}_{end}"] = table[f"{name}_{end}"].fillna(table[name])
-        pictures.draw_lines(
-            stem, panels, table, x="heading_deg", by="method", styles=METHODS, columns=2,
-            xlabel=HEADING_AXIS,
-            caption=f"{inputs.caption} {len(clips)} simulated clips of people whom the model does not know:"
-            f" perspective, white and slow error, a bias of {options.bias_mm:g} mm of each joint, missing and"
-            " exchanged keypoints; distance, path, view, phase and cadence unknown; overground and on a treadmill,"
-            " either side. Bands: 95 % over people. Bars: of 50, 80 and 95 %.",
-        )  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption=f"{len(tables['table_clips'])} simulated clips of people whom the model does not know: perspective,"
+            f" white and slow error, a bias of {options.bias_mm:g} mm of each joint, missing and exchanged keypoints;"
+            " distance, path, view, phase and cadence unknown; overground and on a treadmill, either side. Bands: 95 %"
+            " over people. Bars: of 50, 80 and 95 %.",
+        )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
-        record_shown(inputs, folder)
+        record_shown(inputs, begin)

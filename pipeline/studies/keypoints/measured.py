@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.clips.filmed import belt_speed_mm_s, film
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior, Reconstruction, errors
 from pipeline.core.keypoint_walk.calibration import (
     GROUP_OF,

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline import pictures, recordings
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import FilmedErrors
 from pipeline.studies.keypoints.model import KeypointWalkers
 
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
 Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 
 METHODS = {
-    "keypoint_walk": pictures.Style("from keypoints", "map"),
-    "image_kept": pictures.Style("image kept, average walker's depth", "null", line="dashed"),
-    "average_walker": pictures.Style("average walker", "null", line="dotted"),
+    "keypoint_walk": Style("from keypoints", "map"),
+    "image_kept": Style("image kept, average walker's depth", "null", line="dashed"),
+    "average_walker": Style("average walker", "null", line="dotted"),
 }
 
 
-def record_shown(inputs: Inputs, folder: Path) -> None:
+def record_shown(inputs: Inputs, begin: Recorder) -> None:
     """Log the clip of median error."""
     sweep = inputs.sweep
     T = len(sweep.shown_true_mm)
@@ -40,7 +44,7 @@ def record_shown(inputs: Inputs, folder: Path) -> None:
     }
     ground = float(sweep.shown_true_mm[..., 1].max())
     flip = np.array([1.0, -1.0])
-    with inputs.recording(folder, words) as rec:
+    with begin(words) as rec:
         rec.image_points(
             "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
         )
@@ -64,15 +68,13 @@ def record_shown(inputs: Inputs, folder: Path) -> None:
                 colour=colour,
             )
         rec.blueprint(
-            recordings.Columns(
-                recordings.Image2D(name="image: keypoints, reprojection"),
-                recordings.Space3D(
-                    name="truth, reconstruction, average walker", eye_mm=(1800.0, -2200.0, 1400.0)
-                ),
-                recordings.Rows(
-                    recordings.Plot(name="error (mm)", origin="curves/error_mm"),
-                    recordings.Plot(name="half width of 95 % bars (mm)", origin="curves/half_width_95_mm"),
-                    recordings.Notes(),
+            Columns(
+                Image2D(name="image: keypoints, reprojection"),
+                Space3D(name="truth, reconstruction, average walker", eye_mm=(1800.0, -2200.0, 1400.0)),
+                Rows(
+                    Plot(name="error (mm)", origin="curves/error_mm"),
+                    Plot(name="half width of 95 % bars (mm)", origin="curves/half_width_95_mm"),
+                    Notes(),
                 ),
                 shares=(3, 3, 3),
             ),

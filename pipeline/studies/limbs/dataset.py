@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.clips.varied import VARIED, VariedClips
+from pipeline.clips.kinds import VARIED, VariedClips
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.resampling import frames_at_rate, interpolate
 from pipeline.studies.study import Dataset

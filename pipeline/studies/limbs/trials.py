@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.clips.varied import VariedClips
+from pipeline.clips.kinds import VariedClips
 from pipeline.core.articulated_trajectory import (
     LimbChoice,
     TrajectoryBasis,

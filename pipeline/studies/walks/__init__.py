@@ -1,9 +1,10 @@
 """Walks: periodic 3D motion from 2D by Fourier series and eigenwalkers, zhang2004 and zhang2007."""
 
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierDataset
 from pipeline.studies.study import Study
 from pipeline.studies.walks import measures
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.dataset import FourierDataset
 from pipeline.studies.walks.figures.coverage import BarCoverage
 from pipeline.studies.walks.figures.joint_angles import JointAngleFigure
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
@@ -17,7 +18,6 @@ from pipeline.studies.walks.figures.view_errors import ViewErrors
 from pipeline.studies.walks.figures.view_posterior import ViewPosterior
 from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
-from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.studies.walks.sweeps.coverage import Coverage
 from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion

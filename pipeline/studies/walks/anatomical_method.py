@@ -11,9 +11,9 @@ import numpy as np
 from pipeline.core import anatomical, camera, fourier, linear_model
 from pipeline.core.anatomical import Prior
 from pipeline.core.linear_model import LinearModel
-from pipeline.core.viewpoint import ViewEstimate
+from pipeline.core.viewpoint.view_estimate import ViewEstimate
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.phase_sources import Reconstruction
 from pipeline.studies.walks.sweeps.held_out import Fold, People, mirrored_grid
 from pipeline.studies.walks.sweeps.setting import anatomical_setting

@@ -8,8 +8,8 @@ import numpy as np
 
 from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weights
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Model
-from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.validation import InvalidInput, require_range
 
 

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import camera, fourier
 from pipeline.core.joint_angles import JOINT_ANGLES, angle_errors, flexion, joints_of
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views, validate_methods
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import Motion3d
 from pipeline.validation import require_range
 

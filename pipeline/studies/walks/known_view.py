@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
@@ -25,7 +26,6 @@ from pipeline.studies.walks.methods import (
     coarser_views,
     validate_methods,
 )
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
 from pipeline.studies.walks.phase_sources import Motion3d, Observed2d

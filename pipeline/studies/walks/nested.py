@@ -11,8 +11,8 @@ import numpy as np
 
 from pipeline.core import linear_model, reconstruction
 from pipeline.processes import map_processes
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 
 GROUPS = 10
 """Groups of people; fewer if there are fewer people."""

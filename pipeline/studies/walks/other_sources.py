@@ -8,10 +8,10 @@ import numpy as np
 
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import IMAGE_IGNORED_MM2, Method
-from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.studies.walks.phase_sources import Motion3d
 
 LEAST_WALKERS = 3

@@ -13,11 +13,12 @@ from typing import Self
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import camera, errors, fourier, linear_model, observation, reconstruction
 from pipeline.core.linear_model import LinearModel
+from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
-from pipeline.studies.walks.dataset import FourierSamples
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 
 EVERY_JOINT = np.ones(len(WALKER15.joints), dtype=bool)
 
@@ -25,6 +26,7 @@ PHASES = ("phase_rad", "phase_error_rad")
 """What only the observed source finds, beside the reconstruction."""
 
 
+@shortened
 @dataclass(frozen=True)
 class Reconstruction:
     """One walker reconstructed from A views.

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.clips.walks import Walks
+from pipeline.clips.kinds import Walks
 from pipeline.core import camera, linear_model, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.model import Eigenwalkers
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
@@ -26,7 +27,6 @@ from pipeline.studies.walks.methods import (
     coarser_views,
     validate_methods,
 )
-from pipeline.studies.walks.model import Eigenwalkers
 from pipeline.studies.walks.phase_sources import PHASES, Observed2d
 from pipeline.validation import InvalidInput, require_range
 

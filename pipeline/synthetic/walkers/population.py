@@ -28,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.shortened import shortened
 from pipeline.synthetic.walkers.footfall import keep_to_floor
 from pipeline.synthetic.walkers.kinematics import walk
 from pipeline.synthetic.walkers.person import Person, draw_person
@@ -38,6 +39,7 @@ LEAST_CYCLES = 1.5
 LEAST_FRAME_RATE_HZ = 20.0
 
 
+@shortened
 @dataclass(frozen=True)
 class WalkingPopulation:
     """Walkers with known answers.

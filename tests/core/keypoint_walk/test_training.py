@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from pipeline.core.anatomical import BONES, PAIRS, bone_lengths, stance_rows
-from pipeline.core.keypoint_walk import compact, expand, moments, prepare, train
+from pipeline.core.keypoint_walk import compact, expand, moments, prepare, train, training_walk
 from pipeline.core.keypoint_walk.prior import Detector
 from pipeline.core.keypoint_walk.training import HEIGHT_MM, mirror_image
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
-from tests.core.keypoint_walk.walkers import prior, walks
+from tests.core.keypoint_walk.walkers import RATE, motions, prior, walks
 
 
 def test_every_walker_has_the_same_height() -> None:
@@ -28,7 +29,15 @@ def test_the_model_of_mirrored_people_is_the_same() -> None:
     other = train(mirrored, people)
     np.testing.assert_allclose(other.mean, one.mean, atol=1e-8)
     np.testing.assert_allclose(other.covariance, one.covariance, atol=1e-6)
+    np.testing.assert_allclose(one.aperiodic_variance[list(WALKER15.mirror)], one.aperiodic_variance)
     np.testing.assert_allclose(mirror_image(one.mean), one.mean, atol=1e-8)
+
+
+def test_who_is_twice_as_tall_is_the_same_walker() -> None:
+    motion = motions()[0] + np.random.default_rng(0).normal(scale=5.0, size=motions()[0].shape)
+    one, other = (training_walk(size * motion, RATE, size * 1600.0) for size in (1.0, 2.0))
+    np.testing.assert_allclose(other.walker, one.walker, atol=1e-6)
+    np.testing.assert_allclose(other.aperiodic_variance, one.aperiodic_variance, rtol=1e-6)
 
 
 def test_walks_of_one_person_count_as_one_person() -> None:

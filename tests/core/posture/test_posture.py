@@ -25,7 +25,9 @@ from pipeline.core.posture import (
 )
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, REST, SHOULDER, THIGHS, TORSO
 from pipeline.formats import acclaim
-from pipeline.skeleton import POSTURE12, WALKER15, SourceMapping, map_joints
+from pipeline.skeleton import POSTURE12, WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.validation import InvalidInput
 from tests.strategies import seeds
 

@@ -157,6 +157,8 @@ def test_resampling_is_piecewise_linear_by_hand() -> None:
     np.testing.assert_array_equal(result.samples, [2])  # the mean of 1/4 and 6/8
     np.testing.assert_allclose(result.warp, np.array([[0, 0.5, 1, 2.5, 4], [0, 3, 6, 7, 8.0]]))
     np.testing.assert_allclose(result.sequences[..., 0], result.warp)
+    three = resample_by_key_frames([np.arange(11.0)[:, None]] * 3, np.array([[1], [2], [9]]), 11)
+    assert three.samples.tolist() == [4]  # the mean, not the middle one
 
 
 @pytest.mark.parametrize("n_samples", [7, 8, 11])

@@ -54,6 +54,16 @@ def test_the_steady_stretch_lies_within_the_steady_walk(name: str, seed: int) ->
     assert found.cycles == pytest.approx((found.stop - found.start) / RATE_HZ * STRIDE_HZ, rel=0.05)
 
 
+def test_the_speed_is_that_of_the_stretch_and_not_of_a_spurt_beside_it() -> None:
+    times = np.arange(1200) / RATE_HZ
+    positions = fourier.synthesise(walker(np.random.default_rng(0), individual=0.3), STRIDE_HZ, times)
+    speed = np.where(times < 9.0, 1200.0, 1500.0)
+    positions[..., 1] += np.cumsum(speed)[:, None] / RATE_HZ
+    found = walking.steady_stretch(positions, whole(positions), RATE_HZ)
+    assert found.stop < 1000
+    assert found.speed_mm_s == pytest.approx(1200.0, rel=0.01)
+
+
 @pytest.mark.parametrize("name", CLIPS)
 @pytest.mark.parametrize("path", PATHS)
 def test_the_treadmill_walker_comes_back(name: str, path: str) -> None:

@@ -10,6 +10,17 @@ from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 from tests.core.walks import RATE_HZ, overground
 
+# Sizes
+
+
+def test_stature_counts_from_the_lowest_ankle() -> None:
+    positions = np.zeros((100, 15, 3))
+    positions[:, WALKER15.index("head"), 2] = 1600.0
+    positions[:, WALKER15.index("left_ankle"), 2] = np.where(np.arange(100) < 50, 80.0, 300.0)
+    positions[:, WALKER15.index("right_ankle"), 2] = 380.0 - positions[:, WALKER15.index("left_ankle"), 2]
+    assert walking.stature(positions) == 1520.0
+
+
 # Gaps
 
 
@@ -113,3 +124,24 @@ def test_legs_that_were_never_seen_whole_are_refused(hidden: str) -> None:
 def test_no_size_at_all_is_refused() -> None:
     with pytest.raises(InvalidInput, match="unit of length is wrong"):
         walking.require_millimetres(np.zeros((9, 15, 3)))
+
+
+def test_a_limb_that_is_longer_than_its_twin_by_more_than_a_tenth_is_remarked() -> None:
+    clip = overground(2).positions.copy()
+    assert walking.uneven_legs(clip) == []
+    hip, knee, ankle = (WALKER15.index(f"left_{part}") for part in ("hip", "knee", "ankle"))
+    clip[:, ankle] = clip[:, knee] + 1.2 * (clip[:, ankle] - clip[:, knee])
+    clip[:5, ankle] = np.nan
+    (told,) = walking.uneven_legs(clip)
+    assert told.startswith("The left shank is")
+    clip[:, knee] = clip[:, hip] + 0.85 * (clip[:, knee] - clip[:, hip])
+    assert [sentence.split()[2] for sentence in walking.uneven_legs(clip)] == ["thigh", "shank"]
+    clip[:, knee] = np.nan
+    assert walking.uneven_legs(clip) == []
+
+
+def test_a_length_just_beyond_the_bound_does_not_print_alike() -> None:
+    clip = overground(2).positions.copy()
+    clip *= 1300.4 / walking.leg_length(clip)
+    with pytest.raises(InvalidInput, match=r"expected legs of 350 to 1300 mm, received 1300\.4 mm"):
+        walking.require_millimetres(clip)

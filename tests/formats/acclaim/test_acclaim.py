@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 
 from pipeline.formats import acclaim
 from pipeline.formats.acclaim import amc, asf
-from pipeline.skeleton import WALKER15, map_joints
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract, recording, replace, source_mapping
 

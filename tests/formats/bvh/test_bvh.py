@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.formats import acclaim, bvh
-from pipeline.skeleton import map_joints
+from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract, recording, replace, source_mapping
 
@@ -49,17 +49,17 @@ def test_the_hand_made_file_has_the_positions_worked_out_by_hand() -> None:
     assert motion.units == "cm"
     assert motion.channels == ("Hips.rz", "Hips.rx", "Hips.ry", "Spine.rz", "Spine.rx", "Left Arm.rz")
     assert motion.angles_deg[1].tolist() == [0, 0, 0, 90, 90, 0]
-    assert len(motion.notes) == 2
-    assert "no unit of length" in motion.notes[0]
-    assert "OFFSET of Leg" in motion.notes[1]
+    assert motion.units_assumed
+    (note,) = motion.notes
+    assert "OFFSET of Leg" in note
 
 
 @pytest.mark.parametrize(("units", "factor"), [("mm", 0.1), ("m", 100.0), ("in/0.45", 5.64444)])
-def test_the_caller_says_the_unit_and_the_notes_repeat_it(units: str, factor: float) -> None:
+def test_the_caller_says_the_unit(units: str, factor: float) -> None:
     motion = bvh.read(BVH, units=units)
     assert motion.positions_mm == pytest.approx(bvh.read(BVH).positions_mm * factor, rel=1e-5)
     assert motion.units == units
-    assert motion.notes[0].endswith(f"read as {units}.")
+    assert not motion.units_assumed
 
 
 def test_the_caller_says_the_rate_where_the_file_does_not(copy: Path) -> None:

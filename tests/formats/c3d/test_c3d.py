@@ -12,7 +12,7 @@ import pytest
 
 from pipeline.formats import c3d
 from pipeline.formats.c3d import header as c3d_header
-from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 
@@ -224,9 +224,9 @@ def test_the_first_frame_is_noted(tmp_path: Path) -> None:
 
 def test_labels_missing_doubled_padded_and_foreign(tmp_path: Path) -> None:
     motion = read(tmp_path, make(steps(), ["hüfte   ", "hüfte", ""]))
-    assert motion.names == ("hüfte", "hüfte", "point_3", "point_4")
+    assert motion.names == ("hüfte", "hüfte_2", "point_3", "point_4")
     assert "2 points have no label" in motion.notes[0]
-    assert "1 names of points stand more than once" in motion.notes[1]
+    assert motion.notes[1] == "Names that stand twice are numbered: hüfte_2."
     assert read(tmp_path, make(steps(), LABELS, point={"LABELS": None})).names[0] == "point_1"
     assert "dropped" in read(tmp_path, make(steps(), [*LABELS, "spare"])).notes[0]
 

@@ -53,8 +53,9 @@ def test_alphapose_with_identities_as_lists(tmp_path: Path) -> None:
 def test_mmpose_with_names_and_scores(tmp_path: Path) -> None:
     instances = [{"keypoints": POINTS.tolist(), "keypoint_scores": [0.5] * 17}]
     meta = {"keypoint_id2name": {str(k): f"point{k}" for k in range(17)}}
-    content = {"meta_info": meta, "instance_info": [{"frame_id": 1, "instances": instances}]}
-    found = keypoints.read(write(tmp_path / "a.json", content))
+    frames = [{"frame_id": 5, "instances": instances}, {"frame_id": 7, "instances": instances}]
+    found = keypoints.read(write(tmp_path / "a.json", {"meta_info": meta, "instance_info": frames}))
+    assert (found.n_frames, found.frame.tolist()) == (3, [0, 2])
     assert found.names[:2] == ("point0", "point1")
     np.testing.assert_allclose(found.confidence, 0.5)
 
@@ -86,6 +87,13 @@ def test_rate_and_size_beside_a_table(tmp_path: Path) -> None:
     assert (found.frame_rate_hz, found.image_size) == (25.0, (640, 480))
 
 
+def test_the_rate_of_a_table_is_that_of_most_steps(tmp_path: Path) -> None:
+    times = [0.0, 0.04, 0.08, 0.12, 1.2]
+    rows = "".join(f"{time},1,2\n" for time in times)
+    (tmp_path / "a.csv").write_text(f"time_s,left_knee_x,left_knee_y\n{rows}", encoding="utf-8")
+    assert keypoints.read(tmp_path / "a.csv").frame_rate_hz == pytest.approx(25.0)
+
+
 def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
     head = (
         "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n30\t30\t2\t1\t{unit}\n"
@@ -95,6 +103,7 @@ def test_trc_in_pixels_and_no_other(tmp_path: Path) -> None:
     path.write_text(head.format(unit="px"), encoding="utf-8")
     found = keypoints.read(path)
     assert (found.names, found.frame_rate_hz, found.n_frames) == (("LKnee",), 30.0, 2)
+    assert found.points[:, 0].tolist() == [[5.0, 6.0], [7.0, 8.0]]
     path.write_text(head.format(unit="m"), encoding="utf-8")
     with pytest.raises(InvalidInput, match="not in pixels"):
         keypoints.read(path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline import formats
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES, check_contract
 
@@ -134,3 +134,28 @@ def test_older_exports_of_vicon_have_no_line_of_units(tmp_path: Path) -> None:
         (tmp_path / name).write_text(text, encoding="utf-8")
     first, second = (formats.read(tmp_path / name) for name in ("a.csv", "b.csv"))
     np.testing.assert_array_equal(first.positions_mm, second.positions_mm)
+
+
+def test_rows_of_commas_above_the_first_section_of_nexus(tmp_path: Path) -> None:
+    blank = "," * 7 + "\n"
+    padded = "".join(
+        line + "," * (7 - line.count(",")) + "\n" for line in NEXUS_WITH_DEVICES.split("\n")[:-1]
+    )
+    assert_is_the_example(read(tmp_path, 3 * blank + NEXUS_WITH_DEVICES))
+    assert_is_the_example(read(tmp_path, blank + padded.replace("\n\n", f"\n{blank}")))
+
+
+def test_columns_to_the_right_of_the_trajectories_are_no_points(tmp_path: Path) -> None:
+    lines = NEXUS.split("\n")
+    lines[2] += ",Magnitude( X ),Magnitude( Y ),Count"
+    lines[3] += ",,,Count"
+    lines[4] += ",mm,mm,"
+    text = "\n".join(
+        lines[:5] + [f"{line},1.5,2.5,2" if line.startswith("69") else line for line in lines[5:]]
+    )
+    text = text.replace("697,0,2,2,3,4,,6,1.5,2.5,2", "697,0,2,2,3,4,,6")  # the line may end before them
+    motion = read(tmp_path, text)
+    assert_is_the_example(motion)
+    assert motion.notes == ("Columns that are not read: Magnitude( X ), Magnitude( Y ), Count.",)
+    with pytest.raises(InvalidInput, match="line 6: the line has another number of cells"):
+        read(tmp_path, text.replace("2.5,2\n", "2.5,2,7\n", 1))

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from pipeline.formats.contract import harmless
 from pipeline.formats.points import trc
-from pipeline.skeleton import MILLIMETRES, MotionCapture
+from pipeline.skeleton.recorded import MILLIMETRES, MotionCapture
 from pipeline.validation import InvalidInput
 from tests.formats.contract import FIXTURES
 
@@ -243,12 +244,32 @@ def test_a_missing_line_is_a_missing_frame(tmp_path: Path) -> None:
     assert len(motion.valid) == 20
     assert np.flatnonzero(~motion.valid.all(axis=1)).tolist() == [5, 6]
     assert motion.notes == ("2 frames have no row and are missing.",)
+    told = read(tmp_path, line(np.delete(np.arange(20) / 128, [5, 6])))  # the rate is that of most steps
+    assert told.frame_rate_hz == 128.0
+    np.testing.assert_array_equal(told.valid, motion.valid)
+
+
+def test_nothing_is_interpolated_across_a_gap_between_uneven_times(tmp_path: Path) -> None:
+    steps = np.random.default_rng(3).uniform(0.008, 0.014, 60)
+    steps[30] = 0.1
+    times = np.cumsum(steps)
+    motion = read(tmp_path, line(times))
+    at = times[0] + np.arange(len(motion.valid)) / motion.frame_rate_hz
+    inside = (at > times[29]) & (at < times[30])
+    assert inside.sum() >= 5
+    np.testing.assert_array_equal(motion.valid[:, 0], ~inside)
+
+
+def test_frames_are_numbered_from_one_and_timed_from_zero(tmp_path: Path) -> None:
+    trc.write(tmp_path / "a.trc", ["a"], np.zeros((3, 1, 3)), 50.0)
+    rows = (tmp_path / "a.trc").read_text(encoding="utf-8").splitlines()[5:]
+    assert [row.split("\t")[:2] for row in rows] == [["1", "0"], ["2", "0.02"], ["3", "0.04"]]
 
 
 NAMES = (
     st.text(st.characters(codec="utf-8", categories=("L", "N", "P", "S", "Zs")), min_size=1, max_size=12)
     .filter(lambda name: name == name.strip() and name.isprintable())
-    .filter(lambda name: name == name.strip('"'))
+    .filter(lambda name: name == name.strip('"') and name == harmless(name))
 )
 
 
@@ -263,7 +284,7 @@ def test_what_is_written_is_read_back_to_the_bit(
 ) -> None:
     coordinate = st.floats(-1e9, 1e9)
     positions = data.draw(hnp.arrays(float, (frames, len(names), 3), elements=coordinate))
-    positions[data.draw(hnp.arrays(bool, (frames, len(names))))] = np.nan
+    positions[1:][data.draw(hnp.arrays(bool, (frames - 1, len(names))))] = np.nan
     path = tmp_path_factory.getbasetemp() / "round_trip.trc"
     trc.write(path, names, positions, rate)
     motion = trc.read(path)
@@ -307,5 +328,21 @@ def test_decimal_commas_between_tabs(tmp_path: Path) -> None:
 
 def test_utf16_as_spreadsheets_write_it(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read(tmp_path, made().encode("utf-16")).positions_mm, EXPECTED)
-    with pytest.raises(InvalidInput, match="not UTF-16"):
+    with pytest.raises(UnicodeDecodeError):
         read(tmp_path, made().encode("utf-16") + b"\x00")
+
+
+def test_more_markers_are_declared_than_named(tmp_path: Path) -> None:
+    axes = "\t\tX1\tY1\tZ1\tX2\tY2\tZ2"
+    more = "".join(f"\tX{k}\tY{k}\tZ{k}" for k in (3, 4))
+    for text in (
+        made(markers="4"),
+        made(markers="4").replace(axes, axes + more),
+        made(tuple(row.replace("\n", "\t7\t8\t9\t7\t8\t9\n") for row in ROWS), markers="4"),
+    ):
+        motion = read(tmp_path, text)
+        assert motion.names == ("Head Top", "Hip")
+        np.testing.assert_array_equal(motion.positions_mm, EXPECTED)
+        assert "The file declares 4 markers and names 2; the names count." in motion.notes
+    with pytest.raises(InvalidInput, match="another number of cells"):
+        read(tmp_path, made(tuple(row.replace("\n", "\t7\t8\t9\n") for row in ROWS), markers="4"))

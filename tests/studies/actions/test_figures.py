@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import lacking, make_figure
 from pipeline.cli.summary import Outcome
@@ -21,9 +20,10 @@ from pipeline.storage import tables
 from pipeline.storage.store import Store
 from pipeline.studies.actions.figures import other_paths
 from pipeline.validation import InvalidInput
-from tests.stages.promised import ENTITIES, PROMISED, STAGES
+from tests.contents import columns_of
 
 FIGURES = tuple(f"mozerov2006_{name}" for name in ("fig1", "fig2", "fig3", "warp_error", "variance_left"))
+STAGES = ["raw", "linear", "keyframe", "synchronized"]
 Columns = dict[str, np.ndarray]
 
 
@@ -60,29 +60,12 @@ def made(smoke_results: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_the_tables_have_the_columns_promised(made: Path, name: str) -> None:
-    for table, columns in PROMISED[name].items():
-        assert list(read(made, name, table)) == columns
-    found = {path.stem for path in (made / name).glob("*.csv")} - {"claims", "table_ingest"}
-    assert found == set(PROMISED[name])
-
-
-@pytest.mark.parametrize("name", FIGURES)
-def test_the_recording_is_whole_and_holds_what_is_promised(made: Path, name: str) -> None:
-    path = made / name / "recording.rrd"
-    recordings.verify(path)
-    assert {"about"} | ENTITIES[name] <= set(recordings.entities(path))
-    assert recordings.views(path)
-    assert (made / name / "figure.png").stat().st_size > 20_000
-
-
-@pytest.mark.parametrize("name", FIGURES)
 def test_a_second_run_computes_nothing(made: Path, store: Store, name: str) -> None:
     quick = ("figure.picture=false", "figure.recording=false")
     config = compose([f"experiment={name}", "scale=smoke", f"results={store.results}", *quick])
     again = make_figure(config, store.results / "again" / name, store=Store(store.results))
     assert again.reused == ("ingest", "dataset", "model", "sweep")
-    for table in PROMISED[name]:
+    for table in columns_of(name):
         first = (made / name / f"{table}.csv").read_bytes()
         assert (again.folder / f"{table}.csv").read_bytes() == first
 
@@ -354,7 +337,7 @@ def test_recorded_bends_make_every_figure_but_the_one_that_needs_the_truth(store
                 make(store, name, *quick)
             continue
         make(store, name, *quick)
-        for table, columns in PROMISED[name].items():
+        for table, columns in columns_of(name).items():
             assert list(read(folder, name, table)) == columns
     stages = read(folder, FIGURES[4], "table_stages")
     assert stages["stage"].tolist() == STAGES, "nobody knows the true course of a recording"

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.core import action_model, posture
 from pipeline.storage import tables
@@ -19,6 +18,7 @@ from pipeline.studies.actions import posture_samples
 from pipeline.studies.actions.posture_samples import PostureSampling, SampledPostures
 from pipeline.studies.study import SweepInputs
 from pipeline.validation import InvalidInput
+from tests.recordings import reading
 from tests.strategies import seeds
 
 Measure = Callable[..., SampledPostures]
@@ -102,10 +102,10 @@ def test_the_figure_shows_what_is_in_its_table(smoke_results: Path) -> None:
     folder = smoke_results / "synthetic" / "smoke" / "mozerov2006_fig4"
     recording = folder / "recording.rrd"
     names = {"world/mean_performance", "about", "world/frame_10/mean", "world/frame_40/accepted_8"}
-    assert names <= set(recordings.entities(recording))
+    assert names <= set(reading.entities(recording))
     drawn = tables.read(folder / "table.csv")
     assert len(drawn["x_mm"]) == 2 * 9 * 15
-    index, joints = recordings.read_column(recording, "world/mean_performance", "Points3D:positions", "frame")
+    index, joints = reading.read_column(recording, "world/mean_performance", "Points3D:positions", "frame")
     assert list(index) == list(range(1, 101))
     mean = (drawn["frame"] == 40) & (drawn["draw"] == -1)
     np.testing.assert_allclose(1e3 * joints[39, :, 2], drawn["z_mm"][mean], atol=0.01)

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.core import posture
+from pipeline.core.choice import evenly
 from pipeline.core.posture.frames import REST
 from pipeline.core.tracking import joint_error
 from pipeline.storage import tables
@@ -26,12 +26,14 @@ from pipeline.studies.actions.held_out import (
     standing,
 )
 from pipeline.studies.actions.model import ActionSpaceModel
-from pipeline.studies.actions.observed_joints import Camera, CameraKind, camera_of, observe, occlusion
+from pipeline.studies.actions.observed_joints import Camera, CameraKind, camera_of, observe
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
-from pipeline.studies.actions.tracking_conditions import Condition, tracked
+from pipeline.studies.actions.tracking_conditions import Condition
 from pipeline.studies.actions.tracking_trial import FILTERS, METHODS, Trial
+from pipeline.studies.occlusion import occlusion
 from pipeline.studies.study import SweepInputs
 from pipeline.validation import InvalidInput
+from tests.recordings import reading
 from tests.strategies import seeds
 
 QUICK = HeldOutTracking(particles=[60], tracked=2, noise_mm=[10.0], occluded=[0.0, 0.5])
@@ -327,7 +329,7 @@ def test_the_rows_of_the_figure_are_means_of_performances(smoke_results: Path) -
     folder = smoke_results / "synthetic" / "smoke" / "mozerov2006_tracking"
     recording = folder / "recording.rrd"
     wanted = {f"{top}/{m}" for m in METHODS for top in ("world/tracked", "curves/error_mm")}
-    assert wanted | {"world/original", "image/observed", "about"} <= set(recordings.entities(recording))
+    assert wanted | {"world/original", "image/observed", "about"} <= set(reading.entities(recording))
     table = tables.read(folder / "table.csv")
     each = tables.read(folder / "table_performances.csv")
     assert len(each["error_mm"]) == 2 * len(table["error_mm"])
@@ -351,8 +353,8 @@ def test_one_quantity_is_varied_at_a_time() -> None:
     assert [c.occluded for v, c in wanted if v == "occlusion"] == [0.0, 0.25, 0.5]
     assert options.demonstrated == Condition(500, 10.0, 0.25)
     assert HeldOutTracking(particles=[10, 30, 20], tracked=0).conditions[-1][1].particles == 20
-    assert list(tracked(3, 7)) == [0, 3, 6]
-    assert list(tracked(0, 3)) == list(tracked(9, 3)) == [0, 1, 2]
+    assert list(evenly(3, 7)) == [0, 3, 6]
+    assert list(evenly(0, 3)) == list(evenly(9, 3)) == [0, 1, 2]
 
 
 @pytest.mark.parametrize(

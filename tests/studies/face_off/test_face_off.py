@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline import recordings
 from pipeline.cli.summary import Outcome
 from pipeline.core import camera as parallel
 from pipeline.core import fourier
@@ -19,6 +18,7 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.storage import tables
 from pipeline.studies.face_off.comparison import KEEP_THE_IMAGE, METHODS
 from pipeline.studies.face_off.methods import SeenWalk, mean_walker, series_of_seen
+from tests.recordings import reading, viewer
 
 Columns = dict[str, np.ndarray]
 
@@ -43,12 +43,12 @@ def of(columns: Columns, name: str, **labels: object) -> np.ndarray:
 
 
 def test_the_recording_and_the_picture_are_whole(folder: Path) -> None:
-    recordings.verify(folder / "recording.rrd")
+    viewer.verify(folder / "recording.rrd")
     wanted = {
         "about", "world/original", "world/reconstructed/still/map", "world/reconstructed/moving/articulated_hinges",
         "image/observed/still", "curves/error_mm/still/least_squares", "curves/error_mm/moving/articulated",
     }  # fmt: skip
-    assert wanted <= set(recordings.entities(folder / "recording.rrd"))
+    assert wanted <= set(reading.entities(folder / "recording.rrd"))
     assert (folder / "figure.png").stat().st_size > 20_000
 
 

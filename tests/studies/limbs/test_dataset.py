@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pipeline.clips.kinds import VariedClips
 from pipeline.clips.options import SyntheticClips
-from pipeline.clips.varied import VariedClips, synthetic_clips
+from pipeline.clips.varied import synthetic_clips
 from pipeline.skeleton import WALKER15
 from pipeline.studies.limbs.dataset import LimbDataset
 from pipeline.validation import InvalidInput

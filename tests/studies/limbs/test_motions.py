@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline import recordings
 from pipeline.cli.summary import Outcome
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables
@@ -18,6 +17,7 @@ from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.model import TrajectoryBasisModel
 from pipeline.studies.limbs.motions import Lengths, MotionsSweep, Root
 from pipeline.studies.limbs.trials import ROOT
+from tests.recordings import reading, viewer
 from tests.studies.limbs.inputs import measure, stretches_of
 
 BASIS = TrajectoryBasisModel()
@@ -51,12 +51,12 @@ def of(columns: Columns, name: str, **labels: object) -> np.ndarray:
 
 
 def test_the_recording_and_the_picture_are_whole(folder: Path) -> None:
-    recordings.verify(folder / "recording.rrd")
+    viewer.verify(folder / "recording.rrd")
     wanted = {
         "about", "world/truth/walking_001", "world/trajectories/truth/walking_001", "image/still/walking_001",
         "world/trajectories/still/walking_001", "image/shaky/walking_001",
     }  # fmt: skip
-    assert wanted <= set(recordings.entities(folder / "recording.rrd"))
+    assert wanted <= set(reading.entities(folder / "recording.rrd"))
     assert (folder / "figure.png").stat().st_size > 20_000
 
 

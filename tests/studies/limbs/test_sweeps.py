@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline import recordings
 from pipeline.cli.compose import compose
 from pipeline.core.articulation import Adjustment
 from pipeline.core.statistics import rank_correlation
@@ -31,6 +30,7 @@ from pipeline.studies.limbs.scores import limb_score, true_signs
 from pipeline.studies.limbs.trials import ROOT, wrong_trajectory
 from pipeline.studies.study import Sweep
 from pipeline.validation import InvalidInput
+from tests.recordings import reading
 from tests.strategies import seeds
 from tests.studies.limbs.inputs import measure, stretches_of
 
@@ -226,7 +226,7 @@ def test_limbs_choose_their_components_where_the_basis_has_none(limbs: LimbStret
 
 def test_the_bins_of_the_scatter_hold_all_trials(smoke_results: Path) -> None:
     folder = smoke_results / "synthetic" / "smoke" / "park2011_fig3a"
-    entities = set(recordings.entities(folder / "recording.rrd"))
+    entities = set(reading.entities(folder / "recording.rrd"))
     wanted = {
         f"world/{w}/{p}" for w in ("good", "impostor", "cursor") for p in ("truth", "impostor", "estimate")
     }

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from pipeline.core.anatomical import Noise, Shrinkage
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import CHOOSING_VIEWS_DEG, People
 from pipeline.studies.walks.sweeps.noise import ObservedNoise

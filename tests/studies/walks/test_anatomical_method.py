@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from pipeline.core import camera
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
-from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.studies.walks.unknown_view import UnknownView
 from pipeline.validation import InvalidInput
 from tests.studies.walks.test_anatomical import samples, spoiled

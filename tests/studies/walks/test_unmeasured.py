@@ -7,16 +7,17 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from pipeline.clips.options import SyntheticData
-from pipeline.clips.walks import Walks, synthetic_walks
+from pipeline.clips.kinds import Walks
+from pipeline.clips.walks import synthetic_walks
 from pipeline.core import errors, linear_model, reconstruction
+from pipeline.ingestion.data import SyntheticData
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.dataset import FourierDataset, FourierSamples
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors, MissingVariance, Truth
 from pipeline.studies.walks.methods import PUBLISHED, Method, PhaseSource
-from pipeline.studies.walks.model import EigenwalkersModel
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.unknown_view import UnknownView
 from pipeline.validation import InvalidInput

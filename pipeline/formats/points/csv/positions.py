@@ -16,13 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.formats.budget import require_points
 from pipeline.formats.contract import damaged, motion_capture
 from pipeline.formats.points.cells import positions_to_write
 from pipeline.formats.points.csv.table import Columns, Table, read_header, read_table, unit_of_length
 from pipeline.formats.points.csv.times import frame_index, frame_rate
 from pipeline.formats.points.sections import exported
 from pipeline.formats.text import millimetres_in
-from pipeline.skeleton import MotionCapture
+from pipeline.skeleton.recorded import MotionCapture
 
 
 def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | None = None) -> MotionCapture:
@@ -61,11 +62,9 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
     names, point = _points(table, columns)
     values = np.transpose(coordinates, (2, 0, 1)).reshape(-1, 3)
     sample = (index[:, None] * len(names) + point).reshape(-1)
-    # A row may name a far frame or a new point; memory stays in proportion to the file.
-    if frames * len(names) > 1000 + 64 * len(sample):
-        what = "the table is nearly empty: frame numbers jump, or points have too many names"
-        received = f"{len(sample)} samples for {frames} frames of {len(names)} points"
-        raise damaged(what, table.where, "a value for most frames and points", received)
+    # A row may name a far frame or a new point.
+    empty = "the table is nearly empty: frame numbers jump, or points have too many names"
+    require_points(frames, len(names), table.where, empty)
     order = np.argsort(sample, kind="stable")
     again = order[1:][np.diff(sample[order]) == 0]
     if again.size:
@@ -94,7 +93,7 @@ def _points(table: Table, columns: Columns) -> tuple[tuple[str, ...], np.ndarray
     if any(not names[0] for names in named):
         raise damaged("a point has no name", table.place(next(k for k in range(rows) if not named[k][0])))
     if "person" in columns.roles:
-        people = table.cells(columns.roles["person"])
+        people = [who[:80] for who in table.cells(columns.roles["person"])]
         if len(set(people)) > 1:
             named = [[f"{who}:{name}" for name in names] for who, names in zip(people, named, strict=True)]
     place: dict[str, int] = {}

@@ -13,7 +13,7 @@ import numpy as np
 from pipeline.formats.contract import damaged
 from pipeline.formats.points.cells import read_cells
 from pipeline.formats.text import read_text
-from pipeline.skeleton import MILLIMETRES
+from pipeline.skeleton.recorded import MILLIMETRES
 
 _ROLES = {
     "time": {"time", "time_s", "t", "t_s", "timestamp", "timestamp_s", "time_seconds", "time_sec", "seconds"},
@@ -74,9 +74,10 @@ def read_table(path: Path) -> Table:
     """
     where = path.name
     text, notes = read_text(path)
-    remarks = 0  # lines before the header
-    while _REMARK.match(text):
-        text, remarks = text.partition("\n")[2], remarks + 1
+    begin = 0
+    while remark := _REMARK.match(text, begin):
+        begin = remark.end()
+    text, remarks = text[begin:], text.count("\n", 0, begin)  # lines before the header
     head = text.lstrip().split("\n", 1)[0]
     delimiter = max("\t;,", key=head.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)

@@ -6,16 +6,17 @@ and three standard deviations on either side of it.  `key_frame_agreement` says 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core import action_model
 from pipeline.core.posture import PARAMETERS
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Matrix, Notes, Rows, Space3D
 from pipeline.skeleton import POSTURE12, WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.figures.alignments import (
@@ -37,12 +38,17 @@ from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.validation import require_range
 
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
 COLUMNS = (
-    ("raw", "(a) not synchronized", "Frame"),
-    ("synchronized", "(b) automatically", "Sample"),
-    ("keyframe", "(c) by key-frames", "Sample"),
-    ("model", "(d) learnt model", "Sample"),
+    ("raw", "(a) not synchronized", "frame"),
+    ("synchronized", "(b) automatically", "sample"),
+    ("keyframe", "(c) by key-frames", "sample"),
+    ("model", "(d) learnt model", "sample"),
 )
+
+PUBLISHED = Reference(x=16.0, y="mozerov2006_variance_captured", label="published: 16, 95 %")
 
 THIN = Style("a performance", "blue", width=1 / 3, opacity=0.7)
 THIN_DASHED = Style("", "blue", line="dashed", width=1 / 3, opacity=0.7)
@@ -112,73 +118,40 @@ class ActionModelFigure(Figure):
             "table_posture": _posture(inputs),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw a row for each dimension, with the paper's four columns."""
-        from pipeline import pictures
-
-        shown, bound = self._shown(inputs), options_of(inputs).bound
-        panels = []
-        for k in range(1, shown + 1):
-            model = tables["table_model"].query("component == @k")
-            reach = bound * model["standard_deviation"]
-            unsynchronized = bound * model["standard_deviation_linear"]
-            edge = partial(pictures.Series, x=model["sample"], colour="black", width=0.75)
-            dashed = partial(edge, colour="grey", line="dashed")
-            learnt = [
-                dashed(
-                    y=model["mean_linear"] - unsynchronized,
-                    label=f"±{bound:g} standard deviations, unsynchronized",
-                ),
-                dashed(y=model["mean_linear"] + unsynchronized),
-                edge(y=model["mean"] - reach, label=f"±{bound:g} standard deviations"),
-                edge(y=model["mean"] + reach),
-                edge(
-                    y=model["mean"],
-                    band=(model["mean_low"], model["mean_high"]),
-                    label="mean performance",
-                    colour="orange",
-                    width=1.1,
-                ),
-            ]
-            for alignment, title, abscissa in COLUMNS:
-                of_model = alignment == "model"
-                performances = pictures.series(
-                    tables["table"],
-                    x="sample",
-                    y="value",
-                    units="performance",
-                    styles=THIN_DASHED if of_model else THIN,
-                    where={"component": k, "stage": "synchronized" if of_model else alignment},
-                )
-                panels.append(
-                    pictures.Panel(
-                        title=title if k == 1 else "",
-                        xlabel=abscissa if k == shown else "",
-                        ylabel=f"Dimension {k}" if alignment == "raw" else "",
-                        series=[*performances, *(learnt if of_model else [])],
-                    )
-                )
-        pictures.draw_lines(
-            stem,
-            panels,
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """A row for each dimension, with the paper's four columns; the spectrum, on the page."""
+        bound = options_of(inputs).bound
+        charts = [
+            chart
+            for k in range(1, self._shown(inputs) + 1)
+            for chart in _row(k, tables["table_model"], bound)
+        ]
+        spectrum = Chart(
+            table="table_spectrum", x="component", x_label="number of dimensions", y="cumulative_fraction", times=100.0,
+            label="cumulative variance", unit="%", picture=False, styles=Style("", "black"), references=[PUBLISHED],
+        )  # fmt: skip
+        means = Chart(
+            table="table_model", x="sample", y="mean", by="component", label="mean performance",
+            picture=False, name="mean_performance",
+            styles={str(k): Style(f"dimension {k}") for k in range(1, self._shown(inputs) + 1)},
+        )  # fmt: skip
+        return Sheet(
+            charts=[spectrum, means, *charts],
             columns=len(COLUMNS),
-            legend="figure",
-            share_y="row",
+            share_y=True,
             letters=False,
             panel_size=(1.83, 1.56),
-            caption=f"{inputs.caption} Of (d): mean performance, {bound:g} standard deviations on either side of it, "
-            "and the performances of (b). Grey, the bounds learnt without synchronization, by linear normalisation. "
+            caption=f"Of (d): mean performance, {bound:g} standard deviations on either side of it, and the"
+            f" performances of"
+            " (b). Grey, the bounds learnt without synchronization, by linear normalisation. "
             + interval_words(np.unique(inputs.dataset.person).size, bands="Orange band"),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the mean performance among the others as skeletons; the learnt model over samples; all distances."""
-        from pipeline import recordings
-
         action, bound, names = inputs.model, options_of(inputs).bound, inputs.samples
         median, index = action.median, {"sample": np.arange(len(action.model.mean))}
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
             f"silver. Other performances can be switched on in the streams tree, `world/performances/…`. Curves: mean "
             f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
@@ -202,37 +175,60 @@ class ActionModelFigure(Figure):
                     colour="original" if m == median else STYLES["synchronized"].colour,
                     thickness_mm=5.0,
                 )
-            plots = []
-            for k in range(1, self._shown(inputs) + 1):
-                model = tables["table_model"].query("component == @k")
-                samples, mean = model["sample"].to_numpy(), model["mean"].to_numpy()
-                sd, where = model["standard_deviation"].to_numpy(), f"curves/dimension_{k}"
-                rec.curve(
-                    f"{where}/mean",
-                    samples,
-                    mean,
-                    sd=sd,
-                    interval=(model["mean_low"], model["mean_high"]),
-                    label="mean performance",
-                    colour="orange",
-                )
-                for side, reach in (("lower", -bound), ("upper", bound)):
-                    entity = f"{where}/{side}_bound"
-                    rec.curve(entity, samples, mean + reach * sd, label=f"{reach:+g} sd", colour="grey")
-                plots.append(recordings.Plot(name=f"dimension {k}", origin=where))
             rec.matrix("matrices/distances", action.distances)
-            bodies = recordings.Space3D(
+            bodies = Space3D(
                 name="mean performance and median sequence",
                 contents=("world/mean_performance", "world/performances"),
                 shown=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
             )
-            below = recordings.Columns(recordings.Matrix(name="distances C(n, m)"), recordings.Notes())
-            left = recordings.Rows(bodies, below, shares=(3, 2))
-            rec.blueprint(recordings.Columns(left, recordings.Rows(*plots)), playing=True)
+            below = Columns(Matrix(name="distances C(n, m)"), Notes())
+            left = Rows(bodies, below, shares=(3, 2))
+            rec.blueprint(Columns(left, Rows(*rec.plots)), playing=True)
 
     def _shown(self, inputs: Inputs) -> int:
         """How many dimensions are drawn and tabulated."""
         return min(self.dimensions, inputs.model.space.dimensions)
+
+
+def _row(k: int, model: pd.DataFrame, bound: float) -> list[Chart]:
+    """Return the charts of one dimension: three alignments and the learnt model."""
+    model = model[model["component"] == k]
+    columns = {name: model[name].to_numpy() for name in ("sample", "mean", "mean_low", "mean_high")}
+    for end, sign in (("lower", -bound), ("upper", bound)):
+        columns[f"{end}_bound"] = columns["mean"] + sign * model["standard_deviation"].to_numpy()
+        columns[f"{end}_linear"] = (
+            model["mean_linear"] + sign * model["standard_deviation_linear"]
+        ).to_numpy()
+    bounds = (
+        ("bound", f"±{bound:g} standard deviations", Style(colour="black", width=0.75)),
+        (
+            "linear",
+            f"±{bound:g} standard deviations, unsynchronized",
+            Style(colour="grey", line="dashed", width=0.75),
+        ),
+    )
+    learnt = [
+        Lines(table=columns, y=y, styles={y: replace(style, label=label if end == "lower" else "")})
+        for name, label, style in bounds
+        for end in ("lower", "upper")
+        for y in [f"{end}_{name}"]
+    ]
+    of_performances: dict[str, Any] = {"x": "sample", "y": "value", "strands": "performance"}
+    rows = {name: {"component": k, "stage": name} for name, *_ in COLUMNS[:-1]}
+    last = Lines(**of_performances, where=rows["synchronized"], styles=THIN_DASHED)
+    return [
+        *(
+            Chart(**of_performances, where=rows[name], styles=THIN, page=False, x_label=abscissa,
+                  title=title if k == 1 else "", label=f"dimension {k}")
+            for name, title, abscissa in COLUMNS[:-1]
+        ),
+        Chart(
+            table=columns, x="sample", x_label=COLUMNS[-1][2], y="mean", label=f"dimension {k}", name=f"dimension_{k}",
+            styles={"mean": Style("mean performance", "orange", width=1.1)}, also=[last, *learnt],
+            title=COLUMNS[-1][1] if k == 1 else "",
+            page=False,
+        ),
+    ]  # fmt: skip
 
 
 def _spectrum(action: Action) -> pd.DataFrame:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from pipeline.core import camera
+from pipeline.scenes import Columns, Notes, Rows, SkeletonRow, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
@@ -18,6 +19,10 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import DRAW
 from pipeline.studies.study import Figure
 from pipeline.validation import require_range
+
+if TYPE_CHECKING:
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder
 
 VIEW_DEG = -55.0
 """Three-quarter view of the picture, from the left."""
@@ -80,17 +85,13 @@ class PostureSamples(Figure):
             "table_samples_draws": tidy(again, by=[DRAW, "frame", "kind"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Draw a row for each frame: the mean posture, then accepted samples, each over the mean posture."""
-        from pipeline import pictures
-
         accepted = tables["table_samples"].query("kind == 'accepted'")
         order = np.argsort(inputs.sweep.frames)
         seen = camera.project(_bodies(inputs)[order], np.radians(VIEW_DEG))
         rows = [
-            pictures.SkeletonRow(
-                label=f"({'abcdefgh'[n % 8]}) frame {frame}", centre=seen[n, 0], others=seen[n, 1:]
-            )
+            SkeletonRow(label=f"({'abcdefgh'[n % 8]}) frame {frame}", centre=seen[n, 0], others=seen[n, 1:])
             for n, frame in enumerate(inputs.sweep.frames[order])
         ]
         measured = "; ".join(
@@ -98,26 +99,22 @@ class PostureSamples(Figure):
             f"{row.nearest_training_mm:.0f} mm from the nearest recorded one"
             for row in accepted.itertuples()
         )
-        pictures.draw_skeletons(
-            stem,
+        picture.skeletons(
             rows,
             WALKER15.bones,
             legend=("mean posture", "accepted by the action model"),
-            caption=f"{inputs.caption} Frames of the mean performance counted from 1; body of mean limb lengths. "
+            caption=f"Frames of the mean performance counted from 1; body of mean limb lengths. "
             f"Median of {accepted['draws'].iloc[0]} samples, mean over joints: {measured}.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
-        from pipeline import recordings
-
         performance = inputs.sweep.mean_performance
         angle = np.radians(VIEW_DEG)
         # The eye is in front of the row, where the image's horizontal runs to the left.
         to_right = -np.array([np.cos(angle), np.sin(angle), 0.0])
         ahead = np.array([-np.sin(angle), np.cos(angle), 0.0])
-        with inputs.recording(
-            folder,
+        with begin(
             "\nSide by side, silver: the mean posture; blue: postures drawn at random within the learnt bounds. "
             "Orange, `world/mean_performance`: plays on the timeline `frame`, counted from 1.\n",
             timeline="frame",
@@ -145,7 +142,7 @@ class PostureSamples(Figure):
                         colour="blue" if draw else "original",
                     )
                 rows.append(
-                    recordings.Space3D(
+                    Space3D(
                         name=f"frame {frame}: mean posture and accepted samples",
                         contents=(f"world/frame_{frame}",),
                         eye_mm=(reach * ahead[0], reach * ahead[1], 1100.0),
@@ -153,10 +150,8 @@ class PostureSamples(Figure):
                         aspect=2.5,
                     )
                 )
-            mean = recordings.Space3D(name="mean performance", contents=("world/mean_performance",))
-            layout = recordings.Columns(
-                recordings.Rows(*rows), recordings.Rows(mean, recordings.Notes()), shares=(7, 3)
-            )
+            mean = Space3D(name="mean performance", contents=("world/mean_performance",))
+            layout = Columns(Rows(*rows), Rows(mean, Notes()), shares=(7, 3))
             rec.blueprint(layout, playing=True)
 
 

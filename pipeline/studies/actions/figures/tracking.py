@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
@@ -17,6 +19,9 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 METHODS = {
     "prior": Style("prior", "blue"),
@@ -29,11 +34,11 @@ RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"],
 """Told apart from the silver of the truth."""
 
 PANELS = {
-    "particles": ("particles", "Particles", ("prior", "no_prior")),
-    "noise": ("noise_mm", "Noise of the image (mm)", ("no_prior_own_step",)),
-    "occlusion": ("occluded", "Share of joints hidden", ("mean_linear_phase", "mean_best_phase")),
+    "particles": ("particles", "particles"),
+    "noise": ("noise_mm", "noise of the image"),
+    "occlusion": ("occluded", "share of joints hidden"),
 }
-"""Column and label of what is varied, and the lines that the panel names: all names above one would not fit."""
+"""Column and label of what is varied."""
 
 CONDITION = ["leave_out", "varied", "particles", "noise_mm", "occluded", "method"]
 
@@ -84,58 +89,49 @@ class TrackingError(Figure):
         mean[["error_mm_low", "error_mm_high"]] = np.array([ends[key] for key in mean.index])
         return {"table": tidy(mean.reset_index(), by=CONDITION), "table_performances": each}
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw a row of panels for each way of leaving out: error against particles, noise and occlusion."""
-        from pipeline import pictures
-
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """A row for each way of leaving out: error against particles, noise and occlusion."""
         table, sweep = tables["table"], inputs.sweep
         top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
-        people = tables["table_performances"]["person"].nunique()
-        panels = []
+        charts = []
         for way in sweep.leave_out:
-            for varied, (column, label, named) in PANELS.items():
-                where = {"leave_out": way, "varied": varied}
+            for varied, (column, label) in PANELS.items():
                 rows = table[(table["leave_out"] == way) & (table["varied"] == varied)]
-                shares = rows[column].unique().tolist() if varied == "occlusion" else []
-                panels.append(
-                    pictures.Panel(
+                charts.append(
+                    Chart(
                         x=column,
+                        x_label=label,
+                        log_x=varied == "particles",
                         y="error_mm",
-                        band=("error_mm_low", "error_mm_high"),
-                        where=where,
-                        legend=named if way == sweep.leave_out[0] else (),
-                        xlabel=label,
-                        ylabel=f"Error (mm), without the {way}" if varied == "particles" else "",
-                        xscale="log" if varied == "particles" else "linear",
-                        xticks=shares if len(shares) > 1 else None,
-                        ylim=(0.0, top),
-                        references=[("y", float(rows["aspace_error_mm"].mean()), "")],
+                        by="method",
+                        styles=METHODS,
+                        where={"leave_out": str(way), "varied": varied},
+                        label=f"error, without the {way}",
+                        limits=(0.0, top),
+                        references=[Reference(y=float(rows["aspace_error_mm"].mean()), label="aSpace")],
+                        page=way == sweep.leave_out[0],
                     )
                 )
         usual = sweep.particles[sweep.varied == "noise"][0]
         noise = sweep.noise_mm[sweep.varied == "particles"][0]
-        pictures.draw_lines(
-            stem,
-            panels,
-            table,
-            by="method",
-            styles=METHODS,
+        return Sheet(
+            charts=charts,
             columns=len(PANELS),
-            caption=f"{inputs.caption} Mean distance of the joints, relative to the pelvis, over "
-            f"{len(sweep.tracked)} performances, each by a model learnt without it (or without its person). "
-            f"{interval_words(people)} Where not varied: {usual} particles, noise {noise:g} mm, nothing hidden. Prior: "
-            "the action model; no prior: a random walk with the same diffusion, or with steps as large as in the data; "
-            "mean: the mean performance alone. Dotted line: the true postures, projected into the aSpace.",
+            share_y=True,
+            panel_size=(2.5, 2.2),
+            caption="Mean distance of the joints, relative to the pelvis, over"
+            f" {len(sweep.tracked)} performances, each by a model learnt without it (or without its person)."
+            f" {interval_words(tables['table_performances']['person'].nunique())} Where not varied: {usual} particles,"
+            f" noise {noise:g} mm, nothing hidden. Prior: the action model; no prior: a random walk with the same"
+            " diffusion, or with steps as large as in the data; mean: the mean performance alone. Dotted line: the true"
+            " postures, projected into the aSpace.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one performance: true, tracked with the prior and without, the mean alone; the image; errors."""
-        from pipeline import recordings
-
         sweep = inputs.sweep
         index, methods = {"time": sweep.shown_time_s}, list(map(str, sweep.methods))
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nPerformance `{inputs.samples[int(sweep.shown[0])]}`, by the model learnt without "
             + ("it" if sweep.leave_out[0] == "performance" else "its person")
             + f": {sweep.shown_particles} particles, noise {sweep.shown_noise_mm:g} mm, "
@@ -161,18 +157,18 @@ class TrackingError(Figure):
                 )
             rec.image_points("image/observed", sweep.shown_image, WALKER15.bones, index=index)
             spaces = [
-                recordings.Space3D(
+                Space3D(
                     name=METHODS[method].label,
                     contents=("world/original", f"world/tracked/{method}"),
                     eye_mm=(2000.0, 1450.0, 1100.0),
                 )
                 for method in ("prior", "no_prior_own_step", "mean_best_phase")
             ]
-            below = recordings.Columns(
-                recordings.Image2D(name="observed joints", beside=spaces[0]),
-                recordings.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
-                recordings.Notes(),
+            below = Columns(
+                Image2D(name="observed joints", beside=spaces[0]),
+                Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
+                Notes(),
                 shares=(1, 2, 1),
             )
-            layout = recordings.Rows(recordings.Columns(*spaces), below)
+            layout = Rows(Columns(*spaces), below)
             rec.blueprint(layout, playing=True)

@@ -10,13 +10,17 @@ Symbols: ``p`` sample of the median sequence, ``d`` disparity, ``E`` squared dis
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import synchronization
 from pipeline.core.synchronization import Trellis, allowed_disparities
+from pipeline.palette import Style
+from pipeline.scenes import Columns, HeatMap, Matrix, Notes, Rows
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_of
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
@@ -25,6 +29,10 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.study import Figure
 from pipeline.validation import InvalidInput, require_range
+
+if TYPE_CHECKING:
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder
 
 RANDOM_PATHS = 10_000
 
@@ -89,32 +97,56 @@ class OptimalPath(Figure):
             "table_pair": pd.DataFrame([pair]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the image with the rhombus and the path; beside it both sequences, before and after."""
-        from pipeline import pictures
-
-        values, disparities = _image(tables["table"])
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Both sequences, before and after; the disparity and the distance so far."""
         path, facts = tables["table_path"], tables["table_pair"].iloc[0]
-        samples = path["sample"].to_numpy()
-        panels = []
+        charts = []
         for letter, (alignment, word) in zip("bc", COMPARED.items(), strict=True):
             pattern, other = self._dimension(inputs, alignment)
-            panels.append(
-                pictures.Panel(
-                    series=[
-                        pictures.Series(x=samples, y=pattern, colour="original", label="median sequence"),
-                        pictures.Series(x=samples, y=other, colour="blue", label=facts["performance"]),
-                    ],
-                    title=f"({letter}) {word}",
-                    xlabel="Sample" if alignment == "synchronized" else "",
-                    ylabel=f"Dimension {DIMENSION}",
+            styles = {"pattern": Style("median sequence", "original")}
+            of_other = {"performance": Style(facts["performance"], "blue")}
+            charts.append(
+                Chart(
+                    table={"sample": path["sample"].to_numpy(), "pattern": pattern, "performance": other},
+                    x="sample",
+                    y="pattern",
+                    styles=styles,
+                    also=[Lines(table={"sample": path["sample"].to_numpy(), "performance": other}, y="performance",
+                                styles=of_other)],
+                    title=f"({letter}) {word}: {STYLES[alignment].label}",
+                    name=f"dimension_{DIMENSION}/{alignment}",
+                    label=f"dimension {DIMENSION}",
                 )
-            )
-        pictures.draw_heat_map(
-            stem,
-            pictures.HeatMap(
+            )  # fmt: skip
+        of_path = partial(
+            Chart,
+            table="table_path",
+            x="sample",
+            styles={"path": Style("", "optimal_path")},
+            picture=False,
+        )
+        return Sheet(
+            charts=[
+                *charts,
+                of_path(y="disparity", unit="samples"),
+                of_path(y="accumulated_cost", label="distance along the path so far", page=False),
+            ],
+            letters=False,
+            caption=f"{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence."
+            f" Distance"
+            f" along the path {facts['distance']:.7g}, along zero disparity {facts['distance_linear']:.7g}, the"
+            f" least of"
+            f" {facts['other_paths']} other admissible paths {facts['least_other_distance']:.7g}.",
+        )
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+        """Draw the image with the rhombus and the path; beside it both sequences, before and after."""
+        values, disparities = _image(tables["table"])
+        path = tables["table_path"]
+        picture.heat_map(
+            HeatMap(
                 values=values,
-                x=samples,
+                x=path["sample"].to_numpy(),
                 y=disparities,
                 path=path["disparity"].to_numpy(),
                 outline=_outline(inputs),
@@ -125,24 +157,16 @@ class OptimalPath(Figure):
                 path_label="optimal path",
                 outline_label="trellis",
             ),
-            panels,
-            caption=f"{inputs.caption} {facts['performance']} is brought to the rate of {facts['pattern']}, the median "
-            f"sequence. Distance along the path {facts['distance']:.7g}, along zero disparity "
-            f"{facts['distance_linear']:.7g}, the least of {facts['other_paths']} other admissible paths "
-            f"{facts['least_other_distance']:.7g}.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the image with the path; over samples, the disparity, its distance so far, and both sequences."""
-        from pipeline import recordings
-
         values, disparities = _image(tables["table"])
         path, facts, top = tables["table_path"], tables["table_pair"].iloc[0], int(disparities[-1])
         samples, disparity = path["sample"].to_numpy(), path["disparity"].to_numpy()
         outline = _outline(inputs)
         corners = np.concatenate([outline, outline[:1]])
-        with inputs.recording(
-            folder,
+        with begin(
             f"\n{facts['performance']} is brought to the rate of {facts['pattern']}, the median sequence. The image: "
             f"samples of the median sequence to the right, disparity from {top} at the top to {-top}; root of the "
             "squared distance of the postures, dark where they are alike, brightest outside of the trellis (grey "
@@ -157,26 +181,9 @@ class OptimalPath(Figure):
                     "optimal_path": (np.stack([top - disparity, samples], axis=-1), "optimal_path"),
                 },
             )
-            for entity, column, label in (
-                ("curves/disparity/path", "disparity", "disparity"),
-                ("curves/accumulated_cost/path", "accumulated_cost", "distance so far"),
-            ):
-                rec.curve(entity, samples, path[column].to_numpy(), label=label, colour="optimal_path")
-            plots = [recordings.Plot(name="disparity (samples)", origin="curves/disparity")]
-            for alignment, word in COMPARED.items():
-                origin = f"curves/dimension_{DIMENSION}/{alignment}"
-                pattern, other = self._dimension(inputs, alignment)
-                rec.curve(f"{origin}/pattern", samples, pattern, label="median sequence", colour="original")
-                colour = STYLES["synchronized"].colour
-                rec.curve(f"{origin}/performance", samples, other, label=facts["performance"], colour=colour)
-                words = f"dimension {DIMENSION}, {word}: {STYLES[alignment].label}"
-                plots.append(recordings.Plot(name=words, origin=origin))
-            plots.append(
-                recordings.Plot(name="distance along the path so far", origin="curves/accumulated_cost")
-            )
-            image = recordings.Matrix(name="disparity space image, optimal path")
-            left = recordings.Rows(image, recordings.Notes(), shares=(3, 1))
-            rec.blueprint(recordings.Columns(left, recordings.Rows(*plots)))
+            image = Matrix(name="disparity space image, optimal path")
+            left = Rows(image, Notes(), shares=(3, 1))
+            rec.blueprint(Columns(left, Rows(*rec.plots)))
 
     def _pair(self, inputs: Inputs) -> tuple[int, int]:
         """The median sequence, and the performance that is brought to its rate."""

@@ -8,13 +8,14 @@ people differ in their postures too.  Less than that is left where time bends to
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Chart, Sheet
 from pipeline.core.resampling import interpolate
+from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
@@ -26,6 +27,9 @@ from pipeline.studies.actions.figures.alignments import (
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 SHORT_NAMES = {
     "raw": "not synchronized",
@@ -72,50 +76,37 @@ class VarianceLeft(Figure):
         stages["variance_left_to_linear"] = means / means[list(aligned).index("linear")]
         return {"table": pd.concat(blocks, ignore_index=True), "table_stages": stages}
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the variance left, raw against frames and the others against samples."""
-        from pipeline import pictures
-
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The variance left over samples, of raw performances over frames."""
         left = tables["table_stages"].set_index("stage")["variance_left_to_linear"]
-        styles = {
-            alignment: replace(STYLES[alignment], label=f"{SHORT_NAMES[alignment]} ({left[alignment]:.2f})")
-            for alignment in left.index
-        }
-        panel = partial(pictures.Panel, y="variance_left", from_zero=True)
-        others = [alignment for alignment in styles if alignment != "raw"]
-        pictures.draw_lines(
-            stem,
-            [
-                panel(
-                    where={"stage": "raw"}, title="not synchronized", xlabel="Frame", ylabel="Variance left"
-                ),
-                panel(where={"stage": others}, title="synchronized", xlabel="Sample"),
-            ],
-            tables["table"],
+        chart = Chart(
             x="sample",
+            x_label="sample; frame, if not synchronized",
+            y="variance_left",
             by="stage",
-            styles=styles,
-            columns=2,
-            legend="figure",
-            share_y="row",
-            caption=f"{inputs.caption} In brackets: mean over samples, relative to linear synchronization.",
+            styles={
+                alignment: replace(
+                    STYLES[alignment], label=f"{SHORT_NAMES[alignment]} ({left[alignment]:.2f})"
+                )
+                for alignment in left.index
+            },
+            label="variance left",
+            zero=True,
         )
+        caption = "In brackets: mean over samples, relative to linear synchronization."
+        return Sheet(charts=[chart], panel_size=(5.5, 2.6), caption=caption)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the variance left over samples, and performances at the sample at the cursor, before and after."""
-        from pipeline import recordings
-
         action, count = inputs.model, len(inputs.samples)
         shown = np.unique(np.linspace(0, count - 1, min(count, _MOST_BODIES)).round().astype(int))
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nDrawn are {len(shown)} of {count} performances; the curves are of all. Samples are frames for "
             "performances that are not synchronized. Drag the cursor: the performances at that sample, on the spot, "
             "linearly synchronized on the left and automatically on the right; the wider the bundle, the larger the "
             "variance.\n",
             timeline="sample",
         ) as rec:
-            rec.curves(tables["table"], x="sample", y="variance_left", by="stage", styles=STYLES)
             for alignment in COMPARED:
                 sequences = action.sequences(alignment)
                 for m in shown:
@@ -130,7 +121,7 @@ class VarianceLeft(Figure):
                         thickness_mm=3.0,
                     )
             bundles = [
-                recordings.Space3D(
+                Space3D(
                     name=STYLES[alignment].label,
                     contents=(f"world/{alignment}",),
                     eye_mm=(2000.0, 700.0, 1200.0),
@@ -138,7 +129,6 @@ class VarianceLeft(Figure):
                 )
                 for alignment in COMPARED
             ]
-            plot = recordings.Plot(name="variance between performances left", origin="curves/variance_left")
-            below = recordings.Columns(plot, recordings.Notes(), shares=(2, 1))
-            layout = recordings.Rows(recordings.Columns(*bundles), below, shares=(3, 2))
+            below = Columns(*rec.plots, Notes(), shares=(2, 1))
+            layout = Rows(Columns(*bundles), below, shares=(3, 2))
             rec.blueprint(layout, playing=True)

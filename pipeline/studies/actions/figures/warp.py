@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Chart, Sheet
 from pipeline.core import synchronization
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
@@ -25,6 +28,9 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.study import Figure
 from pipeline.validation import InvalidInput, require_range
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")
 """Of the performances that are drawn beside the median sequence."""
@@ -76,38 +82,54 @@ class Warp(Figure):
             "table_pairs": pairs_table(inputs, null, slice(self.dimension - 1, self.dimension)),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw a panel for each alignment, with the median sequence among some performances."""
-        from pipeline import pictures
-
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Each alignment, with the median sequence among some performances; the two that the recording compares."""
         median, *others = self._drawn(inputs)
-        styles = {
-            name: Style(colour=colour, width=0.75)
+        styles = {median: Style("median sequence", "original", width=1.2)} | {
+            name: Style("", colour, width=0.75)
             for name, colour in zip(others, PERFORMANCE_COLOURS * len(others), strict=False)
         }
-        styles[median] = Style("median sequence", "original", width=1.2)
-        panels = [
-            pictures.Panel(
-                y="value",
-                where={"stage": alignment, "performance": list(styles)},
-                title=STYLES[alignment].label,
-                ylabel="" if i % 2 else f"Dimension {self.dimension} of the aSpace",
-            )
-            for i, alignment in enumerate(ALIGNMENTS)
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            tables["table"],
-            x="time_s",
+        dimension = partial(
+            Chart,
+            x_label="time",
+            y="value",
             by="performance",
-            styles=styles,
-            xlabel="Time (s)",
+            label=f"dimension {self.dimension} of the aSpace",
+        )
+        action, names = inputs.model, inputs.samples
+        farthest = names[action.farthest]
+        disparity = action.disparity[action.farthest]
+        pattern = {names[action.median]: Style("median sequence", "original")}
+        of_pair = [
+            dimension(
+                x="sample", where={"stage": alignment}, title=words, name=f"dimension_{self.dimension}/{alignment}",
+                styles=pattern | {farthest: Style(farthest, STYLES[alignment].colour)}, picture=False, page=False,
+            )
+            for alignment, words in COMPARED.items()
+        ]  # fmt: skip
+        charts = [
+            *(
+                dimension(x="time_s", where={"stage": name}, styles=styles, title=STYLES[name].label, page=False)
+                for name in ALIGNMENTS
+            ),
+            *of_pair,
+            Chart(
+                table={"sample": np.arange(len(disparity)), "disparity": disparity}, x="sample", y="disparity",
+                label="disparity", unit="samples", picture=False, page=False,
+                styles={farthest: Style(farthest, STYLES["synchronized"].colour)},
+            ),
+            Chart(
+                table="table_rates", x="performance", y="rate_sd", label="deviation of its rate",
+                zero=True, words={name: name for name in names}, picture=False,
+            ),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
             columns=2,
-            legend="figure",
-            share_y="row",
-            caption=f"{inputs.caption} Drawn: {len(others) + 1} performances, from the shortest to the longest, and "
-            "the median sequence; in (b) to (d) all have the mean duration.",
+            share_y=True,
+            caption=f"Drawn: {len(others) + 1} performances, from the shortest to the longest, and the median"
+            f" sequence; in"
+            " (b) to (d) all have the mean duration.",
         )
 
     def _drawn(self, inputs: Inputs) -> list[str]:
@@ -120,15 +142,11 @@ class Warp(Figure):
             *(others[i] for i in np.linspace(0, len(others) - 1, wanted).round().astype(int)),
         ]
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median sequence and the performance farthest from it in time, linear above, synchronized below."""
-        from pipeline import recordings
-
         action, names = inputs.model, inputs.samples
         people = {"pattern": action.median, "performance": action.farthest}
-        curves = f"curves/dimension_{self.dimension}"
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nSilver: {names[action.median]}, the median sequence, whose rate is the pattern. Coloured: "
             f"{names[action.farthest]}, the performance farthest from it in time, orange linearly synchronized, blue "
             "synchronized automatically. Below, both do the same at the same sample; above, not yet. Postures are "
@@ -149,23 +167,8 @@ class Warp(Figure):
                         index=index,
                         colour=style.colour,
                     )
-                    rec.curves(
-                        tables["table"],
-                        x="sample",
-                        y="value",
-                        styles=style,
-                        where={"stage": alignment, "performance": names[m]},
-                        entity=f"{curves}/{alignment}/{who}",
-                    )
-            rec.curve(
-                "curves/disparity/performance",
-                index["sample"],
-                action.disparity[action.farthest],
-                label="disparity",
-                colour=STYLES["synchronized"].colour,
-            )
             bodies = [
-                recordings.Space3D(
+                Space3D(
                     name=words,
                     contents=(f"world/{alignment}",),
                     eye_mm=(2500.0, 0.0, 1100.0),
@@ -174,15 +177,7 @@ class Warp(Figure):
                 )
                 for alignment, words in COMPARED.items()
             ]
-            plots = [
-                recordings.Plot(
-                    name=f"dimension {self.dimension} of the aSpace, {words}", origin=f"{curves}/{alignment}"
-                )
-                for alignment, words in COMPARED.items()
-            ]
-            disparity = recordings.Plot(name="disparity (samples)", origin="curves/disparity")
-            right = recordings.Rows(*plots, disparity, recordings.Notes())
-            rec.blueprint(recordings.Columns(recordings.Rows(*bodies), right), playing=True)
+            rec.blueprint(Columns(Rows(*bodies), Rows(*rec.plots, Notes())), playing=True)
 
 
 def _rates(inputs: Inputs, null: WithoutMistiming) -> pd.DataFrame:

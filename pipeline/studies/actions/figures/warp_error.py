@@ -8,17 +8,17 @@ key-frames.  The median sequence, whose time is its own, is left out of means an
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import synchronization
 from pipeline.core.action_model import mean_squared_deviation
 from pipeline.palette import Style
 from pipeline.skeleton import POSTURE12
 from pipeline.studies.actions.dataset import Postures, require_true_course
-from pipeline.studies.actions.figures.alignments import STYLES, options_of
+from pipeline.studies.actions.figures.alignments import options_of
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.smoothness import Smoothness, TimeErrors
 from pipeline.studies.experiment import Experiment
@@ -32,7 +32,7 @@ PENALTIES = {
     "as_printed": Style("µ|d + k|: its size, as printed", "purple", line="dashed"),
 }
 REFERENCES = {"linear": "linear", "keyframe": "key-frames"}
-ERRORS = {"error_moving": "Error while it moves (frames)", "error": "Error everywhere (frames)"}
+ERRORS = {"error_moving": "error while it moves", "error": "error everywhere"}
 
 PORTIONS = {
     "trunk": ("hip", "torso", "shoulder", "neck"),
@@ -52,6 +52,7 @@ class WarpError(Figure):
 
     model = ActionSpaceModel
     sweep = Smoothness
+    timeline = "log10_smoothness_per_mille"
 
     def validate(self, experiment: Experiment) -> None:
         """Raise InvalidInput, with ``data`` as its `where`, if the data set does not know the true course."""
@@ -102,86 +103,40 @@ class WarpError(Figure):
             "table_performances": tidy(performances, by=["performance"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error where the pattern moves, and everywhere, against smoothness; mu = 0 as a line across."""
-        from pipeline import pictures
-
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The error where the pattern moves, and everywhere, against smoothness; others and mu = 0 as lines across."""
         table = tables["table"]
-        swept = table[table["smoothness"] > 0]
-        panels = []
+        charts = []
         for error, label in ERRORS.items():
             column = f"{error}_frames"
             # Without a penalty its two readings are the same.
-            without = table.loc[table["smoothness"] == 0, column][:1]
-            levels = [("y", float(value), "µ = 0") for value in without]
-            for name, words in REFERENCES.items():
-                levels.append(("y", _level(table, name, column), words))
-            panels.append(
-                pictures.Panel(
+            levels = {"µ = 0": table.loc[table["smoothness"] == 0, column][:1]}
+            levels |= {words: table.loc[table["stage"] == name, column] for name, words in REFERENCES.items()}
+            charts.append(
+                Chart(
+                    x="smoothness",
+                    x_label="smoothness µ, mean squared deviations of a frame",
+                    log_x=True,
+                    timeline=self.timeline,
                     y=column,
-                    band=f"{error}_sd_frames",
-                    ylabel=label,
-                    xscale="log",
-                    ylim=(0.0, 1.25 * float(swept[column].max())),
-                    series=pictures.intervals(
-                        swept, x="smoothness", y=column, by="penalty", styles=PENALTIES
-                    ),
-                    references=levels,
-                )
-            )
-        pictures.draw_lines(
-            stem,
-            panels,
-            swept,
-            x="smoothness",
-            by="penalty",
-            styles=PENALTIES,
-            xlabel="Smoothness µ (mean squared deviations of a frame)",
-            caption=f"{inputs.caption} Errors of the frame that is matched with a sample of the median sequence: (a) "
-            "over the samples at which that moves, (b) over all. Light bands: ±1 standard deviation over performances. "
-            + interval_words(
-                np.unique(np.delete(inputs.dataset.person, inputs.model.median)).size,
-                bands="Bands within them",
-            ),
-        )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Log both errors over the values of smoothness, which are numbered: they lie too unevenly for an axis."""
-        from pipeline import recordings
-
-        table = tables["table"]
-        values = np.sort(inputs.sweep.smoothness)
-        numbers = np.arange(len(values))
-        table = table.assign(number=np.searchsorted(values, table["smoothness"]))
-        listed = [
-            "",
-            "| number | smoothness µ |",
-            "|---|---|",
-            *(f"| {i} | {v:g} |" for i, v in enumerate(values)),
-        ]
-        with inputs.recording(folder, "\n".join(listed) + "\n", timeline="smoothness_number") as rec:
-            for error in ERRORS:
-                column = f"{error}_frames"
-                rec.curves(
-                    table,
-                    x="number",
-                    y=column,
-                    sd=f"{error}_sd_frames",
                     by="penalty",
                     styles=PENALTIES,
                     where={"stage": "synchronized"},
+                    band=f"{error}_sd_frames",
+                    label=label,
+                    limits=(0.0, 1.25 * float(table.loc[table["stage"] == "synchronized", column].max())),
+                    references=[
+                        Reference(y=float(v), label=words) for words, level in levels.items() for v in level
+                    ],
                 )
-                for name, words in REFERENCES.items():
-                    level = np.full(len(numbers), _level(table, name, column))
-                    colour = STYLES[name].colour
-                    rec.curve(f"curves/{column}/{name}", numbers, level, label=words, colour=colour)
-            plots = [
-                recordings.Plot(
-                    name="error while the pattern moves (frames)", origin="curves/error_moving_frames"
-                ),
-                recordings.Plot(name="error over all samples (frames)", origin="curves/error_frames"),
-            ]
-            rec.blueprint(recordings.Columns(recordings.Rows(*plots), recordings.Notes(), shares=(3, 1)))
+            )
+        people = np.unique(np.delete(inputs.dataset.person, inputs.model.median)).size
+        return Sheet(
+            charts=charts,
+            caption="Errors of the frame that is matched with a sample of the median sequence: (a) over the samples at"
+            " which that moves, (b) over all. Light bands: ±1 standard deviation over performances. "
+            + interval_words(people, bands="Bands within them"),
+        )
 
 
 def _frames_by_portions(inputs: Inputs) -> np.ndarray:
@@ -201,11 +156,6 @@ def _frames_by_portions(inputs: Inputs) -> np.ndarray:
         ]
         found.append(synchronization.rate_to_rate(np.stack(disparity)) * per_sample)
     return np.stack(found)
-
-
-def _level(table: pd.DataFrame, alignment: str, column: str) -> float:
-    """What an alignment without a smoothness has in a column."""
-    return float(table.loc[table["stage"] == alignment, column].iloc[0])
 
 
 def _summary(inputs: Inputs, everywhere: np.ndarray, moving: np.ndarray) -> dict[str, float]:

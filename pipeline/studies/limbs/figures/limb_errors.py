@@ -8,16 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures
+from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.palette import Style
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.limb_on_sphere import record_on_sphere
 from pipeline.studies.limbs.figures.missing_data import MissingDataFigure
@@ -25,6 +24,7 @@ from pipeline.studies.limbs.figures.presentation import (
     ADJUST_COLOURS,
     ADJUST_NAMES,
     LEAST,
+    NULL_LABELS,
     median_intervals,
     quartile_columns,
     trial_columns,
@@ -35,6 +35,9 @@ from pipeline.studies.limbs.root_error import RootErrors, RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.study import Figure
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 RootInputs = FigureInputs[LimbStretches, BasisFit, RootErrors]
 RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
@@ -49,7 +52,17 @@ NULL_MEDIANS = {f"{name}_median": name for name in NULLS}
 
 RADIUS_NULL_MEDIANS = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": ADJUSTED_NULL}
 
-NULL_LABELS = ("hangs straight down", "mean pose")
+ROOT = "root_error_ratio"
+
+PUBLISHED_ROOT = [
+    Reference(x="park2011_small_root_error_reliable", label="reliable"),
+    Reference(x="park2011_large_root_error_unreliable", label="unreliable"),
+]
+PUBLISHED_RADIUS = [
+    Reference(x="park2011_small_radius_reliable", label="reliable"),
+    Reference(x=1.0),
+    Reference(x="park2011_large_radius_unreliable", label="unreliable"),
+]
 
 NULL_WORDS = (
     "Grey, medians of what does nothing: a limb of the {length} length that hangs straight down (dotted), and one that "
@@ -74,13 +87,13 @@ class LimbErrors(Figure):
         """Return ``table``: trials before the first camera; ``table_points``: over them; and others of each sweep."""
         return self._of(inputs).tables(inputs)
 
-    def draw(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error against what is swept."""
-        self._of(inputs).draw(inputs, tables, stem)
+    def charts(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Return the charts of what is swept."""
+        return self._of(inputs).charts(inputs, tables)
 
-    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: FigureInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the error, and a limb on its sphere or a skeleton with missing points."""
-        self._of(inputs).record(inputs, tables, folder)
+        self._of(inputs).record(inputs, tables, begin)
 
     def _of(self, inputs: FigureInputs) -> Figure:
         kinds = (RootErrorFigure, RadiusScaleFigure, MissingDataFigure)
@@ -119,79 +132,46 @@ class RootErrorFigure(Figure):
             ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"],
         )
 
-    def draw(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error against that of the parent, and its standard deviation over trials."""
-        options, ratios = cast(RootErrorSweep, inputs.experiment.sweep), inputs.sweep.values
+    def charts(self, inputs: RootInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The error against that of the parent, and its standard deviation over trials."""
+        options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
         styles = {
-            str(camera): pictures.Style(
-                camera, camera.colour, line="solid" if camera is first else "dashed", banded=camera is first
-            )
-            for camera in options.cameras
+            str(c): Style(c.words, c.colour, line="solid" if c is first else "dashed", banded=c is first)
+            for c in options.cameras
         }
-        parent = pictures.Series(x=ratios, y=ratios, label="parent", colour="null", line="dotted")
-        panel = partial(pictures.Panel, from_zero=True)
-        pictures.draw_lines(
-            stem,
-            [
-                panel(
-                    y="child_error_median",
-                    band=("child_error_low", "child_error_high"),
-                    ylabel="3D error / limb length",
-                    series=[
-                        *pictures.intervals(
-                            tables["table_cameras"],
-                            x="root_error_ratio",
-                            y="child_error_median",
-                            by="camera",
-                            styles=styles,
-                        ),
-                        parent,
-                        *_null_lines(tables["table_points"], "root_error_ratio"),
-                    ],
-                ),
-                panel(y="child_error_sd", ylabel="Its standard deviation"),
-            ],
-            tables["table_cameras"],
-            x="root_error_ratio",
-            by="camera",
-            styles=styles,
-            xlabel=r"Error of the parent $r_e$ / limb length $r_a$",
-            legend="figure",
+        parent = Lines(
+            table="table_points",
+            y=ROOT,
+            styles={"parent": Style("error of the parent", "null", line="dotted")},
+        )
+        against = partial(
+            Chart, table="table_cameras", x=ROOT, x_label="error of the parent / limb length", by="camera",
+            styles=styles, zero=True, references=PUBLISHED_ROOT,
+        )  # fmt: skip
+        charts = [
+            against(
+                y="child_error_median",
+                band=("child_error_low", "child_error_high"),
+                name="child_error",
+                label="3D error / limb length",
+                timeline="root_error_per_mille",
+                also=[parent, *_null_lines()],
+            ),
+            against(y="child_error_sd", label="standard deviation of the error"),
+        ]
+        return Sheet(
+            charts=charts,
             columns=2,
-            caption=f"{inputs.caption} {_trials(options)} (a) Median from a {first} camera"
+            caption=f"{_trials(options)} (a) Median from a {first} camera"
             + (f", and from a {' or '.join(others)} one (dashed)" if others else "")
-            + f"; light band: quartiles of the trials from the {first} one; dotted: the error of the parent itself. "
-            f"{_interval_words(tables)} {NULL_WORDS.format(length='assumed')} (b) Over trials.",
+            + f"; light band: quartiles of the trials from the {first} one. {_interval_words(tables)}"
+            f" {NULL_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
-    def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median error from every camera and the error of the parent, and the limb that is shown."""
-        table, cameras = tables["table_cameras"], [Camera(name) for name in inputs.sweep.cameras]
-        parent = tables["table_points"].assign(camera="parent")
-        parent["child_error_median"] = parent["root_error_ratio"]
-        curves = pd.concat([table, parent], ignore_index=True)
-        record_on_sphere(
-            inputs,
-            folder,
-            {
-                "root_error_per_mille": np.rint(1000 * curves["root_error_ratio"]),
-                "child_error": curves["child_error_median"],
-                **{
-                    f"child_error_{end}": curves[f"child_error_median_{end}"].where(
-                        curves["camera"] != "parent"
-                    )
-                    for end in ("low", "high")
-                },
-                "camera": curves["camera"],
-            },
-            by="camera",
-            styles={
-                **{camera: pictures.Style(camera.words, camera.colour) for camera in cameras},
-                "parent": pictures.Style("error of the parent", "null"),
-            },
-            plot="median error / limb length over 1000 x root error / limb length",
-        )
+        record_on_sphere(inputs, begin, "root_error_per_mille")
 
 
 @dataclass(kw_only=True)
@@ -224,86 +204,43 @@ class RadiusScaleFigure(Figure):
             ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL],
         )
 
-    def draw(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error against the scale of the radius, a panel to a camera."""
-        options, table = cast(RadiusScaleSweep, inputs.experiment.sweep), tables["table_cameras"]
-        ends = [f"limb_error_{end}" for end in ("median", "low", "high", "median_low", "median_high")]
-        table = table.assign(**{end: table[end].clip(lower=LEAST) for end in ends})
+    def charts(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The error against the scale of the radius, a panel to a camera."""
+        options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
-        styles: dict[str, pictures.Style] = {
-            adjust: pictures.Style(
-                adjust.replace("_", " "),
-                ADJUST_COLOURS[adjust],
-                line="solid" if adjust is first else "dashed",
-                banded=adjust is first,
-            )
-            for adjust in options.ways
-        }
-        panels = [
-            pictures.Panel(
-                y=ends[0],
-                band=(ends[1], ends[2]),
-                where={"camera": camera},
-                ylabel=f"3D error / limb length, {camera.words}",
-                xscale="log",
-                yscale="log",
-                references=[("x", 1.0, ""), ("x", 10.0, "")],
-                series=[
-                    *pictures.intervals(
-                        table,
-                        x="radius_scale",
-                        y=ends[0],
-                        by="adjust",
-                        styles=styles,
-                        where={"camera": camera},
-                    ),
-                    *_null_lines(
-                        table[(table["camera"] == camera) & (table["adjust"] == first)],
-                        "radius_scale",
-                        (ADJUSTED_NULL, "mean_pose_error"),
-                    ),
-                ],
+        styles = {
+            str(way): Style(ADJUST_NAMES[way], ADJUST_COLOURS[way], line="solid" if way is first else "dashed",
+                            banded=way is first)
+            for way in options.ways
+        }  # fmt: skip
+        charts = [
+            Chart(
+                table="table_cameras", x="radius_scale", x_label="assumed radius / true radius", log_x=True,
+                y="limb_error_median", band=("limb_error_low", "limb_error_high"), by="adjust", styles=styles,
+                where={"camera": str(camera)}, label=f"3D error / limb length, {camera.words}", log_y=True, least=LEAST,
+                name="limb_error", timeline="log10_scale_per_mille" if camera is options.cameras[0] else "",
+                references=PUBLISHED_RADIUS,
+                also=_null_lines(
+                    (ADJUSTED_NULL, "mean_pose_error"), table="table_cameras",
+                    where={"camera": str(camera), "adjust": str(first)},
+                ),
             )
             for camera in options.cameras
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            table,
-            x="radius_scale",
-            by="adjust",
-            styles=styles,
-            xlabel="Assumed radius / true radius",
-            legend="figure",
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
             columns=2,
-            caption=f"{inputs.caption} {_trials(options)} Lines: median for each way of adjusting the radius to rays "
-            "that miss the sphere (global: as long as the farthest ray asks for; robust: as 95 % of the rays ask for; "
-            "per frame: longer in a frame alone), and refined: from the first of these, with the trajectory, as in "
-            "the paper; light band: quartiles of the trials of the first. Upright dotted lines: the true radius, and "
-            f"ten times that. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
+            caption=f"{_trials(options)} Lines: median for each way of adjusting the radius to rays that miss"
+            f" the sphere"
+            " (as long as the farthest ray asks for; as 95 % of the rays ask for; longer in a frame alone), and"
+            " refined:"
+            " from the first of these, with the trajectory, as in the paper; light band: quartiles of the trials of the"
+            f" first. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
         )
 
-    def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median error before the first camera over the scale, and the limb that is shown."""
-        table = tables["table_points"]
-        record_on_sphere(
-            inputs,
-            folder,
-            {
-                "log10_scale_per_mille": np.rint(1000 * np.log10(table["radius_scale"])),
-                **{
-                    f"log10_limb_error{end}": np.log10(table[f"limb_error_median{end}"].clip(lower=LEAST))
-                    for end in ("", "_low", "_high")
-                },
-                "adjust": table["adjust"],
-            },
-            by="adjust",
-            styles={
-                adjust: pictures.Style(ADJUST_NAMES[adjust], ADJUST_COLOURS[adjust])
-                for adjust in map(str, inputs.sweep.adjusts)
-            },
-            plot="log10 of median error / limb length over 1000 log10 of the scale",
-        )
+        record_on_sphere(inputs, begin, "log10_scale_per_mille")
 
 
 def _every_trial(
@@ -345,11 +282,13 @@ def _tables(
     }
 
 
-def _null_lines(table: pd.DataFrame, x: str, names: Sequence[str] = NULLS) -> list[pictures.Series]:
+def _null_lines(names: Sequence[str] = NULLS, **rows: Any) -> list[Lines]:
     """Medians of limbs that do nothing, over what is swept: one that hangs, and one in its mean pose."""
     return [
-        pictures.Series(
-            x=table[x].to_numpy(), y=table[f"{name}_median"].to_numpy(), label=label, colour="null", line=line
+        Lines(
+            **{"table": "table_points", **rows},
+            y=f"{name}_median",
+            styles={name: Style(label, "null", line=line, interval=False)},
         )
         for name, label, line in zip(names, NULL_LABELS, ("dotted", "dashed"), strict=True)
     ]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
-from pipeline import recordings
+from pipeline.charts import on_timeline
 from pipeline.core.limb_chain import WALKER14
-from pipeline.palette import Style
+from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
@@ -19,41 +17,24 @@ from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.limbs.radius_scale import RadiusErrors
 from pipeline.studies.limbs.root_error import RootErrors
 
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
 
 def record_on_sphere(
     inputs: FigureInputs[LimbStretches, BasisFit, RootErrors]
     | FigureInputs[LimbStretches, BasisFit, RadiusErrors],
-    folder: Path,
-    table: Mapping[str, pd.Series],
-    *,
-    by: str,
-    styles: Mapping[str, Style],
-    plot: str,
+    begin: Recorder,
+    timeline: str,
 ) -> None:
-    """Log the second column of a table over the first, which is the timeline, and the limb that is shown.
-
-    Parameters
-    ----------
-    inputs : FigureInputs
-    folder : Path
-        Of the figure.
-    table : mapping of str to Series
-        Column of the timeline, column of the ordinate, ``<ordinate>_low`` and ``_high``, name of the series.
-    by : str
-        Column that names the series.
-    styles : mapping of str to Style
-    plot : str
-        What the plot is called.
-    """
+    """Log the charts over what is swept, on a timeline, and the limb that is shown."""
     sweep = inputs.sweep
-    timeline, y, *_ = table
     shown = int(sweep.shown[0])
     truth, found = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
     globe, wires = sphere()
-    at = np.unique(table[timeline])
+    at = np.unique(on_timeline(timeline, sweep.values))
     bones, index = path_bones(truth.shape[1]), {timeline: at}
-    with inputs.recording(
-        folder,
+    with begin(
         f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
         f"`{inputs.samples[sweep.stretch[shown]]}`, {Camera(sweep.cameras[0]).words}: the trial whose errors are "
         "nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
@@ -61,14 +42,8 @@ def record_on_sphere(
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
     ) as rec:
-        rec.curves(dict(table), x=timeline, y=y, by=by, styles=styles)
         rec.skeleton("world/truth", truth, bones, index=index, colour="green", thickness_mm=6.0)
         rec.skeleton("world/estimate", found, bones, index=index, colour="orange", thickness_mm=6.0)
         rec.skeleton("world/sphere", globe, wires, index={timeline: at[:1]}, thickness_mm=1.0)
-        rec.blueprint(
-            recordings.Columns(
-                recordings.Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)),
-                recordings.Rows(recordings.Plot(name=plot, headroom=0.3), recordings.Notes(), shares=(3, 2)),
-                shares=(1, 1),
-            )
-        )
+        sphere_view = Space3D(name="truth and estimate", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
+        rec.blueprint(Columns(sphere_view, Rows(*rec.plots, Notes())))

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.bootstrap import weighted_medians
 from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import (
     EYE_MM,
+    LEAST,
     OUTSIDE,
     RADIUS_MM,
     increasing,
@@ -39,6 +41,9 @@ from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_clusters
 from pipeline.studies.study import Figure
 
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
 EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
 """Of the bins of reconstructibility; what is larger goes into the last one."""
 
@@ -48,17 +53,13 @@ WINDOW = 8
 ROUNDING = 1e-8
 """Smallest to largest eigenvalue below which a matrix is singular: the root of the machine's precision, about."""
 
+PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
+
 RANGE = (1e-2, 1e3)
 """Of reconstructibility, as the recording shows it."""
 
 PATHS = {"truth": ("green", 1.0), "impostor": ("orange", 1.0), "estimate": ("amber", OUTSIDE)}
 """Colour and scale of the paths in the recording, in the order of `LimbReconstructibilities.paths`."""
-
-RUNNING = {
-    "median": recordings.Style("running median", "blue", width=1.25),
-    "low": recordings.Style("lower quartile", "grey", width=0.5),
-    "high": recordings.Style("upper quartile", "grey", width=0.5),
-}
 
 Inputs = FigureInputs[LimbStretches, BasisFit, LimbReconstructibilities]
 
@@ -134,67 +135,61 @@ class LimbScatter(Figure):
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the error of every trial against reconstructibility, with the running median, and the mirror margin."""
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The error of every trial against reconstructibility and the mirror margin; the running median."""
         options = _options(inputs)
-        table, running, correlation = (tables[f"table{name}"] for name in ("", "_running", "_correlation"))
+        table, correlation = tables["table"], tables["table_correlation"]
         cameras = [Camera(name) for name in inputs.sweep.cameras]
-
-        shown = table.assign(
-            **{name: table[name].clip(1e-2, EDGES[-1]) for name in ("reconstructibility", "mirror_margin")}
-        )
-        line = pictures.Series(
-            x=running["reconstructibility"].clip(lower=1e-2),
-            y=running["limb_error_median"],
-            band=(running["limb_error_median_low"], running["limb_error_median_high"]),
-            colour="black",
-        )
         reading = "" if options.reading is Reading.vector else " of angles, as printed"
         overall = correlation[correlation["camera"] == "all"].iloc[0]
-        panel = partial(
-            pictures.Panel, y="limb_error", xscale="log", ylim=(0.0, 1.05 * table["limb_error"].max())
-        )
-        panels = [
-            panel(
-                x="reconstructibility",
-                series=[line],
-                xlabel=rf"Reconstructibility $\eta_a${reading}",
-                ylabel="3D error / limb length",
-                references=[("x", 1.0, "")],
-            ),
-            panel(
-                x="mirror_margin",
-                legend=(),
-                xlabel=r"Margin of the mirror $J(-s)\,/\,J(s)$",
-                references=[("x", MARGIN_GREEN_ABOVE, "")],
-            ),
+        error: dict[str, Any] = {"label": "3D error / limb length", "log_x": True}
+        trial = partial(
+            Chart, **error, y="limb_error", by="camera", x_limits=RANGE, log_y=True, least=LEAST,
+            styles={str(c): Style(c.words, c.colour, line="points") for c in cameras},
+        )  # fmt: skip
+        running: dict[str, Any] = {"table": "table_running", "x": "reconstructibility"}
+        eta = f"reconstructibility η{reading}"
+        quartiles = [
+            Lines(
+                **running, y=f"limb_error_{end}", styles={end: Style(f"{words} quartile", "grey", width=0.5)}
+            )
+            for end, words in (("low", "lower"), ("high", "upper"))
         ]
-        words = interval_words(table["clip"].nunique(), of="running median", over="clips", bands="Band")
+        median = {"median": Style("running median", "black", width=1.25)}
+        charts = [
+            trial(
+                x="reconstructibility", x_label=eta, references=[PUBLISHED],
+                also=[Lines(**running, y="limb_error_median", styles=median)],
+            ),
+            trial(
+                x="mirror_margin", x_label="margin of the mirror J(−s) / J(s)",
+                references=[Reference(x=MARGIN_GREEN_ABOVE, label="green above")],
+            ),
+            Chart(
+                **error, **running, y="limb_error_median", x_label=eta, name="limb_error", zero=True, styles=median,
+                also=quartiles, timeline="log10_eta_per_mille", picture=False, references=[PUBLISHED],
+            ),
+        ]  # fmt: skip
         green = table[table["confidence"] == "green"]
         right = (
-            f": {100 * (green['limb_error'] < SUCCESS).mean():.0f} % of those {len(green)} err by less than "
-            f"{SUCCESS:g}"
+            f": {100 * (green['limb_error'] < SUCCESS).mean():.0f} % of those {len(green)} err by less than {SUCCESS:g}"
             if len(green)
             else ""
         )
-        pictures.draw_lines(
-            stem,
-            panels,
-            shown,
-            by="camera",
-            styles={c: pictures.Style(c.words, c.colour, line="points") for c in cameras},
+        words = interval_words(table["clip"].nunique(), of="running median", over="clips", bands="Band")
+        return Sheet(
+            charts=charts,
             columns=2,
-            caption=f"{inputs.caption} {options.trials} limbs, each before {len(cameras)} cameras at "
-            f"{options.distance_mm / 1000:g} m. Error: mean distance of relative trajectories over the limb's length. "
-            f"(a) Line: running median. {words} Dotted: $\\eta_a$ = 1; rank correlation "
-            f"{overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b) What can "
-            f"be known without the truth; dotted: {MARGIN_GREEN_ABOVE:g}, above which a limb is called green{right}. "
-            f"{100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
+            caption=f"{options.trials} limbs, each before {len(cameras)} cameras at {options.distance_mm / 1000:g} m."
+            f" Error: mean distance of relative trajectories over the limb's length. (a) {words} Rank correlation"
+            f" {overall['spearman_vector']:.2f} (of angles, as printed: {overall['spearman_angle']:.2f}). (b)"
+            f" What can be known without the truth; above {MARGIN_GREEN_ABOVE:g} a limb is called green{right}."
+            f" {100 * table['proved'].mean():.1f} % of the programmes are proved to be solved.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the running median over log eta, and the limb at the cursor, a good and a bad one on their spheres."""
-        sweep, running = inputs.sweep, tables["table_running"]
+        sweep = inputs.sweep
         eta = np.clip(sweep.by(_options(inputs).reading), *RANGE).ravel()
         paths = RADIUS_MM * sweep.paths.reshape(eta.size, *sweep.paths.shape[2:])
         error = sweep.limb_error.ravel()
@@ -215,8 +210,7 @@ class LimbScatter(Figure):
                 f"{sweep.mirror_margin.ravel()[trial]:.2f} ({sweep.confidence.ravel()[trial]})"
             )
 
-        with inputs.recording(
-            folder,
+        with begin(
             "\nRelative trajectories on the sphere of their limb, which is drawn with a radius of one metre: "
             "green the truth, orange the impostor, amber the estimate, drawn "
             f"{100 * (OUTSIDE - 1):.0f} % outside.\n\n- good: {words(shown['good'])}\n- impostor: "
@@ -224,13 +218,6 @@ class LimbScatter(Figure):
             "The cursor counts 1000 log10 of eta: 0 is eta = 1, 301 is 2, 1000 is 10.\n",
             timeline="log10_eta_per_mille",
         ) as rec:
-            places, nearest = increasing(
-                1000.0 * np.log10(running["reconstructibility"].clip(*RANGE).to_numpy())
-            )
-            curves = running.iloc[nearest].assign(place=places)
-            for end, style in RUNNING.items():
-                entity = f"curves/limb_error/{end}"
-                rec.curves(curves, x="place", y=f"limb_error_{end}", styles=style, entity=entity)
             globe, wires = sphere()
             first = {"log10_eta_per_mille": at[:1]}
             for where, chosen in {**{k: np.array([v]) for k, v in shown.items()}, "cursor": rows}.items():
@@ -246,18 +233,15 @@ class LimbScatter(Figure):
                     )
                 rec.skeleton(f"world/{where}/sphere", globe, wires, index=first, thickness_mm=1.0)
             spaces = [
-                recordings.Space3D(
-                    name=name, origin=f"world/{where}", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0)
-                )
+                Space3D(name=name, origin=f"world/{where}", eye_mm=EYE_MM, target_mm=(0.0, 0.0, 0.0))
                 for where, name in (
                     ("good", "a good one"),
                     ("impostor", "the impostor taken"),
                     ("cursor", "at the cursor"),
                 )
             ]
-            plot = recordings.Plot(name="error / length over 1000 log10 of eta", origin="curves/limb_error")
-            below = recordings.Columns(plot, recordings.Notes(), shares=(2, 1))
-            rec.blueprint(recordings.Rows(recordings.Columns(*spaces), below, shares=(3, 2)))
+            below = Columns(*rec.plots, Notes(), shares=(2, 1))
+            rec.blueprint(Rows(Columns(*spaces), below, shares=(3, 2)))
 
 
 def _options(inputs: Inputs) -> ReconstructibilitySweep:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.bootstrap import weighted_means, weighted_medians
+from pipeline.palette import Style
+from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
+from pipeline.studies.limbs.figures.presentation import NULL_LABELS
 from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSweep, Pattern
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
@@ -22,12 +24,14 @@ from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import interval_over_clusters
 from pipeline.studies.study import Figure
 
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
 PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
 PATTERN_COLOURS = {Pattern.random: "blue", Pattern.block: "orange"}
 
-PUBLISHED_FRACTION, PUBLISHED_ERROR = 0.05, 0.13
-"""[park2011 section 5.1]: an average error of 13 % for 5 % missing data."""
+PUBLISHED = Reference(x=0.05, y="park2011_error_with_missing_data", label="published")
 
 OF_SKELETONS = (
     "relative_error", "limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm", "missing_share",
@@ -116,89 +120,66 @@ class MissingDataFigure(Figure):
             "table_points": tidy(points, by=["pattern", "missing_fraction"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the relative error as in the paper, and the error of points that were seen and that were not."""
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """The relative error as in the paper, and the error of points that were seen and that were not."""
         options = cast(MissingDataSweep, inputs.experiment.sweep)
-        table = tables["table_points"].assign(percent=lambda rows: 100.0 * rows["missing_fraction"])
-        first = options.patterns[0]
-        styles: dict[str, pictures.Style] = {
-            p: pictures.Style(PATTERN_LABELS[p], PATTERN_COLOURS[p], banded=p is first)
-            for p in options.patterns
-        }
-        # Patterns are told apart by colour everywhere; in (b) the legend names what the lines are of.
-        imputed = {p: replace(style, label="imputed" if p is first else "") for p, style in styles.items()}
-        seen = {
-            p: replace(style, label="seen" if p is first else "", line="dotted")
-            for p, style in styles.items()
-        }
-        dashed = {p: replace(style, label="", line="dashed") for p, style in styles.items()}
-        lines = partial(pictures.series, x="percent", by="pattern")
-        intervals = partial(pictures.intervals, x="percent", by="pattern")
-        published = pictures.Series(
-            x=np.array([100.0 * PUBLISHED_FRACTION]),
-            y=np.array([PUBLISHED_ERROR]),
-            line="points",
-            label="published",
-            colour="black",
-        )
-        panel = partial(
-            pictures.Panel, xlabel="Missing points (%)", xlim=(0.0, float(table["percent"].max()))
-        )
-        nothing = table[table["pattern"] == first]
-        still = [
-            pictures.Series(
-                x=nothing["percent"].to_numpy(),
-                y=nothing[f"{name}_relative_error_mean"].to_numpy(),
-                colour="null",
+        table, first = tables["table_points"], options.patterns[0]
+        points: dict[str, Any] = {"table": "table_points", "by": "pattern"}
+
+        def styles(label: str = "", line: str = "solid") -> dict[str, Style]:
+            """Patterns are told apart by colour; `label` names what the lines of the first are of."""
+            return {
+                str(p): Style((label if p is first else "") if label else PATTERN_LABELS[p], PATTERN_COLOURS[p],
                 line=line,
-            )
-            for name, line in (("hanging", "dotted"), ("mean_pose", "dashed"))
+                              banded=p is first)
+                for p in options.patterns
+            }  # fmt: skip
+
+        percent = partial(Lines, table="table_points", times=100.0)
+        relative = [
+            percent(
+                y="relative_error_up_to_mirror_mean",
+                by="pattern",
+                styles=styles("best of each limb and mirror", "dashed"),
+            ),
+            *(
+                percent(
+                    y=f"{name}_relative_error_mean",
+                    where={"pattern": first},
+                    styles={name: Style(label, "null", line=line, interval=False)},
+                )
+                for name, label, line in zip(
+                    ("hanging", "mean_pose"), NULL_LABELS, ("dotted", "dashed"), strict=True
+                )
+            ),
         ]
-        missing = table[np.isfinite(table["imputed_error_mm_median"])]
-        high = table["relative_error_mean"] + table["relative_error_sd"]
-        errors_mm = table[
-            [f"{name}_mm_median{end}" for name in ("imputed_error", "seen_error") for end in ("", "_high")]
-        ]
-        pictures.draw_lines(
-            stem,
-            [
-                panel(
-                    series=[
-                        *lines(table, y="relative_error_mean", band="relative_error_sd", styles=styles),
-                        *intervals(table, y="relative_error_mean", styles=styles),
-                        *intervals(table, y="relative_error_up_to_mirror_mean", styles=dashed),
-                        *still,
-                        published,
-                    ],
-                    ylabel=r"$\Vert X - \hat X\Vert\,/\,\Vert X\Vert$",
-                    ylim=(0.0, 1.05 * float(max(high.max(), *(line.y.max() for line in still)))),
-                ),
-                panel(
-                    series=[
-                        *(
-                            [
-                                *lines(missing, y="imputed_error_mm_median", styles=imputed),
-                                *intervals(missing, y="imputed_error_mm_median", styles=imputed),
-                            ]
-                            if len(missing)
-                            else []
-                        ),
-                        *lines(table, y="seen_error_mm_median", styles=seen),
-                        *intervals(table, y="seen_error_mm_median", styles=seen),
-                    ],
-                    ylabel="3D error of a joint (mm)",
-                    ylim=(0.0, 1.08 * float(np.nanmax(errors_mm))),
-                ),
-            ],
+        missing = partial(
+            Chart,
+            x="missing_fraction",
+            x_label="share of missing points",
+            x_limits=(0.0, table["missing_fraction"].max()),
+        )
+        charts = [
+            missing(
+                **points, y="relative_error_mean", band="relative_error_sd", times=100.0, styles=styles(),
+                also=relative,
+                label="relative error", unit="%", zero=True, references=[PUBLISHED],
+            ),
+            missing(
+                **points, y="seen_error_mm_median", styles=styles("seen", "dotted"), label="3D error of a joint",
+                unit="mm",
+                also=[Lines(**points, y="imputed_error_mm_median", styles=styles("imputed"))], zero=True,
+            ),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
             columns=2,
-            caption=f"{inputs.caption} {table['trials'][0]} skeletons, "
-            f"{', '.join(camera.words for camera in options.cameras)}; noise of {options.noise_px:g} px, errors of "
-            f"{100 * options.length_error:g} % of every length and of {options.root_error_mm:g} mm of the root's "
-            "trajectory. (a) Mean over skeletons with points missing at random or in runs of frames, in coordinates of "
-            "the recording, on whose origin it depends; light band: ±1 standard deviation over skeletons; dashed: when "
-            "of every limb and its mirror the better one is taken; grey: skeletons that do nothing, on the same root, "
-            "hanging straight down (dotted) or in their true mean pose (dashed); dot: the paper's 13 % at 5 %. "
-            "(b) Median over skeletons, of points that were missing and of those that were seen. "
+            caption=f"{table['trials'][0]} skeletons, {', '.join(camera.words for camera in options.cameras)}; noise of"
+            f" {options.noise_px:g} px, errors of {100 * options.length_error:g} % of every length and of"
+            f" {options.root_error_mm:g} mm of the root's trajectory. (a) Mean over skeletons with points missing at"
+            " random or in runs of frames, in coordinates of the recording, on whose origin it depends; light band: ±1"
+            " standard deviation over skeletons. (b) Median over skeletons, of points that were missing and of those"
+            " that were seen. "
             + interval_words(
                 tables["table"]["clip"].nunique(),
                 of="mean or median",
@@ -207,7 +188,7 @@ class MissingDataFigure(Figure):
             ),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one skeleton with its missing points imputed, and errors over time and fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
         patterns = [Pattern(name) for name in sweep.patterns]
@@ -219,8 +200,7 @@ class MissingDataFigure(Figure):
         error = np.linalg.norm(found - true, axis=-1)
         seen = ~imputed & (np.arange(true.shape[1]) != ROOT)
         name = inputs.samples[sweep.stretch[sweep.shown[0]]]
-        with inputs.recording(
-            folder,
+        with begin(
             f"\n`{name}` with {100 * sweep.shown_fraction:g} % of its points missing "
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
@@ -256,21 +236,20 @@ class MissingDataFigure(Figure):
                     colour=PATTERN_COLOURS[pattern],
                 )
             bars = [
-                recordings.Bars(name=f"relative error (%), {PATTERN_NAMES[p]}", origin=f"bars/{p}")
-                for p in patterns
+                Bars(name=f"relative error (%), {PATTERN_NAMES[p]}", origin=f"bars/{p}") for p in patterns
             ]
-            space = recordings.Space3D(name="recorded and reconstructed")
+            space = Space3D(name="recorded and reconstructed")
             rec.blueprint(
-                recordings.Rows(
-                    recordings.Columns(
+                Rows(
+                    Columns(
                         space,
-                        recordings.Image2D(name="observed", beside=space),
+                        Image2D(name="observed", beside=space),
                         shares=(3, 2),
                     ),
-                    recordings.Columns(
-                        recordings.Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
-                        recordings.Tabs(*bars),
-                        recordings.Notes(),
+                    Columns(
+                        Plot(name="error (mm) against time (s)", origin="curves/error_mm"),
+                        Tabs(*bars),
+                        Notes(),
                         shares=(2, 1, 1),
                     ),
                     shares=(3, 2),

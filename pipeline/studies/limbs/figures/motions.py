@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, MotionBlock, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
@@ -26,7 +28,13 @@ from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
 from pipeline.validation import InvalidInput, require_range
 
+if TYPE_CHECKING:
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder, Recording
+
 LIMBS = WALKER14.limbs
+
+PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published, one video of walking")
 
 VIEWS = {"from its left": np.pi / 2, "half right": -np.pi / 4}
 """The other views of the picture: how far around the camera's own azimuth they stand, rad."""
@@ -163,7 +171,17 @@ class MotionsFigure(Figure):
         ]
         return list(dict.fromkeys(n for n in found if n is not None)) or [0]
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Error of every clip from every camera, on the page, with the paper's number."""
+        table = tables["table_clips"]
+        chart = Chart(
+            table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
+            y="error_mm", by="camera", label="error", zero=True, picture=False, references=[PUBLISHED],
+            styles={str(name): Style(f"{name} camera", Camera(name).colour) for name in self._of(inputs).sweep.cameras},
+        )  # fmt: skip
+        return Sheet(charts=[chart])
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Draw a row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
         shown = self._of(inputs)
         options, sweep = _options(shown), shown.sweep
@@ -184,7 +202,7 @@ class MotionsFigure(Figure):
                 of_clip = of_clips.loc[(clips[n], camera)]
                 action = of_clip["action"].split(" - ")[0].split(",")[0]
                 row.append(
-                    pictures.MotionBlock(
+                    MotionBlock(
                         title=f"{action.capitalize()}, {camera} camera: {of_clip['error_mm']:.0f} mm "
                         f"(hanging {of_clip['hanging_error_mm']:.0f})",
                         image=options.upright_mm(sweep.images[n, c, instants]),
@@ -197,12 +215,11 @@ class MotionsFigure(Figure):
                 )
             rows.append(row)
         means = tables["table_clips"].groupby("camera")["error_mm"].mean()
-        pictures.draw_motions(
-            stem,
+        picture.motions(
             rows,
             WALKER15.bones,
             views=list(VIEWS),
-            caption=f"{inputs.caption} Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
+            caption=f"Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
             f"the image {options.noise_px:g} px"
             + ("; knees and elbows flex one way" if options.use_hinges else "")
             + ("; mirrors of limbs in doubt tried" if self.mirrors else "")
@@ -215,7 +232,7 @@ class MotionsFigure(Figure):
             "the first of the other views, true ones thin.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
         shown = self._of(inputs)
         sweep, options = shown.sweep, _options(shown)
@@ -223,8 +240,7 @@ class MotionsFigure(Figure):
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
-        with inputs.recording(
-            folder,
+        with begin(
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
             "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
@@ -251,20 +267,20 @@ class MotionsFigure(Figure):
                 angle = float(azimuth) + np.pi / 3
                 paths = ("world/truth", f"world/reconstructed/{camera}", "world/trajectories/truth",
                          f"world/trajectories/{camera}")  # fmt: skip
-                space = recordings.Space3D(
+                space = Space3D(
                     name=f"{camera} camera, seen from its left",
                     contents=paths,
                     shown=tuple(f"{path}/{first}" for path in paths),
                     eye_mm=(-2600.0 * float(np.sin(angle)), 2600.0 * float(np.cos(angle)), 1500.0),
                 )
-                image_view = recordings.Image2D(
+                image_view = Image2D(
                     name=f"image of the {camera} camera",
                     contents=(f"image/{camera}",),
                     shown=(f"image/{camera}/{first}",),
                     beside=space,
                 )
-                columns.append(recordings.Rows(space, image_view))
-            layout = recordings.Columns(*columns, recordings.Notes(), shares=[3] * len(columns) + [2])
+                columns.append(Rows(space, image_view))
+            layout = Columns(*columns, Notes(), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)
 
 
@@ -324,7 +340,7 @@ def _lines(inputs: Shown, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
 
 
 def _limbs_of(
-    rec: recordings.Recording,
+    rec: Recording,
     entity: str,
     positions: np.ndarray,
     which: np.ndarray,
@@ -341,7 +357,7 @@ def _limbs_of(
     rec.skeleton(entity, apart, bones, index=index, colour=colour, thickness_mm=9.0)
 
 
-def _trace(rec: recordings.Recording, entity: str, positions: np.ndarray, colour: str) -> None:
+def _trace(rec: Recording, entity: str, positions: np.ndarray, colour: str) -> None:
     """Add whole trajectories of wrists and ankles: one row at the beginning, which stands for all times."""
     frames = len(positions)
     points = np.concatenate([positions[:, WALKER15.index(joint)] for joint in TRACED])

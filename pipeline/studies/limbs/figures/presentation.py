@@ -22,6 +22,9 @@ ADJUST_NAMES = {
 }
 ADJUST_COLOURS = {"refined": "black", "global": "blue", "robust": "green", "per_frame": "orange"}
 
+NULL_LABELS = ("hangs straight down", "mean pose")
+"""Of limbs that do nothing."""
+
 LEAST = 1e-3
 """On logarithmic axes, errors are drawn as at least so much."""
 

@@ -4,31 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import anatomical, camera, fourier
+from pipeline.scenes import Columns, Image2D, Notes, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import STYLES
-from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import BARS, VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.coverage import Bars, Coverage
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
 LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
 LEVEL_95 = 10
 _PLAYED_HZ = 25.0
+_SHARP: dict[str, Any] = {
+    "x": "covered_percent", "x_label": "covered by 95 % bars as computed",
+    "y": "half_width_mm", "label": "half width, calibrated",
+}  # fmt: skip
 
 
 @dataclass(kw_only=True)
@@ -107,103 +116,54 @@ class BarCoverage(Figure):
         }
         return {f"table{end}": tidy(pd.DataFrame(rows[end]).to_dict("list"), by=by[end]) for end in rows}
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
         styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
-        diagonal = pictures.Series(
-            x=np.array([0.0, 100.0]), y=np.array([0.0, 100.0]), colour="reference", width=0.6
-        )
-        reliability = [
-            pictures.Panel(
-                y="covered_percent",
-                band=("covered_percent_low", "covered_percent_high"),
-                x="level_percent",
-                where={"bars": kind},
-                series=[diagonal],
-                title=kind,
-                xlabel="Nominal (%)",
-                ylabel="Covered (%)",
-                xlim=(0.0, 100.0),
-                xticks=20,
-                ylim=(0.0, 100.0),
-            )
-            for kind in BARS
-        ]
-        views = tables["table_views"]
-        views = views[views["bars"] == "calibrated"]
+        of = partial(Chart, by="method", styles=styles)
+        covered = partial(of, y="covered_percent", label="covered by 95 % bars")
+        level = partial(
+            of, x="level_percent", y="covered_percent", x_label="level of the bars", label="covered",
+            x_limits=(0.0, 100.0), limits=(0.0, 100.0), ticks=20, references=[Reference(slope=1.0)],
+        )  # fmt: skip
+        views = {"table": "table_views", "where": {"bars": BARS[1]}, **VIEW}
         walkers = tables["table_walkers"]
-        walkers = walkers[walkers["bars"] == "calibrated"].sort_values(["method", "covered_percent"])
+        walkers = walkers[walkers["bars"] == BARS[1]].sort_values(["method", "covered_percent"])
         rank = walkers.groupby("method").cumcount() + 1
-        share = 100.0 * (rank - 0.5) / len(inputs.model.people)
-
-        def of(table: pd.DataFrame, x: str, y: str) -> list[pictures.Series]:
-            return pictures.series(table, x=x, y=y, by="method", styles=styles)
-
-        panels = [
-            *reliability,
-            pictures.Panel(
-                series=of(views, "view_angle_deg", "covered_percent"),
-                title="95 % bars, calibrated",
-                xlabel=VIEW_AXIS,
-                ylabel="Covered (%)",
-                xticks=30,
-                ylim=(85.0, 100.0),
-                references=[("y", 95.0, "")],
+        ranked = walkers[["method", "covered_percent"]].assign(
+            share=100.0 * (rank - 0.5) / len(inputs.model.people)
+        )
+        people = {
+            "table": ranked.to_dict("list"),
+            "x": "share",
+            "x_label": "people, least covered first",
+            "x_unit": "%",
+        }
+        ideal = [Reference(y=95.0)]
+        table = tables["table"][np.isclose(tables["table"]["level_percent"], 100.0 * LEVELS[LEVEL_95])]
+        wide = table.pivot(index="method", columns="bars", values=["covered_percent", "half_width_mm"])
+        sharp = {
+            "method": list(wide.index),
+            "covered_percent": wide["covered_percent"][BARS[0]].tolist(),
+            "half_width_mm": wide["half_width_mm"][BARS[1]].tolist(),
+        }
+        charts = [
+            *(
+                level(where={"bars": kind}, title=kind, name=f"covered_{kind.replace(' ', '_')}")
+                for kind in BARS
             ),
-            pictures.Panel(
-                series=of(views, "view_angle_deg", "half_width_mm"),
-                title="95 % bars, calibrated",
-                xlabel=VIEW_AXIS,
-                ylabel="Half width (mm)",
-                xticks=30,
-                from_zero=True,
-            ),
-            pictures.Panel(
-                series=of(walkers.assign(share=share), "share", "covered_percent"),
-                title="95 % bars, person by person",
-                xlabel="People, least covered first (%)",
-                ylabel="Covered (%)",
-                xlim=(0.0, 100.0),
-                references=[("y", 95.0, "")],
-            ),
-            pictures.Panel(
-                series=self._sharpness(tables, styles),
-                title="Coverage and width",
-                xlabel="Covered by 95 % bars as computed (%)",
-                ylabel="Half width, calibrated (mm)",
-                from_zero=True,
-            ),
+            covered(**views, title="95 % bars, calibrated", limits=(85.0, 100.0), references=ideal),
+            of(**views, y="half_width_mm", label="half width of 95 % bars", zero=True),
+            covered(**people, title="95 % bars, person by person", references=ideal),
+            of(**{**_SHARP, "table": sharp}, zero=True),
         ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            tables["table"],
-            by="method",
-            styles=styles,
+        return Sheet(
+            charts=charts,
             columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} Positions at {inputs.sweep.error_mm.shape[-1]} instants of the periodic walk;"
-            " calibrated: multipliers by joint group, learnt from all other people. Bands: 95 % over people.",
+            caption=f"Positions at {inputs.sweep.error_mm.shape[-1]} instants of the periodic walk; calibrated:"
+            " multipliers by joint group, learnt from all other people. Bands: 95 % over people.",
         )
 
-    @staticmethod
-    def _sharpness(
-        tables: dict[str, pd.DataFrame], styles: Mapping[str, pictures.Style]
-    ) -> list[pictures.Series]:
-        """A point to each method: what its bars as computed cover, and how wide they must be to be right."""
-        table = tables["table"]
-        at = table[np.isclose(table["level_percent"], 95.0)].set_index(["method", "bars"])
-        return [
-            pictures.Series(
-                x=np.array([float(at.at[(name, BARS[0]), "covered_percent"])]),
-                y=np.array([float(at.at[(name, BARS[1]), "half_width_mm"])]),
-                colour=style.colour,
-                line="points",
-            )
-            for name, style in styles.items()
-        ]
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """One walker as a cloud: the truth, the most probable walker and samples of the posterior."""
         sweep, data = inputs.sweep, inputs.dataset
         sample = int(inputs.model.tested[sweep.sample_person])
@@ -220,8 +180,7 @@ class BarCoverage(Figure):
             return fourier.synthesise(camera.combine(seen, missing, angle), 1.0 / seconds, times) + ground
 
         who = inputs.model.people[sweep.sample_person]
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nThe walker shown is {who}, the one of median error, seen from {sweep.sample_view_deg:g}°. Thin: "
             f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
         ) as rec:
@@ -248,12 +207,12 @@ class BarCoverage(Figure):
                 WALKER15.bones,
                 index=index,
             )
-            space = recordings.Space3D(name="truth, reconstruction and samples of the posterior")
+            space = Space3D(name="truth, reconstruction and samples of the posterior")
             rec.blueprint(
-                recordings.Columns(
+                Columns(
                     space,
-                    recordings.Image2D(name=f"observed at {sweep.sample_view_deg:g}°", beside=space),
-                    recordings.Notes(),
+                    Image2D(name=f"observed at {sweep.sample_view_deg:g}°", beside=space),
+                    Notes(),
                     shares=(4, 3, 2),
                 ),
                 playing=True,

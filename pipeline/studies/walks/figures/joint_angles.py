@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Sheet
 from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import CURVES, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
@@ -82,45 +85,36 @@ class JointAngleFigure(Figure):
             "table_summary": tidy(pd.DataFrame(summary), by=["method", "angle"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw a column for each angle: its error, and below it the error without the constant offset."""
-        rows = {"rmse_deg": "RMSE (degree)", "offset_free_rmse_deg": "without offset (degree)"}
-        table = tables["table"]
-        panels = [
-            partial(pictures.Panel, from_zero=True, xticks=45)(
-                y=column,
-                band=(f"{column}_low", f"{column}_high"),
-                where={"angle": angle},
-                title=angle if column == "rmse_deg" else "",
-                ylabel=label if number == 0 else "",
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """A column for each angle: its error, and below it the error without the constant offset."""
+        shown = [angle for angle in JOINT_ANGLES if (tables["table"]["angle"] == angle).any()]
+        charts = [
+            Chart(
+                **{**VIEW, "ticks": 45}, y=column, by="method", styles=CURVES, where={"angle": angle}, title=angle,
+                label=label, zero=True, name=f"{angle}_{column}", page=column == "rmse_deg",
             )
-            for column, label in rows.items()
-            for number, angle in enumerate(_measured(table))
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            table,
-            x="view_angle_deg",
-            by="method",
-            styles=CURVES,
-            xlabel=VIEW_AXIS,
-            columns=len(_measured(table)),
-            legend="figure",
-            share_y="row",
-            caption=f"{inputs.caption} Root mean square over a cycle, mean of left and right and over walkers; bands: "
-            "95 % interval of the mean over people. Average walker: its depth, the image kept.",
+            for column, label in (("rmse_deg", "error"), ("offset_free_rmse_deg", "error without offset"))
+            for angle in shown
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=len(shown),
+            share_y=True,
+            letters=False,
+            panel_size=(1.9, 1.8),
+            caption="Root mean square over a cycle, mean of left and right and over walkers; bands: 95 %"
+            " interval of the"
+            " mean over people. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one walker over a cycle, own and reconstructed, with its joint angles."""
         sweep, methods = inputs.sweep, inputs.sweep.methods.tolist()
         count = len(sweep.shown_angle_rad[0])
         seconds = np.arange(count) / (count * sweep.stride_hz)
         index, ground = {"time": seconds}, lift(sweep.shown_joints_mm[0])
         shown = {"truth": Style("original", "original"), **{m: CURVES[m] for m in methods}}
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nThe walker of median error, {inputs.samples[int(sweep.shown[0])]}, over one cycle: original and "
             f"reconstructed from {sweep.shown_view_deg:g} degrees (0 is the frontal view). Curves: flexion of the left "
             "side in degrees.\n",
@@ -138,22 +132,16 @@ class JointAngleFigure(Figure):
                     entity = f"curves/{angle}_deg/{name}"
                     rec.curve(entity, seconds, left, label=style.label, colour=style.colour)
             plots = [
-                recordings.Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg")
-                for angle in JOINT_ANGLES
+                Plot(name=f"{angle} flexion (degree)", origin=f"curves/{angle}_deg") for angle in JOINT_ANGLES
             ]
             rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Space3D(name="original and reconstructed"),
-                        recordings.Notes(),
+                Columns(
+                    Rows(
+                        Space3D(name="original and reconstructed"),
+                        Notes(),
                         shares=(3, 1),
                     ),
-                    recordings.Rows(*plots),
+                    Rows(*plots),
                 ),
                 playing=True,
             )
-
-
-def _measured(table: pd.DataFrame) -> list[str]:
-    """The angles of which there are errors, in their order."""
-    return [angle for angle in JOINT_ANGLES if (table["angle"] == angle).any()]

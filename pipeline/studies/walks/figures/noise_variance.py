@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Matrix, Notes, Rows
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Method
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import InvalidInput
 
-PUBLISHED_OPTIMUM_MM2 = 70.0
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
+PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
 
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
@@ -91,78 +97,46 @@ class NoiseVariance(Figure):
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Mean error against sigma² with its standard error, the optimum and the published one marked."""
-        table = tables["table"]
-        sigma2, error = table["sigma2_mm2"].to_numpy(), table["absolute_error_mm2"].to_numpy()
-        best = int(error.argmin())
-        here = float(sigma2[best])
-        inside = 0 < best < len(sigma2) - 1
-        first, last = sorted([(here, f"here {here:g}"), (PUBLISHED_OPTIMUM_MM2, "published 70")])
-        if not inside:
-            references = [("x", PUBLISHED_OPTIMUM_MM2, "published 70")]
-        elif last[0] - first[0] < 0.15 * float(sigma2[-1]):  # one label for two neighbouring lines
-            references = [("x", first[0], ""), ("x", last[0], f"left {first[1]}, right {last[1]}")]
-        else:
-            references = [("x", first[0], first[1]), ("x", last[0], last[1])]
-        remark = (
-            "" if inside else f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
-        )
-        panel = pictures.Panel(
-            y="absolute_error_mm2",
-            band=("absolute_error_mm2_low", "absolute_error_mm2_high"),
-            xlabel="Variance $\\sigma^2$ (mm$^2$)",
-            ylabel="Average absolute error (mm$^2$)",
-            xlim=(0, float(sigma2[-1])),
-            references=references,
-        )
-        pictures.draw_lines(
-            stem,
-            [panel],
-            table,
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Mean error against σ², the optimum and the published one marked, and the error of single views."""
+        table, views = tables["table"], inputs.sweep.view_angle_deg
+        best = int(table["absolute_error_mm2"].to_numpy().argmin())
+        here = float(table["sigma2_mm2"][best])
+        inside = 0 < best < len(table) - 1
+        sigma2 = partial(
+            Chart,
             x="sigma2_mm2",
-            caption=f"{inputs.caption} Band: 95 % interval of the mean over people.{remark}",
+            x_label="noise variance σ²",
+            y="absolute_error_mm2",
+            x_limits=(0.0, float(table["sigma2_mm2"].max())),
         )
+        mean = sigma2(
+            label="mean square error",
+            styles={"map": Style("all views", "map")},
+            references=[*([Reference(x=here, label=f"here {here:g}")] if inside else []), PUBLISHED],
+        )
+        shown = views[np.unique(np.linspace(0, len(views) - 1, len(_COLOURS)).astype(int))]
+        of_views = sigma2(
+            label="mean square error of single views",
+            name="absolute_error_of_views_mm2",
+            table="table_views",
+            by="view_angle_deg",
+            styles={
+                str(v): Style(f"{v:g}°".replace("-", "−"), of) for v, of in zip(shown, _COLOURS, strict=False)
+            },
+        )
+        at_end = f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
+        caption = "Band: 95 % interval of the mean over people." + ("" if inside else at_end)
+        return Sheet(charts=[mean, of_views], columns=2, caption=caption)
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """The curve over sigma², and the error of every view at every sigma² with its valley."""
-        sweep = inputs.sweep
-        views = sweep.path_view_mm2
-        shown = np.unique(np.linspace(0, len(sweep.view_angle_deg) - 1, 7).astype(int))
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+        """The curves over sigma², and the error of every view at every sigma² with its valley."""
+        views = inputs.sweep.path_view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
-        with inputs.recording(folder, timeline="sigma2_mm2") as rec:
-            rec.curves(
-                tables["table"],
-                x="sigma2_mm2",
-                y="absolute_error_mm2",
-                sd="absolute_error_se_mm2",
-                styles=recordings.Style("all views, ±1 standard error", "map"),
-                entity="curves/absolute_error_mm2/map",
-            )
-            for view in shown:
-                angle = sweep.view_angle_deg[view]
-                name = f"view_{'minus_' if angle < 0 else ''}{abs(angle):.0f}"
-                rec.curve(
-                    f"views/absolute_error_mm2/{name}",
-                    sweep.sigma2_mm2,
-                    views[view],
-                    label=f"{angle:g}°",
-                    colour=_COLOURS[int(np.flatnonzero(shown == view)[0])],
-                )
+        with begin(timeline="sigma2_mm2") as rec:
             rec.matrix("matrices/error_by_view_and_sigma2", views, paths={"valley": (valley, "orange")})
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Plot(name="mean error (mm²) against σ² (mm²)", origin="curves"),
-                        recordings.Plot(name="error (mm²) of single views against σ²", origin="views"),
-                    ),
-                    recordings.Rows(
-                        recordings.Matrix(name="error: view angle down, σ² across; line: best σ²"),
-                        recordings.Notes(),
-                    ),
-                    shares=(3, 2),
-                )
-            )
+            matrix = Matrix(name="error: view angle down, σ² across; line: best σ²")
+            rec.blueprint(Columns(Rows(*rec.plots), Rows(matrix, Notes()), shares=(3, 2)))
 
 
 _COLOURS = ("purple", "orange", "green", "grey", "yellow", "amber", "sky")

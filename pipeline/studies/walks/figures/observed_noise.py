@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.seeding import derive_generator
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
+from pipeline.studies.walks.figures.ladder import STYLES, one_row
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.noise import NoiseErrors, ObservedNoise
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, NoiseErrors]
 
@@ -87,40 +91,30 @@ class NoiseTolerance(Figure):
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error and coverage under each condition."""
-        conditions = inputs.sweep.conditions.tolist()
-        places = [float(place) for place in range(len(conditions))]
-        panel = partial(pictures.Panel, xticks=places, xwords=[WORDS[name] for name in conditions], xlabel="")
         table = tables["table"]
         top = 1.3 * float(table.loc[table["method"] == "map_tuned", "absolute_error_mm2_high"].max())
-        panels = [
-            panel(
-                series=points_of(table, conditions, "condition", "absolute_error_mm2", METHODS),
-                ylabel="Absolute error (mm$^2$)",
-                ylim=(0.0, top),
-            ),
-            panel(
-                series=points_of(table, conditions, "condition", "covered_percent", METHODS),
-                ylabel="Covered by 95 % bars (%)",
-                references=[("y", 95.0, "")],
-            ),
+        words = {name: WORDS[name] for name in inputs.sweep.conditions.tolist()}
+        by_condition = partial(
+            Chart, x="condition", x_label="error of the image", words=words, by="method", styles=METHODS
+        )
+        charts = [
+            by_condition(y="absolute_error_mm2", label="mean square error", limits=(0.0, top)),
+            by_condition(y="covered_percent", label="covered by 95 % bars", references=[Reference(y=95.0)]),
         ]
-        pictures.draw_lines(
-            stem,
-            panels,
+        return Sheet(
+            charts=charts,
             columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} Errors of the observed dimensions, root mean square; bars as computed. Vertical"
-            " bars: 95 % intervals over people; what lies above the axes is in the table.",
+            caption="Errors of the observed dimensions, root mean square; bars as computed. Vertical bars: 95 %"
+            " intervals over people; what lies above the axes is in the table.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Error of every walker under every condition, walkers down and conditions across."""
         walkers = tables["table_walkers"]
         conditions = inputs.sweep.conditions.tolist()
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nMatrices: a row to each of {len(inputs.model.people)} people, a column to each condition: "
             f"{', '.join(WORDS[name] for name in conditions)}.\n",
             timeline="condition",
@@ -129,27 +123,8 @@ class NoiseTolerance(Figure):
                 of = walkers[walkers["method"] == method]
                 wide = of.pivot(index="walker", columns="condition", values="absolute_error_mm2")[conditions]
                 rec.matrix(f"matrices/{method}", wide.to_numpy())
-            rows = tables["table"].set_index("condition")
-            for method, style in METHODS.items():
-                mine = rows[rows["method"] == method].loc[conditions]
-                rec.curve(
-                    f"curves/covered_percent/{method}",
-                    pd.RangeIndex(len(conditions)).to_numpy(),
-                    mine["covered_percent"].to_numpy(),
-                    label=style.label,
-                    colour=style.colour,
-                )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        *(
-                            recordings.Matrix(name=f"error, {METHODS[m].label}", origin=f"matrices/{m}")
-                            for m in ("map_tuned", "anatomical_told")
-                        )
-                    ),
-                    recordings.Rows(
-                        recordings.Plot(name="covered by 95 % bars (%), by condition"), recordings.Notes()
-                    ),
-                    shares=(1, 1),
-                )
-            )
+            matrices = [
+                Matrix(name=f"error, {METHODS[m].label}", origin=f"matrices/{m}")
+                for m in ("map_tuned", "anatomical_told")
+            ]
+            rec.blueprint(Columns(Rows(*matrices), Rows(*rec.plots, Notes())))

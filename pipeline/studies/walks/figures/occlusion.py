@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.seeding import derive_generator
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.ladder import STYLES, one_row, points_of
-from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
+from pipeline.studies.walks.figures.ladder import STYLES, one_row
+from pipeline.studies.walks.figures.presentation import BARS, VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.occlusion import AXES, WITH_BARS, HiddenJoints, Occlusion
 
@@ -38,6 +38,7 @@ class HiddenJointErrors(Figure):
 
     model = AnatomicalModel
     sweep = Occlusion
+    timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by hidden joints, method and view; ``table_hidden``: over views; bars and walkers beside them.
@@ -114,78 +115,47 @@ class HiddenJointErrors(Figure):
             "table_walkers_bars": _sorted(covered, ["walker", "hidden", "method", "bars"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Distance by hidden joints, and by view where most is hidden; what the bars cover and how wide they are."""
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Distance by hidden joints, and by view; what the bars cover; the error of what is seen."""
         conditions = inputs.sweep.conditions.tolist()
         styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
-        places = [float(place) for place in range(len(conditions))]
-        most = conditions[-1]
-        panel = partial(pictures.Panel, xticks=places, xwords=[WORDS[name] for name in conditions], xlabel="")
-        calibrated = tables["table_bars"][tables["table_bars"]["bars"] == "calibrated"]
-        panels = [
-            panel(
-                series=points_of(tables["table_hidden"], conditions, "hidden", "hidden_error_mm", styles),
-                ylabel="Error of hidden joints (mm)",
-                from_zero=True,
-            ),
-            pictures.Panel(
-                y="hidden_error_mm",
-                band=("hidden_error_mm_low", "hidden_error_mm_high"),
-                x="view_angle_deg",
-                where={"hidden": most},
-                title=f"{WORDS[most]} hidden",
-                xlabel=VIEW_AXIS,
-                ylabel="Error of hidden joints (mm)",
-                xticks=30,
-                from_zero=True,
-            ),
-            panel(
-                series=points_of(
-                    calibrated, conditions, "hidden", "covered_percent", {m: styles[m] for m in WITH_BARS}
-                ),
-                ylabel="Covered by 95 % bars (%)",
-                references=[("y", 95.0, "")],
-            ),
-            panel(
-                series=points_of(tables["table_hidden"], conditions, "hidden", "seen_error_mm2", styles),
-                ylabel="Error of joints seen (mm$^2$)",
-                from_zero=True,
-            ),
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            tables["table"],
+        distance = partial(
+            Chart,
+            y="hidden_error_mm",
+            label="error of hidden joints",
             by="method",
             styles=styles,
-            columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} Seen from the right; distance in space of the hidden joints, root mean square"
-            " over the cycle. Bars: 95 % intervals over people.",
+            zero=True,
         )
-
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Error over view angle for each set of hidden joints."""
-        table = tables["table"]
-        half = (table["hidden_error_mm_high"] - table["hidden_error_mm_low"]) / (2 * 1.96)
-        conditions = inputs.sweep.conditions.tolist()
-        with inputs.recording(folder, timeline="view_angle_deg") as rec:
-            for hidden in conditions:
-                rec.curves(
-                    table.assign(half=half),
-                    x="view_angle_deg",
-                    y="hidden_error_mm",
-                    by="method",
-                    sd="half",
-                    where={"hidden": hidden},
-                    styles={name: STYLES[name] for name in inputs.sweep.methods.tolist()},
-                    entity=f"curves/{hidden}/{{series}}",
-                )
-            plots = [
-                recordings.Plot(name=f"{WORDS[hidden]} hidden: error (mm)", origin=f"curves/{hidden}")
-                for hidden in conditions
-            ]
-            rec.blueprint(recordings.Columns(recordings.Rows(*plots), recordings.Notes(), shares=(2, 1)))
+        by_hidden: dict[str, Any] = {
+            "x": "hidden", "x_label": "what is hidden", "words": {name: WORDS[name] for name in conditions}
+        }  # fmt: skip
+        of_views = [
+            distance(**VIEW, where={"hidden": name}, title=f"{WORDS[name]} hidden", name=name,
+            picture=name == conditions[-1],
+                     page=name == conditions[-1])
+            for name in conditions
+        ]  # fmt: skip
+        charts = [
+            distance(**by_hidden, table="table_hidden"),
+            *of_views,
+            Chart(
+                **by_hidden, table="table_bars", where={"bars": BARS[1]}, y="covered_percent", by="method",
+                styles={name: STYLES[name] for name in WITH_BARS}, label="covered by 95 % bars",
+                references=[Reference(y=95.0)],
+            ),
+            Chart(
+                **by_hidden, table="table_hidden", y="seen_error_mm2", by="method", styles=styles, zero=True,
+                label="mean square error of joints seen",
+            ),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption="Seen from the right; distance in space of the hidden joints, root mean square over the"
+            " cycle. Bars:"
+            " 95 % intervals over people.",
+        )
 
 
 def _sorted(rows: list[dict], by: list[str]) -> pd.DataFrame:

@@ -4,25 +4,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import permutations
-from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Lines, Sheet
 from pipeline.core import camera, errors, fourier
 from pipeline.palette import colour_name
+from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
 from pipeline.validation import require_range
+
+if TYPE_CHECKING:
+    from pipeline.pictures import Picture
+    from pipeline.recordings import Recorder
 
 _PLAYED_HZ = 30.0
 
@@ -126,7 +131,23 @@ class Postures(Figure):
             "table_identification": _identification(inputs),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """RMS error of every walker from the middle view, on the page."""
+        tried = [m for m in TRIED if m in inputs.sweep.methods]
+        views = inputs.sweep.demonstration_view_deg
+        middle = float(views[len(views) // 2])
+        found: list[dict[str, Any]] = [
+            {"table": "table_demonstrations", "y": f"rms_error_{m}_mm", "styles": {m: TRIED[m]},
+             "where": {"view_angle_deg": middle}}
+            for m in tried
+        ]  # fmt: skip
+        chart = Chart(
+            **found[0], x="walker", x_label=f"walker, seen from {middle:g}°", label="RMS error", zero=True,
+            words={name: name for name in inputs.samples}, also=[Lines(**one) for one in found[1:]], picture=False,
+        )  # fmt: skip
+        return Sheet(charts=[chart])
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
         columns = columns_of(tables["table"])
         methods = inputs.sweep.methods.tolist()
@@ -144,7 +165,7 @@ class Postures(Figure):
                     across = camera.missing_dimension(space, np.radians(view))
                     seen.append(np.stack([across, space[..., 2]], axis=-1))
                 rows.append(
-                    pictures.PostureRow(
+                    PostureRow(
                         label=f"{view:g}°",
                         original=seen[0],
                         reconstructed=seen[1],
@@ -153,15 +174,14 @@ class Postures(Figure):
                 )
             title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
             groups.append((title, rows))
-        pictures.draw_postures(
-            stem,
+        picture.postures(
             groups,
             WALKER15.bones,
-            caption=f"{inputs.caption} Walker {inputs.samples[self.walker]}; across the page runs the dimension that"
+            caption=f"Walker {inputs.samples[self.walker]}; across the page runs the dimension that"
             " the view did not show.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Walkers, original and reconstructed from every demonstration view, walking in place."""
         data, views = inputs.dataset, inputs.sweep.demonstration_view_deg
         methods = inputs.sweep.methods.tolist()
@@ -172,8 +192,7 @@ class Postures(Figure):
         index = {"time": times}
         spread = np.linspace(0, len(inputs.samples) - 1, min(self.recorded, len(inputs.samples)))
         recorded = sorted({self.walker, *np.rint(spread).astype(int).tolist()})
-        with inputs.recording(
-            folder,
+        with begin(
             f"\n{len(recorded)} of {len(inputs.samples)} walkers are played at one common pace and can be switched on"
             " in the streams tree: "
             "`world/original/<walker>`, `world/reconstructed/<method>/view_<angle>/<walker>`. "
@@ -211,7 +230,7 @@ class Postures(Figure):
                             estimated=estimated,
                         )
             spaces = [
-                recordings.Space3D(
+                Space3D(
                     name=f"{view:g}°: original and reconstructions",
                     contents=(
                         "world/original",
@@ -225,15 +244,15 @@ class Postures(Figure):
                 for view in views
             ]
             rec.blueprint(
-                recordings.Columns(
-                    recordings.Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
-                    recordings.Image2D(
+                Columns(
+                    Tabs(spaces[middle], *spaces[:middle], *spaces[middle + 1 :]),
+                    Image2D(
                         name=f"observed at {views[middle]:g}°",
                         contents=(f"image/observed/view_{views[middle]:.0f}",),
                         shown=(f"image/observed/view_{views[middle]:.0f}/{chosen}",),
                         beside=spaces[middle],
                     ),
-                    recordings.Notes(),
+                    Notes(),
                     shares=(4, 3, 2),
                 ),
                 playing=True,

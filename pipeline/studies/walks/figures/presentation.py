@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import Any
 
 from pipeline.palette import Style
 
@@ -12,9 +12,11 @@ METHODS = {
 }
 
 NULLS = {
-    "average_walker": Style("average walker", "null", line="dotted", banded=False),
-    "least_squares_1": Style("one eigenwalker, least squares", "amber", line="dotted", banded=False),
-    "map_1": Style("one eigenwalker, MAP", "sky", line="dotted", banded=False),
+    "average_walker": Style("average walker", "null", line="dotted", banded=False, interval=False),
+    "least_squares_1": Style(
+        "one eigenwalker, least squares", "amber", line="dotted", banded=False, interval=False
+    ),
+    "map_1": Style("one eigenwalker, MAP", "sky", line="dotted", banded=False, interval=False),
 }
 """Reconstructions that do next to nothing."""
 
@@ -23,10 +25,8 @@ TRIED = {**METHODS, "anatomical": Style("anatomical", "green")}
 
 CURVES = {**TRIED, **NULLS}
 
-UNNAMED = {name: replace(style, label="") for name, style in TRIED.items()}
-"""For a second band around the same lines."""
-
 BARS = ("as computed", "calibrated")
 """Error bars by the textbook, and with multipliers learnt from other people."""
 
-VIEW_AXIS = "Viewpoint (degree)"
+VIEW: dict[str, Any] = {"x": "view_angle_deg", "ticks": 30}
+"""The abscissa of charts over the view angle."""

@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import fourier
 from pipeline.core.linear_model import unflatten
+from pipeline.palette import Style
+from pipeline.scenes import Bars, Columns, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure, Nothing
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 EIGENWALKERS_SHOWN = 3
+
+PUBLISHED = {
+    "zhang2004": Reference(x=28.0, y="zhang2004_twenty_eight_components", label="published: 28, 95 %"),
+    "zhang2007": Reference(x=30.0, y="zhang2007_thirty_components", label="published: 30, 95.5 %"),
+}
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, Nothing]
 
@@ -59,31 +69,31 @@ class Spectrum(Figure):
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Draw the cumulative variance against the number of components."""
-        table = tables["table"]
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Cumulative variance against the number of components."""
         kept = inputs.model.kept
-        reached = 100 * table["cumulative_fraction"][kept - 1]
-        line = pictures.Series(
-            x=np.concatenate([[0], table["component"]]),
-            y=np.concatenate([[0.0], 100 * table["cumulative_fraction"]]),
+        reached = 100 * tables["table"]["cumulative_fraction"][kept - 1]
+        here = Reference(x=float(kept), label=f"{kept}: {reached:.1f} %")
+        chart = Chart(
+            x="component",
+            x_label="number of components",
+            y="cumulative_fraction",
+            times=100.0,
+            label="cumulative variance",
+            unit="%",
+            limits=(0.0, 100.0),
+            x_limits=(0.0, max(32.0, float(len(tables["table"])))),
+            styles=Style("", "black"),
+            references=[here, PUBLISHED[inputs.experiment.paper]],
         )
-        panel = pictures.Panel(
-            series=[line],
-            xlabel="Number of principal components",
-            ylabel="Cumulative variance (%)",
-            xlim=(0, float(table["component"].iloc[-1])),
-            ylim=(0, 100),
-            references=[("x", kept, f"{kept}: {reached:.1f} %")],
-        )
-        pictures.draw_lines(stem, [panel], caption=inputs.caption)
+        return Sheet(charts=[chart])
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""
         table, model = tables["table"], inputs.model
         frequency = float(inputs.dataset.frequency_hz.mean())
         times = np.arange(0, 1.0 / frequency, 1.0 / 60.0)
-        with inputs.recording(folder) as rec:
+        with begin() as rec:
             index = {"time": times}
             average = fourier.synthesise(unflatten(model.mean), frequency, times)
             ground = lift(average)
@@ -108,15 +118,15 @@ class Spectrum(Figure):
                 colour="green",
             )
             rec.blueprint(
-                recordings.Columns(
-                    recordings.Space3D(
+                Columns(
+                    Space3D(
                         name="average walker and eigenwalker 1 at ±2 sd",
                         shown=("world/average", "world/eigenwalker_1"),
                     ),
-                    recordings.Rows(
-                        recordings.Bars(name="variance of each component (%)", origin="spectrum"),
-                        recordings.Bars(name="cumulative variance (%)", origin="cumulative"),
-                        recordings.Notes(),
+                    Rows(
+                        Bars(name="variance of each component (%)", origin="spectrum"),
+                        Bars(name="cumulative variance (%)", origin="cumulative"),
+                        Notes(),
                     ),
                     shares=(3, 2),
                 ),

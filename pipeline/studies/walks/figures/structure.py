@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
+from pipeline.palette import Style
 from pipeline.seeding import derive_generator
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.ladder import STYLES, WORDS, one_row, steps
-from pipeline.studies.walks.figures.presentation import VIEW_AXIS
+from pipeline.studies.walks.figures.ladder import STYLES, WORDS, one_row
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.structure import (
     ADDED,
@@ -31,7 +33,7 @@ Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 BASELINE = "map_tuned"
 """What every method is compared with."""
 
-SHOWN = {name: STYLES.get(name) for name in ("average_walker", "map_70", "map_tuned", "anatomical")}
+SHOWN = ("average_walker", "map_70", "map_tuned", "anatomical")
 
 
 @dataclass(kw_only=True)
@@ -41,6 +43,7 @@ class StructureLadder(Figure):
     model = AnatomicalModel
     sweep = Structure
     sequence = "seen_from_deg"
+    timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by method and view; ``table_ladder``: by method; walkers, settings, other sources beside them."""
@@ -140,97 +143,38 @@ class StructureLadder(Figure):
                     )
         return tidy(pd.DataFrame(rows).to_dict("list"), by=["source", "left_out", "method"])
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
         shown = {name: style for name, style in STYLES.items() if name in SHOWN}
-        by_view = pictures.Panel(
-            y="absolute_error_mm2",
-            band=("absolute_error_mm2_low", "absolute_error_mm2_high"),
-            where={"method": list(shown)},
-            x="view_angle_deg",
-            by="method",
-            ylabel="Absolute error (mm$^2$)",
-            xlabel=VIEW_AXIS,
-            xticks=30,
-            from_zero=True,
-        )
-        ladder = tables["table_ladder"]
-
-        def panel(names: tuple[str, ...], column: str, ylabel: str) -> pictures.Panel:
-            series, places = steps(ladder, names, column, STYLES)
-            return pictures.Panel(
-                series=series,
-                ylabel=ylabel,
-                xlabel="",
-                xticks=places,
-                xwords=[WORDS[name] for name in names],
-                references=[("y", 0.0, "")] if column.endswith("percent") else [],
-            )
-
+        error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
+        step = partial(error, table="table_ladder", x="method")
         walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")
-        top = float(walkers[[BASELINE, "anatomical"]].to_numpy().max()) * 1.05
-        people = pictures.Panel(
-            series=[
-                pictures.Series(
-                    x=walkers[BASELINE].to_numpy(),
-                    y=walkers["anatomical"].to_numpy(),
-                    colour="green",
-                    line="points",
-                ),
-                pictures.Series(x=np.array([0.0, top]), y=np.array([0.0, top]), colour="reference"),
-            ],
-            xlabel="MAP, σ² chosen by others (mm$^2$)",
-            ylabel="Anatomical (mm$^2$)",
-            xlim=(0.0, top),
-            from_zero=True,
-            annotation="a point to each person",
-        )
-        pictures.draw_lines(
-            stem,
-            [
-                by_view,
-                people,
-                panel(ADDED, "absolute_error_mm2", "Absolute error (mm$^2$)"),
-                panel((*SETTLED, *REMOVED, *VARIED), "below_whole_percent", "Below the whole (%)"),
-            ],
-            tables["table"],
-            styles=shown,
-            columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} The whole has four. Bands and bars: 95 % intervals over people; settings of"
-            " each person chosen by others.",
-        )
+        pairs = {name: walkers[name].tolist() for name in (BASELINE, "anatomical")}
+        top = 1.05 * max(max(values) for values in pairs.values())
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """The errors over view angle."""
-        table = tables["table"]
-        shown = {name: style for name, style in STYLES.items() if name in SHOWN}
-        half = (table["absolute_error_mm2_high"] - table["absolute_error_mm2_low"]) / (2 * 1.96)
-        with inputs.recording(folder, timeline="view_angle_deg") as rec:
-            rec.curves(
-                table.assign(half=half),
-                x="view_angle_deg",
-                y="absolute_error_mm2",
-                by="method",
-                sd="half",
-                where={"method": list(shown)},
-                styles=shown,
-                entity="curves/ladder/{series}",
-            )
-            parts = table[~table["method"].isin(list(shown))]
-            rec.curves(
-                parts, x="view_angle_deg", y="absolute_error_mm2", by="method", entity="parts/ladder/{series}"
-            )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Plot(name="error (mm²) by view angle, ± standard error", origin="curves"),
-                        recordings.Plot(name="with one part less or more (mm²)", origin="parts"),
-                    ),
-                    recordings.Notes(),
-                    shares=(2, 1),
-                )
-            )
+        def steps(names: tuple[str, ...]) -> dict[str, Any]:
+            words = {name: WORDS[name] for name in names}
+            return {"words": words, "styles": {name: STYLES.get(name, Style("", "black")) for name in names}}
+
+        charts = [
+            error(**VIEW, styles=shown, zero=True),
+            Chart(
+                table=pairs, x=BASELINE, x_label="MAP, σ² chosen by others", x_unit="mm²", y="anatomical",
+                label="anatomical", unit="mm²", styles=Style("", "green", line="points"), x_limits=(0.0, top),
+                limits=(0.0, top), note="a point to each person", references=[Reference(slope=1.0)],
+            ),
+            step(**steps(ADDED), zero=True),
+            step(**{**steps((*SETTLED, *REMOVED, *VARIED)), "y": "below_whole_percent", "label": "below the whole",
+                    "unit": "%"}, references=[Reference(y=0.0)]),
+            error(**VIEW, styles={n: Style(w) for n, w in WORDS.items() if n not in SHOWN}, picture=False,
+                  name="absolute_error_of_parts_mm2", title="with one part less or more", page=False),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption="The whole has four. Bands and bars: 95 % intervals over people; settings of each person chosen by"
+            " others.",
+        )
 
 
 _KINDS = (

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import statistics
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import CURVES, NULLS, VIEW_AXIS
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]
@@ -29,7 +28,7 @@ class ViewAngleEstimates(Figure):
     model = EigenwalkersModel
     sweep = UnknownView
     over_people = ("table", "table_people")
-    sequence = "view_angle_deg"
+    sequence = timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: per method and view; ``table_people``: the error of every walker at every view.
@@ -84,88 +83,38 @@ class ViewAngleEstimates(Figure):
             ),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Mean estimated angle (solid) and one standard deviation on either side (dashed), a panel to a method."""
-        table, methods = tables["table"], inputs.sweep.methods.tolist()
-        mean, spread = table["estimated_mean_deg"], table["estimated_sd_deg"]
-        edges = table.assign(low=mean - spread, high=mean + spread)
-        solid = pictures.Style("mean", "black")
-        dashed = pictures.Style("±1 sd", "black", line="dashed")
-        nothing = NULLS["average_walker"]
-        around = partial(pictures.series, edges, x="view_angle_deg", where={"method": "average_walker"})
-        panels = []
-        for method in methods:
-            line = partial(pictures.series, edges, x="view_angle_deg", where={"method": method})
-            panels.append(
-                pictures.Panel(
-                    series=[
-                        *line(
-                            y="estimated_mean_deg",
-                            styles=solid,
-                            band=("estimated_mean_deg_low", "estimated_mean_deg_high"),
-                        ),
-                        *line(y="low", styles=dashed),
-                        *line(y="high", styles=replace(dashed, label="")),
-                        *around(y="low", styles=replace(nothing, label="average walker ±1 sd")),
-                        *around(y="high", styles=replace(nothing, label="")),
-                    ],
-                    xlabel=VIEW_AXIS,
-                    ylabel="Reconstructed viewpoint (degree)",
-                    xticks=30,
-                    annotation=_note(table[table["method"] == method], method, inputs.sweep.failure_deg),
-                )
-            )
-        pictures.draw_lines(
-            stem,
-            panels,
-            columns=len(panels),
-            legend="figure",
-            caption=f"{inputs.caption} Band: 95 % interval of the mean over people.",
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Estimated against true angle, what is left of it, and the median of its size."""
+        view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
+        estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
+        charts = [
+            estimate(label="estimated view angle", references=[Reference(slope=1.0)]),
+            estimate(
+                label="estimate less truth",
+                less="view_angle_deg",
+                name="error_deg",
+                references=[Reference(y=0.0)],
+            ),
+            view(y="absolute_angle_error_median_deg", label="median error", zero=True),
+        ]
+        notes = [
+            _note(tables["table"], str(method), inputs.sweep.failure_deg) for method in inputs.sweep.methods
+        ]
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption="Bands: ±1 standard deviation over walkers, and 95 % interval of the mean over people. "
+            + " ".join(notes),
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
-        """Estimate less truth over the true angle, with its spread; median error below."""
-        table = tables["table"]
-        table = table.assign(error_deg=table["estimated_mean_deg"] - table["view_angle_deg"])
-        with inputs.recording(folder, timeline="view_angle_deg") as rec:
-            for name, column, spread in (
-                ("estimated_deg", "estimated_mean_deg", "estimated_sd_deg"),
-                ("error_deg", "error_deg", "estimated_sd_deg"),
-                ("absolute_error_median_deg", "absolute_angle_error_median_deg", ""),
-            ):
-                rec.curves(
-                    table,
-                    x="view_angle_deg",
-                    y=column,
-                    by="method",
-                    sd=spread,
-                    styles=CURVES,
-                    entity=f"curves/{name}/{{series}}",
-                )
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Plot(
-                        name="estimated view angle (°) ± sd over walkers", origin="curves/estimated_deg"
-                    ),
-                    recordings.Rows(
-                        recordings.Plot(name="estimate less truth (°)", origin="curves/error_deg"),
-                        recordings.Plot(
-                            name="median absolute error (°)",
-                            origin="curves/absolute_error_median_deg",
-                        ),
-                        recordings.Notes(),
-                    ),
-                    shares=(1, 1),
-                )
-            )
 
-
-def _note(rows: pd.DataFrame, method: str, failure_deg: float) -> str:
-    """Return what is written into a method's panel, from its rows of the table."""
+def _note(table: pd.DataFrame, method: str, failure_deg: float) -> str:
+    """Return what the caption says of a method."""
+    rows = table[table["method"] == method]
     off = (rows["estimated_mean_deg"] - rows["view_angle_deg"]).abs().mean()
     return (
-        f"{CURVES[method].label}\nmean over views: off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°\n"
-        f"off by more than {failure_deg:g}°: {rows['failures'].sum()} of {rows['walkers'].sum()}"
+        f"{CURVES[method].label}: means off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°, off by more than "
+        f"{failure_deg:g}° {rows['failures'].sum()} of {rows['walkers'].sum()} times."
     )
 
 

@@ -4,25 +4,34 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, errors, fourier
 from pipeline.core.reconstruction import from_known_views
+from pipeline.palette import Style
+from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.dataset import FourierSamples
-from pipeline.studies.walks.figures.presentation import CURVES, UNNAMED, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.model import Eigenwalkers, EigenwalkersModel
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
+THIRTY_PERCENT = Reference(
+    below="least_squares", percent="zhang2007_map_thirty_percent", label="30 % below I (published)"
+)
 
 _INSTANT = 0.25
 """Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
@@ -87,62 +96,35 @@ class ViewErrors(Figure):
             "person": data.person,
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
-        """Three panels: absolute error, relative error, variance of the missing dimension."""
-        methods = inputs.sweep.methods.tolist()
-        panel = partial(pictures.Panel, from_zero=True, xticks=30)
-        shown = {"method": [*methods, "average_walker"]}
-
-        def interval(column: str) -> list[pictures.Series]:
-            return pictures.series(
-                tables["table"],
-                x="view_angle_deg",
-                y=column,
-                by="method",
-                band=(f"{column}_low", f"{column}_high"),
-                where={"method": methods},
-                styles={method: UNNAMED[method] for method in methods},
-            )
-
-        absolute = panel(
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Absolute error, relative error, variance of the missing dimension."""
+        first = str(inputs.sweep.methods[0])
+        view = partial(Chart, **VIEW, zero=True)
+        shown = {name: CURVES[name] for name in (*map(str, inputs.sweep.methods), "average_walker")}
+        error = partial(view, by="method", styles=shown)
+        absolute = error(
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
-            ylabel="Absolute error (mm$^2$)",
-            where=shown,
-            series=interval("absolute_error_mm2"),
+            label="mean square error",
+            references=[THIRTY_PERCENT] if {*METHODS} <= {*inputs.sweep.methods.tolist()} else [],
         )
-        relative = panel(
-            y="relative_error",
-            band="relative_error_sd",
-            ylabel="Relative error",
-            where=shown,
-            series=interval("relative_error"),
-        )
-        variance = panel(
+        relative = error(y="relative_error", band="relative_error_sd")
+        variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
-            ylabel="Variance (mm$^2$)",
-            by="",
-            where={"method": methods[0]},  # the same for every method
+            label="missing variance",
+            where={"method": first},  # the same for every method
+            styles={"truth": Style("", "green")},
         )
-        # zhang2004 prints the variance between the two errors; zhang2007 after them.
-        printed_last = inputs.experiment.paper == "zhang2007"
-        pictures.draw_lines(
-            stem,
-            [absolute, relative, variance] if printed_last else [absolute, variance, relative],
-            tables["table"],
-            x="view_angle_deg",
-            by="method",
-            styles=CURVES,
-            xlabel=VIEW_AXIS,
-            legend="figure",
-            caption=f"{inputs.caption} Bands: ±1 standard deviation over walkers, as far as the axes go, and within it"
-            " the 95 % interval of the mean over people. Average walker: its depth, the image kept.",
+        return Sheet(
+            charts=[absolute, relative, variance],
+            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands: 95 %"
+            " interval of the"
+            " mean over people. Average walker: its depth, the image kept.",
         )
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
-        table = tables["table"]
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
         absolute = errors.walker_error(sweep.absolute_error_mm2)
@@ -153,27 +135,12 @@ class ViewErrors(Figure):
         instant = np.array([_INSTANT])
         posture = fourier.synthesise(truth, 1.0, instant)[0]
         ground = lift(posture)
-        with inputs.recording(
-            folder,
+        with begin(
             f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
             "is what the camera at that angle sees, the coloured skeletons what each approach makes of it"
             + (" (at the phase of the 3D motion).\n" if sweep.phase_rad is not None else ".\n"),
             timeline="view_angle_deg",
         ) as rec:
-            for measure, spread in (
-                ("absolute_error_mm2", "absolute_error_sd_mm2"),
-                ("relative_error", "relative_error_sd"),
-            ):
-                rec.curves(table, x="view_angle_deg", y=measure, by="method", sd=spread, styles=CURVES)
-            rec.curves(
-                table,
-                x="view_angle_deg",
-                y="missing_variance_mm2",
-                sd="missing_variance_sd_mm2",
-                where={"method": sweep.methods[0]},  # the same for every method
-                styles=recordings.Style("variance of the missing dimension", "green"),
-                entity="curves/missing_variance_mm2/truth",
-            )
             for method in sweep.methods.tolist():
                 if method == "anatomical":
                     found = AnatomicalApproach(data).reconstruct(walker, angles, fold).missing
@@ -201,29 +168,9 @@ class ViewErrors(Figure):
             )
             seen = np.stack([camera.project(posture, a) for a in angles])
             rec.image_points("image/observed", seen, WALKER15.bones, index=index)
-            space = recordings.Space3D(name="original and reconstructed")
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Plot(name="absolute error (mm²)", origin="curves/absolute_error_mm2"),
-                        recordings.Plot(name="relative error", origin="curves/relative_error"),
-                        recordings.Plot(
-                            name="variance of the missing dimension (mm²)",
-                            origin="curves/missing_variance_mm2",
-                        ),
-                    ),
-                    recordings.Rows(
-                        recordings.Columns(
-                            space,
-                            recordings.Image2D(name="observed", beside=space),
-                            shares=(3, 2),
-                        ),
-                        recordings.Notes(),
-                        shares=(3, 1),
-                    ),
-                    shares=(1, 1),
-                )
-            )
+            space = Space3D(name="original and reconstructed")
+            scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
+            rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
 
 
 def summary_over_walkers(person: np.ndarray, values: np.ndarray) -> dict[str, np.ndarray]:

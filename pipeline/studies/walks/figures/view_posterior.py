@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from scipy.special import ndtri
 
-from pipeline import pictures, recordings
+from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import anatomical, statistics
 from pipeline.palette import Style
+from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.seeding import derive_generator
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.figures.ladder import one_row
-from pipeline.studies.walks.figures.presentation import BARS, VIEW_AXIS
+from pipeline.studies.walks.figures.presentation import BARS, VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars, ViewPosteriors
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, ViewPosteriors]
 
@@ -28,6 +33,9 @@ METHODS = {
     "two_harmonics": Style("two harmonics, plain covariance", "map", line="dashed"),
     "anatomical": Style("anatomical prior", "green"),
 }
+NEAR_DEG = 20.0
+"""How far from the truth the posterior is drawn."""
+
 LEVELS = np.array([0.5, 0.8, 0.95])
 
 
@@ -94,88 +102,42 @@ class ViewPosterior(Figure):
             "table_walkers": tidy(pd.DataFrame(walkers).to_dict("list"), by=["walker", "method"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], stem: Path) -> None:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error and posterior width by view; the posterior about the true angle; error against width."""
         sweep = inputs.sweep
         off = np.abs(statistics.angle_difference_deg(sweep.angle_deg, sweep.view_angle_deg))
-        best = sweep.methods.tolist().index("anatomical")
-        from_truth = statistics.angle_difference_deg(sweep.candidate_deg[None], sweep.view_angle_deg[:, None])
-        middle = len(sweep.view_angle_deg) // 2
-        shown = np.abs(from_truth[middle]) <= 20.0
-        order = np.argsort(from_truth[middle][shown], kind="stable")
-        sure, wrong = sweep.sd_deg[best].ravel(), off[best].ravel()
-        top = float(max(sure.max(), wrong.max())) * 1.03
-        panels = [
-            pictures.Panel(
-                y="absolute_angle_error_mean_deg",
-                band=("absolute_angle_error_mean_deg_low", "absolute_angle_error_mean_deg_high"),
-                x="view_angle_deg",
-                xlabel=VIEW_AXIS,
-                ylabel="Mean error (degree)",
-                xticks=30,
-                from_zero=True,
+        best, middle = sweep.methods.tolist().index("anatomical"), len(sweep.view_angle_deg) // 2
+        from_truth = statistics.angle_difference_deg(sweep.candidate_deg, sweep.view_angle_deg[middle])
+        near = np.abs(from_truth) <= NEAR_DEG
+        about_truth = {
+            "candidate_less_true_angle_deg": from_truth[near],
+            "density": sweep.density[middle][near],
+        }
+        errors = {
+            "posterior_standard_deviation_deg": sweep.sd_deg[best].ravel(),
+            "error_deg": off[best].ravel(),
+        }
+        view = partial(Chart, **VIEW, by="method", styles=METHODS, zero=True)
+        charts = [
+            view(y="absolute_angle_error_mean_deg", label="mean error"),
+            view(y="posterior_sd_deg", label="posterior standard deviation"),
+            Chart(
+                table=about_truth, x="candidate_less_true_angle_deg", y="density",
+                zero=True,
+                label="density, mean over people", styles=Style("", "green"),
+                note=f"seen from {sweep.view_angle_deg[middle]:g}°",
             ),
-            pictures.Panel(
-                y="posterior_sd_deg",
-                x="view_angle_deg",
-                xlabel=VIEW_AXIS,
-                ylabel="Posterior sd (degree)",
-                xticks=30,
-                from_zero=True,
+            Chart(
+                table=errors, x="posterior_standard_deviation_deg", y="error_deg",
+                styles=Style("", "green", line="points"), zero=True, note="line: 95 % should lie below", page=False,
+                references=[Reference(slope=1.96)],
             ),
-            pictures.Panel(
-                series=[
-                    pictures.Series(
-                        x=from_truth[middle][shown][order],
-                        y=sweep.density[middle][shown][order],
-                        colour="green",
-                    )
-                ],
-                xlabel="Candidate less true angle (degree)",
-                ylabel="Density, mean over people",
-                from_zero=True,
-                annotation=f"seen from {sweep.view_angle_deg[middle]:g}°",
-            ),
-            pictures.Panel(
-                series=[
-                    pictures.Series(x=sure, y=wrong, colour="green", line="points"),
-                    pictures.Series(
-                        x=np.array([0.0, top / 1.96]), y=np.array([0.0, top]), colour="reference"
-                    ),
-                ],
-                xlabel="Posterior sd (degree)",
-                ylabel="Error (degree)",
-                from_zero=True,
-                annotation="line: 95 % should lie below",
-            ),
-        ]
-        pictures.draw_lines(
-            stem,
-            panels,
-            tables["table"],
-            by="method",
-            styles=METHODS,
-            columns=2,
-            legend="figure",
-            caption=f"{inputs.caption} Bands: 95 % intervals over people.",
-        )
+        ]  # fmt: skip
+        return Sheet(charts=charts, columns=2, caption="Bands: 95 % intervals over people.")
 
-    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], folder: Path) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Error and posterior width over view angle; the posterior as a matrix."""
-        table, sweep = tables["table"], inputs.sweep
-        with inputs.recording(
-            folder, "\nThe matrix: true angle down, candidates across.\n", timeline="view_angle_deg"
-        ) as rec:
-            for column in ("absolute_angle_error_mean_deg", "posterior_sd_deg"):
-                rec.curves(table, x="view_angle_deg", y=column, by="method", styles=METHODS)
-            rec.matrix("matrices/posterior", sweep.density)
-            rec.blueprint(
-                recordings.Columns(
-                    recordings.Rows(
-                        recordings.Plot(name="mean error (°)", origin="curves/absolute_angle_error_mean_deg"),
-                        recordings.Plot(name="posterior sd (°)", origin="curves/posterior_sd_deg"),
-                    ),
-                    recordings.Rows(recordings.Matrix(name="posterior over the circle"), recordings.Notes()),
-                    shares=(1, 1),
-                )
-            )
+        with begin("\nThe matrix: true angle down, candidates across.\n", timeline="view_angle_deg") as rec:
+            rec.matrix("matrices/posterior", inputs.sweep.density)
+            beside = Rows(Matrix(name="posterior over the circle"), Notes())
+            rec.blueprint(Columns(Rows(*rec.plots), beside))

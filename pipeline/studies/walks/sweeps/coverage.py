@@ -8,9 +8,9 @@ import numpy as np
 
 from pipeline.core import anatomical, linear_model
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.sweeps.held_out import (
     PHASES,
     Fold,

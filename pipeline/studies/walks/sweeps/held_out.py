@@ -16,8 +16,8 @@ from pipeline.core.anatomical import Conditional, Prior, Tolerances, TurnedPrior
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.sweeps.setting import Setting, approach_two
 from pipeline.validation import InvalidInput, require_range
 

@@ -12,9 +12,9 @@ import numpy as np
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, People, require_choosers
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput, require_choice

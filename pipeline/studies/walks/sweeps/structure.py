@@ -15,9 +15,9 @@ from pipeline.core import anatomical, errors
 from pipeline.core.anatomical import Shrinkage
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.sweeps.held_out import Fold, People, require_mirrored_grid
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.validation import InvalidInput, require_range

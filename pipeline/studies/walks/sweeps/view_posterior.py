@@ -8,9 +8,9 @@ import numpy as np
 
 from pipeline.core import anatomical
 from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.dataset import FourierSamples
 from pipeline.studies.walks.sweeps.held_out import People
 from pipeline.studies.walks.sweeps.setting import PLAIN, anatomical_setting, approach_two
 from pipeline.validation import InvalidInput, require_range

@@ -1,0 +1,494 @@
+"""Pages that are made of the sources when the documentation is built: options, columns, library, the drawing.
+
+A hook of MkDocs: in a page, ``<!-- made: options -->`` is replaced by what the function of this name returns.
+"""
+
+from __future__ import annotations
+
+import ast
+import csv
+import inspect
+import re
+import types
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import MISSING, Field, fields, is_dataclass
+from enum import Enum
+from functools import cache, partial
+from pathlib import Path
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "pipeline"
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Return a page with its made parts in place."""
+    return re.sub(r"<!-- made: (\w+) -->", lambda match: MADE[match[1]](), markdown)
+
+
+# --- options ----------------------------------------------------------------------------------------------
+
+
+@cache
+def _experiments() -> dict[str, Any]:
+    """The experiment of each preset."""
+    from pipeline.cli.compose import compose
+    from pipeline.cli.presets import presets
+
+    return {name: compose([f"experiment={name}"]) for name in presets()}
+
+
+def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
+    """Yield each class of options: title, what stands before its names, class, presets that use it."""
+    from pipeline.cli.compose import DATA
+    from pipeline.reconstruct.training import Training
+    from pipeline.reconstruct.writing import Reconstruct
+    from pipeline.studies.experiment import Experiment
+    from pipeline.studies.registry import GROUPS, options
+
+    yield "Every figure", "", Experiment, ["every figure"]
+    for name, kind in DATA.items():
+        where = {"synthetic": "synthetic", "recorded": "optical, cmu, hdm05, hdm05_squat", "folder": "folder"}
+        yield f"Data set: {where[name]}", "data.", kind, [f"data={where[name]}"]
+    for group in GROUPS:
+        for name, kind in options(group).items():
+            used = [n for n, e in _experiments().items() if type(getattr(e, group)) is kind]
+            yield f"{group}={name}", f"{group}.", kind, used
+    yield "Walks from keypoints", "", Reconstruct, ["reconstruct"]
+    yield "Training the model of walkers", "training.", Training, ["model"]
+
+
+GROUPED = {"data", "dataset", "model", "sweep", "figure"}
+"""Options of an experiment that have tables of their own."""
+
+
+def rows_of(before: str, kind: type[Any]) -> Iterator[tuple[str, str, str, str, str, str]]:
+    """Yield name, type, default, bounds, unit and words of each option of a class, and of the options in it."""
+    hints = get_type_hints(kind, include_extras=True)
+    words = _words(kind)
+    for one in fields(kind):
+        if before == "" and one.name in GROUPED and kind.__name__ == "Experiment":
+            continue
+        hint, name = hints[one.name], before + one.name
+        plain = _plain(hint)
+        if isinstance(plain, type) and is_dataclass(plain):
+            yield from rows_of(f"{name}.", plain)
+            continue
+        yield name, _type(plain), _default(one), bounds(hint), _unit(one.name), words.get(one.name, "")
+
+
+def options() -> str:
+    """Return the tables of all options, one to each class."""
+    parts = []
+    for title, before, kind, used in option_classes():
+        told = list(rows_of(before, kind))
+        if not told:
+            continue
+        parts.append(f"### {title}\n\n{_first_sentence(kind)} Used by {_listed(used)}.\n")
+        parts.append(_table(["option", "type", "default", "bounds", "unit", "meaning"], told))
+    return "\n".join(parts)
+
+
+def _listed(used: list[str]) -> str:
+    names = [f"`{name}`" if re.fullmatch(r"\w+", name) else name for name in used]
+    return ", ".join(names) if names else "no preset: choose it by name"
+
+
+def _plain(hint: Any) -> Any:
+    """The type without its annotations, and without None."""
+    if get_origin(hint) is Annotated:
+        return _plain(get_args(hint)[0])
+    if get_origin(hint) in (Union, types.UnionType):
+        inner = [part for part in get_args(hint) if part is not type(None)]
+        return _plain(inner[0]) if len(inner) == 1 else hint
+    return hint
+
+
+def _type(kind: Any) -> str:
+    if get_origin(kind) is list:
+        return "list of " + _type(_plain(get_args(kind)[0]))
+    if get_origin(kind) is not None:
+        return re.sub(r"[\w.]+\.", "", str(kind))
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return ", ".join(f"`{choice}`" for choice in kind.__members__)
+    return {"int": "whole number", "float": "number", "str": "text", "bool": "true or false"}.get(
+        kind.__name__, kind.__name__
+    )
+
+
+def _default(one: Field[Any]) -> str:
+    if sizes := one.metadata.get("scale"):
+        return "of the scale: " + ", ".join(f"{key} {value}" for key, value in sizes.items())
+    if one.default is not MISSING:
+        return _value(one.default)
+    if one.default_factory is not MISSING:
+        return "as many as there are cores" if one.name == "workers" else _value(one.default_factory())
+    return "set by the preset"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Enum):
+        return f"`{value.name}`"
+    if isinstance(value, list):
+        return "`[" + ", ".join(_value(item).strip("`") for item in value) + "]`"
+    if value == "":
+        return "empty"
+    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+
+
+_BOUNDS = {"at_least": "≥ {}", "above": "> {}", "at_most": "≤ {}", "below": "< {}"}
+
+
+def bounds(hint: Any) -> str:
+    """Return the bounds in the annotations of an option, in signs and words."""
+    found = []
+    if get_origin(hint) is Annotated:
+        hint, *checks = get_args(hint)
+        for check in checks:
+            if isinstance(check, partial):
+                found += [
+                    _BOUNDS[name].format(value)
+                    for name, value in check.keywords.items()
+                    if name in _BOUNDS and value is not None
+                ]
+            elif callable(check):
+                found.append(check.__name__.removeprefix("require_").replace("_", " "))
+    inner = [bounds(part) for part in get_args(hint) if not isinstance(part, str)]
+    return ", ".join(dict.fromkeys([*found, *filter(None, inner)]))
+
+
+_UNITS = {
+    "mm2": "mm²", "mm": "mm", "deg": "°", "hz": "Hz", "px": "px", "s": "s", "rad": "rad", "percent": "%",
+    "frames": "frames", "sd": "",
+}  # fmt: skip
+
+
+def _unit(name: str) -> str:
+    if name.endswith("mm_s"):
+        return "mm/s"
+    parts = [part for part in name.split("_") if part not in ("low", "high")]
+    return _UNITS.get(parts[-1], "") if len(parts) > 1 else ""
+
+
+def _words(kind: type[Any]) -> dict[str, str]:
+    """What the comments beside the fields and the docstring's ``Attributes`` say of the fields of a class."""
+    found: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        if not is_dataclass(base):
+            continue
+        found |= documented(inspect.cleandoc(vars(base).get("__doc__") or ""), "Attributes")
+        lines = inspect.getsource(base).splitlines()
+        for node in ast.walk(ast.parse(inspect.cleandoc("\n".join(lines)))):
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+                place = (lines[k] for k in range(node.lineno - 1, node.end_lineno or node.lineno))
+                comment = " ".join(m[1] for line in place if (m := re.search(r"  # (.+)$", line)))
+                if comment and not comment.startswith("type:"):
+                    found[node.target.id] = comment
+    return found
+
+
+def documented(docstring: str, title: str) -> dict[str, str]:
+    """Return what a numpydoc section says of each name."""
+    match = re.search(rf"^{title}\n-+\n(.*?)(?=^\S[^\n]*\n-{{3,}}|\Z)", docstring, re.MULTILINE | re.DOTALL)
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in match[1].splitlines() if match else ():
+        if line and not line[0].isspace():
+            head, _, kind = line.partition(" : ")
+            names = [name.strip().lstrip("*") for name in head.split(",")]
+            found |= dict.fromkeys(names, kind if kind.startswith("(") else "")
+        elif line.strip():
+            found |= {name: f"{found[name]} {line.strip()}".strip() for name in names}
+    return found
+
+
+def _first_sentence(thing: Any) -> str:
+    return (inspect.cleandoc(thing.__doc__ or "").split("\n\n")[0]).replace("\n", " ")
+
+
+def _table(head: list[str], rows: Any) -> str:
+    def line(cells: Any) -> str:
+        return "| " + " | ".join(str(cell).replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+
+    quoted = ([f"`{row[0]}`", *row[1:]] for row in rows)
+    return "\n".join([line(head), line("---" for _ in head), *map(line, quoted)]) + "\n"
+
+
+# --- columns of the tables --------------------------------------------------------------------------------
+
+
+def golden_columns() -> dict[str, list[str]]:
+    """Return the columns of ``table.csv`` of each figure, as its golden table has them."""
+    found = {}
+    for path in sorted((ROOT / "tests" / "golden").glob("*_*.csv")):
+        with path.open(encoding="utf-8", newline="") as table:
+            found[path.stem] = next(csv.reader(table))
+    return found
+
+
+def columns() -> str:
+    """Return a table of every column: its unit, what it is, and the figures that have it."""
+    having = defaultdict(list)
+    for figure, names in golden_columns().items():
+        for name in names:
+            having[name].append(figure)
+    rows = []
+    for name, figures in sorted(having.items()):
+        if name.endswith(("_low", "_high")):
+            continue
+        ends = (
+            " (with its 95 % interval: `_low`, `_high`)"
+            if name + "_low" in having or _moved(name) in having
+            else ""
+        )
+        words = COLUMNS.get(name) or next(filter(None, (_said(figure).get(name) for figure in figures)), "")
+        rows.append((name, _unit(name), words + ends, ", ".join(f"`{figure}`" for figure in figures)))
+    return _table(["column", "unit", "meaning", "in `table.csv` of"], rows)
+
+
+def _moved(name: str) -> str:
+    """The lower end's name where the unit stands last: ``error_low_mm``."""
+    first, _, unit = name.rpartition("_")
+    return f"{first}_low_{unit}"
+
+
+@cache
+def _said(figure: str) -> dict[str, str]:
+    """What the docstrings of the figure's study, and of what studies share, say of the names of results."""
+    folder = PACKAGE.joinpath(*type(_experiments()[figure].figure).__module__.split(".")[1:3])
+    found: dict[str, str] = {}
+    for path in sorted(folder.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                said = documented(inspect.cleandoc(ast.get_docstring(node) or ""), "Attributes")
+                plain = {name: re.sub(r"^\([^)]*\)( \w+$)? ?", "", words) for name, words in said.items()}
+                found = {name: words for name, words in plain.items() if words} | found
+    return found
+
+
+COLUMNS = {
+    "method": "`least_squares`, `map`, …: how the missing dimension was found",
+    "absolute_error_mm2": "mean square error in the missing dimension [zhang2007 4.1]",
+    "rms_error_mm": "mean over walkers of the root of their absolute error",
+    "relative_error": "absolute error over each walker's missing variance; of limbs, error over that of the mean",
+    "missing_variance_mm2": "variance of the missing dimension",
+    "absolute_error_sd_mm2": "its standard deviation over walkers",
+    "relative_error_sd": "its standard deviation over walkers",
+    "missing_variance_sd_mm2": "its standard deviation over walkers",
+    "view_angle_deg": "0: from the front, −90: the left profile, 90: the right profile",
+    "sigma2_mm2": "σ² of the observation in approach II [zhang2007 3.12]",
+    "component": "number of the eigenwalker, or of the dimension of the aSpace",
+    "estimated_mean_deg": "circular mean of the estimated view angles over walkers",
+    "estimated_sd_deg": "circular standard deviation of the estimated view angles over walkers",
+    "absolute_angle_error_median_deg": "median over walkers of the error of the view angle",
+    "walkers": "how many people",
+    "joint": "one of the fifteen, as on the page on conventions",
+    "camera": "`still`, `moving` or how else it is moved",
+    "clip": "name of the recording or synthetic clip",
+    "action": "what is done in it",
+    "angle": "joint and side",
+    "condition": "what is varied",
+    "change": "what is varied",
+    "level": "how strongly",
+    "clips": "how many clips",
+    "stage": "`raw`, `linear`, `keyframe`, `synchronized`: how performances were aligned",
+    "performance": "which one",
+    "sample": "place in the cycle of the action",
+    "trial": "number of the trial",
+    "hidden": "joints that the image does not show",
+    "limb_error": "error of the end of a limb over its length",
+    "proved": "whether the solution was proved to be optimal",
+    "objective": "value of the binary programme at its solution",
+    "lower_bound": "proved lower bound of the binary programme",
+    "knee_error_deg": "error of the flexion of the knee",
+    "error_mm": "mean distance of joints from where they are",
+    "walker": "the clip",
+    "failures": "walkers whose view angle is off by more than `sweep.failure_deg`",
+    "runner_up_cost_ratio_min": "smallest ratio of the cost of the second best view to that of the best",
+}
+"""Columns that many figures have, or that no single result holds."""
+
+
+# --- the library ------------------------------------------------------------------------------------------
+
+
+LIBRARY = {
+    "pipeline": [
+        "read",
+        "joints",
+        "represent",
+        "fit",
+        "from_view",
+        "to_dataframe",
+        "to_xarray",
+        "reconstruct",
+    ],
+    "pipeline.core.fourier": ["FourierRepresentation", "represent", "synthesise"],
+    "pipeline.core.linear_model": ["LinearModel", "fit", "leave_one_out"],
+    "pipeline.core.reconstruction": ["least_squares", "maximum_a_posteriori", "from_known_views"],
+    "pipeline.core.viewpoint": ["estimate"],
+    "pipeline.core.camera": ["project", "combine"],
+    "pipeline.core.synchronization": ["synchronize", "distances", "median_sequence"],
+    "pipeline.core.trajectory_basis": ["cosine_basis"],
+    "pipeline.core.articulation": ["ray_sphere"],
+    "pipeline.core.binary_quadratic": ["minimise"],
+    "pipeline.core.refinement": ["refine"],
+    "pipeline.core.reconstructibility": ["reconstructibility"],
+    "pipeline.core.articulated_trajectory": ["reconstruct"],
+    "pipeline.core.keypoint_walk": ["reconstruct"],
+    "pipeline.formats": ["read"],
+    "pipeline.pointlight": ["walker", "scrambled", "inverted", "with_noise"],
+    "pipeline.synthetic.keypoints": ["simulate_keypoints"],
+}
+"""Functions that are kept stable, by module."""
+
+
+def library() -> str:
+    """Return the reference of the library, from the docstrings."""
+    parts = []
+    for module, names in LIBRARY.items():
+        loaded = __import__(module, fromlist=["_"])
+        parts.append(f"## {module}\n\n{_first_sentence(loaded)}\n")
+        for name in names:
+            thing = getattr(loaded, name)
+            target = type(thing).__call__ if isinstance(thing, types.ModuleType) else thing
+            signature = re.sub(r"\bself, |'", "", str(inspect.signature(target)))
+            signature = re.sub(r"[\w.]+\.(?=\w)", "", signature)
+            parts.append(f"### {module}.{name}\n\n```text\n{name}{signature}\n```\n")
+            parts.append(_as_markdown(inspect.cleandoc(target.__doc__ or "")))
+    return "\n".join(parts)
+
+
+def _as_markdown(docstring: str) -> str:
+    """Return a numpydoc docstring as Markdown: sections as lists, examples as code."""
+    lines: list[str] = []
+    section = ""
+    source = docstring.splitlines()
+    for number, line in enumerate(source):
+        if number + 1 < len(source) and re.fullmatch(r"-{3,}", source[number + 1]):
+            section = line
+            lines += ["", f"**{line}**", ""]
+            lines += ["```text"] if line == "Examples" else []
+        elif re.fullmatch(r"-{3,}", line):
+            continue
+        elif section in ("Parameters", "Attributes", "Returns", "Raises") and line:
+            indented = line[0].isspace()
+            lines.append(f"    {_escaped(line.strip())}" if indented else f"- `{line}`  ")
+        else:
+            lines.append(line if section == "Examples" else _escaped(line))
+    if section == "Examples":
+        lines.append("```")
+    return "\n".join(lines) + "\n"
+
+
+def _escaped(text: str) -> str:
+    """Return prose of a docstring with double backticks as code, and tags that are no links."""
+    text = re.sub(r"``(.+?)``", r"`\1`", text)
+    return re.sub(r"\[(\w+ [\w.]+)\]", r"(\1)", text).replace("<", "&lt;").replace("*", "\\*")
+
+
+# --- the drawing of the imports ---------------------------------------------------------------------------
+
+
+def imports() -> dict[str, set[str]]:
+    """Return for each package or module of `pipeline` those that it imports, read from the sources."""
+    found: dict[str, set[str]] = {}
+    for path in PACKAGE.rglob("*.py"):
+        first = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+        if first in ("__init__", "__main__"):
+            continue
+        mine = found.setdefault(first, set())
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "pipeline":
+                inner = (node.module or "").split(".")[1:]
+                mine.update(inner[:1] or [alias.name for alias in node.names])
+    return {name: {other for other in others if other in found} - {name} for name, others in found.items()}
+
+
+GROUND = {
+    "validation",
+    "locks",
+    "shortened",
+    "palette",
+    "tidy",
+    "resources",
+    "processes",
+    "compilation",
+    "seeding",
+}
+"""Small modules that everything may use: drawn together."""
+
+
+def levels() -> list[list[str]]:
+    """Return the packages from the base upwards: each on the lowest level above all that it imports."""
+    graph = {name: others - GROUND for name, others in imports().items() if name not in GROUND}
+    height: dict[str, int] = {}
+
+    def of(name: str) -> int:
+        if name not in height:
+            height[name] = 1 + max((of(other) for other in graph[name]), default=-1)
+        return height[name]
+
+    for name in graph:
+        of(name)
+    return [sorted(n for n in graph if height[n] == k) for k in range(max(height.values()) + 1)]
+
+
+def drawing() -> str:
+    """Return an SVG of who imports whom: arrows point from a package to those that it stands on."""
+    rows = levels()
+    width, high, step = 120, 30, 74
+    across = max(map(len, rows)) * (width + 22) + 20
+    height = len(rows) * step + 70
+    place: dict[str, tuple[float, float]] = {}
+    for k, names in enumerate(rows):
+        for n, name in enumerate(names):
+            place[name] = (across * (n + 0.5) / len(names), height - 70 - k * step - 10)
+    graph = imports()
+    parts = []
+    for name, (x, y) in place.items():
+        for other in sorted(graph[name] & place.keys()):
+            if any(other in graph[between] for between in graph[name] & place.keys() if between != other):
+                continue  # drawn by way of what stands between
+            u, v = place[other]
+            parts.append(
+                f'<path d="M{x:.0f},{y + high / 2:.0f} L{u:.0f},{v - high / 2 - 4:.0f}" class="to"/>'
+            )
+    for name, (x, y) in place.items():
+        parts.append(
+            f'<rect x="{x - width / 2:.0f}" y="{y - high / 2:.0f}" width="{width}" height="{high}" rx="5"/>'
+            f'<text x="{x:.0f}" y="{y + 4:.0f}">{name}</text>'
+        )
+    ground = ", ".join(sorted(GROUND))
+    parts.append(f'<rect x="10" y="{height - 40}" width="{across - 20}" height="{high}" rx="5"/>')
+    parts.append(f'<text x="{across / 2:.0f}" y="{height - 21}">{ground}</text>')
+    style = (
+        "rect{fill:#f3f6f9;stroke:#456}text{font:13px sans-serif;text-anchor:middle;fill:#123}"
+        ".to{stroke:#89a;fill:none;marker-end:url(#tip)}"
+    )
+    tip = (
+        '<marker id="tip" markerWidth="7" markerHeight="6" refX="6" refY="3" orient="auto">'
+        '<path d="M0,0 L7,3 L0,6z" fill="#89a"/></marker>'
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {across} {height}" role="img" '
+        f'aria-label="Packages and their imports"><defs><style>{style}</style>{tip}</defs>{"".join(parts)}</svg>\n'
+    )
+
+
+def packages() -> str:
+    """Return a table of the packages with the first sentence of each, from the base upwards."""
+    rows = []
+    for name in [*sorted(GROUND), *(name for level in levels() for name in level)]:
+        path = PACKAGE / name / "__init__.py"
+        path = path if path.is_file() else PACKAGE / f"{name}.py"
+        said = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
+        rows.append((name, re.sub(r"\s+", " ", said)))
+    return _table(["package", "is"], rows)
+
+
+MADE = {
+    "options": options, "columns": columns, "library": library, "drawing": drawing, "packages": packages,
+}  # fmt: skip
+"""Made parts by the name in the page."""

@@ -1,0 +1,23 @@
+"""Errors that the user can correct, in one sentence."""
+
+from __future__ import annotations
+
+import os
+
+from pipeline.validation import InvalidInput, missing_package
+
+
+def sentence(error: Exception) -> str:
+    """Return the message of an error that the user can correct; empty for a bug, which needs its traceback."""
+    if isinstance(error, InvalidInput):
+        return str(error)
+    if isinstance(error, ModuleNotFoundError):
+        package = missing_package(error)
+        return f"this needs {package}, which is not installed: pip install {package}" if package else ""
+    if type(error).__module__.partition(".")[0] in ("hydra", "omegaconf"):
+        from pipeline.cli.compose import in_words  # loaded, or there would be no such error
+
+        return str(in_words(error))
+    if isinstance(error, OSError) and error.strerror and error.filename:
+        return str(InvalidInput(error.strerror, where=os.fsdecode(error.filename)))
+    return ""

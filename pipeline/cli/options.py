@@ -1,0 +1,83 @@
+"""Options of a command as a dataclass, filled in from ``option=value``, with the standard library alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import is_dataclass
+from enum import Enum
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from pipeline.validation import InvalidInput, require_choice
+
+Options = TypeVar("Options")
+
+
+def filled(kind: type[Options], overrides: Sequence[str]) -> Options:
+    """Return the options of a command.
+
+    Parameters
+    ----------
+    kind : dataclass
+        Every field has a default; a field may be options again, named as ``input.path``.
+    overrides : sequence of str
+        ``option=value``.
+
+    Raises
+    ------
+    InvalidInput
+        If one is no override, names no option, or its value is of another type.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass
+    ... class Film:
+    ...     width: int = 0
+    >>> filled(Film, ["width=640"])
+    Film(width=640)
+    """
+    options = kind()
+    for item in overrides:
+        key, equals, text = item.partition("=")
+        if not equals:
+            raise InvalidInput("this is not an override", expected="option=value", received=repr(item))
+        *groups, name = key.split(".")
+        owner: Any = options
+        for group in groups:
+            owner = getattr(owner, _known(owner, group, key))
+        hint = get_type_hints(type(owner))[_known(owner, name, key)]
+        if is_dataclass(hint):
+            raise InvalidInput("names several options", where=key, expected=f"{key}.{_names(hint)[0]}=…")
+        setattr(owner, name, _value(key, hint, text))
+    return options
+
+
+def _names(kind: Any) -> list[str]:
+    return list(kind.__dataclass_fields__) if is_dataclass(kind) else []
+
+
+def _known(owner: Any, name: str, key: str) -> str:
+    known = _names(owner)
+    if name not in known:
+        raise InvalidInput("there is no such option", where=key, expected="one of " + ", ".join(known))
+    return name
+
+
+def _value(key: str, kind: Any, text: str) -> Any:
+    """Return a value of the type of its field."""
+    if get_origin(kind) is list:
+        if text[:1] + text[-1:] != "[]":
+            raise InvalidInput("must be a list", where=key, expected="[a,b]", received=text)
+        (of,) = get_args(kind)
+        return [_value(key, of, part.strip()) for part in text[1:-1].split(",") if part.strip()]
+    if kind is bool:
+        return require_choice(key, text.lower(), ("true", "false")) == "true"
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return kind[require_choice(key, text, list(kind.__members__))]
+    if kind is str:
+        return text[1:-1] if text[:1] in ("'", '"') and text[:1] == text[-1:] and len(text) > 1 else text
+    try:
+        return kind(text)
+    except ValueError:
+        whole = "a whole number" if kind is int else "a number"
+        raise InvalidInput(f"must be {whole}", where=key, received=text) from None

@@ -1,0 +1,168 @@
+"""Which part of a clip is usable, of whatever kind it is, and the report on those that are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.core import walking
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput
+
+
+@dataclass(frozen=True)
+class RawClip:
+    """A clip before its usable part is selected.
+
+    Attributes
+    ----------
+    row : dict
+        Its row of the report so far.
+    positions : (T, 15, 3)
+        Millimetres.
+    frame_rate_hz : float
+    valid : (T, 15) bool or None
+        None: where the positions are finite.
+    notes : sequence of str
+        Remarks of the reader of the file.
+    """
+
+    row: dict[str, Any]
+    positions: np.ndarray
+    frame_rate_hz: float
+    valid: np.ndarray | None = None
+    notes: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class PreparedClip:
+    """A usable clip, or the report row of a refused one.
+
+    Attributes
+    ----------
+    row : dict
+        Its row of the report.
+    positions : (T, 15, 3) or None
+        Millimetres; None if the clip is refused.
+    frame_rate_hz : float
+    """
+
+    row: dict[str, Any]
+    positions: np.ndarray | None = None
+    frame_rate_hz: float = 0.0
+
+
+def report_row(columns: Sequence[str], **known: Any) -> dict[str, Any]:
+    """Return a row of the report: what is known of its columns, and nothing in all others."""
+    return {name: known.get(name, "") for name in columns}
+
+
+class NoUsableClips(InvalidInput):
+    """Too few clips can be used.
+
+    Attributes
+    ----------
+    report : list of dict
+        One row per clip, with the reason why it is refused.
+    columns : list of str
+        Columns of the report in order.
+    """
+
+    report: list[dict[str, Any]]
+    columns: list[str]
+
+
+def prepare(
+    raw: RawClip,
+    gap_s: float,
+    select: Callable[[walking.BridgedClip, dict[str, Any]], np.ndarray],
+    *,
+    may_lack_joints: bool = False,
+) -> PreparedClip:
+    """Bridge the gaps of a clip that are no longer than `gap_s` seconds, and select its usable part.
+
+    Parameters
+    ----------
+    raw : RawClip
+    gap_s : float
+    select : callable
+        Given the bridged clip and the row, returns the positions to keep, (T', 15, 3) mm, and enters what it finds
+        into the row; raises InvalidInput to refuse the clip.
+    may_lack_joints : bool
+        Whether joints above the legs may be missing throughout: they stay NaN, and frames are whole without them.
+    """
+    row = raw.row | {"frames": len(raw.positions), "verdict": "refused"}
+    valid = np.isfinite(raw.positions).all(axis=-1) if raw.valid is None else raw.valid
+    try:
+        walking.require_millimetres(raw.positions)
+        row["leg_length_mm"] = walking.leg_length(raw.positions)
+        seen = np.asarray(valid.any(axis=0))
+        if lacking := ", ".join(
+            joint for joint, is_seen in zip(WALKER15.joints, seen, strict=True) if not is_seen
+        ):
+            if not may_lack_joints:
+                raise InvalidInput("joints are missing, which are estimated for walks only", received=lacking)
+            row["missing_joints"] = lacking
+        bridged = walking.bridge_gaps(raw.positions[:, seen], valid[:, seen], raw.frame_rate_hz, gap_s=gap_s)
+        positions = np.array(raw.positions, dtype=float)
+        positions[:, seen] = bridged.positions
+        bridged = walking.BridgedClip(positions, bridged.whole, bridged.n_filled)
+        row["bridged_values"] = bridged.n_filled
+        kept = select(bridged, row)
+    except InvalidInput as refusal:
+        return PreparedClip(row | {"reason": str(refusal)})
+    return PreparedClip(row | {"verdict": "kept"}, kept, raw.frame_rate_hz)
+
+
+def collect(
+    prepared: Sequence[PreparedClip],
+    columns: Sequence[str],
+    inputs: Mapping[str, str] | None = None,
+    *,
+    at_least: int = 1,
+) -> dict[str, Any]:
+    """Return the fields of `Clips`.
+
+    Parameters
+    ----------
+    prepared : sequence of PreparedClip
+    columns : sequence of str
+        Columns of the report.
+    inputs : mapping, optional
+        sha256 of each recording that was read, by clip.
+    at_least : int
+        Fewer usable clips are refused.
+
+    Raises
+    ------
+    NoUsableClips
+        If there are fewer; the sentence gives the reasons of the first three refusals.
+    """
+    kept = [clip for clip in prepared if clip.positions is not None]
+    rows = [clip.row for clip in kept]
+    if len(kept) < at_least:
+        refused = [f"{clip.row['clip']}: {clip.row['reason']}" for clip in prepared if clip.positions is None]
+        reasons = "; ".join(refused[:3]) + (f"; and {len(refused) - 3} more" if len(refused) > 3 else "")
+        refusal = NoUsableClips(
+            f"{len(kept) or 'none'} of the {len(prepared)} clips can be used",
+            expected=f"{at_least} or more",
+            received=reasons,
+        )
+        refusal.report, refusal.columns = [clip.row for clip in prepared], list(columns)
+        raise refusal
+    positions = [clip.positions for clip in kept if clip.positions is not None]
+    return {
+        "positions": np.concatenate(positions),
+        "first": np.concatenate([[0], np.cumsum([len(p) for p in positions])]),
+        "frame_rate_hz": np.array([clip.frame_rate_hz for clip in kept]),
+        **{
+            name: np.array([row[name] for row in rows])
+            for name in ("person", "clip", "source", "leg_length_mm")
+        },
+        "report": [clip.row for clip in prepared],
+        "report_columns": list(columns),
+        "inputs": dict(inputs or {}),
+    }

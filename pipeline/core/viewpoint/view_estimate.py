@@ -1,0 +1,37 @@
+"""View angles and coefficients that were estimated together, by whichever method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.shortened import shortened
+
+
+@shortened
+@dataclass(frozen=True)
+class ViewEstimate:
+    """View angles and coefficients of A observations (scalars and (N,) where one flat observation was given).
+
+    Attributes
+    ----------
+    angle_rad : (A,)
+        In (-pi, pi].
+    coefficients : (A, N)
+        k in mm.
+    cost : (A,)
+        The minimum of [zhang2007 4.5], squared, or of [zhang2007 4.6] times 2 sigma²; mm².
+    runner_up_cost : (A,)
+        The lowest cost of any other local minimum, to the accuracy of the grid; infinite where there is none
+        or, from one start, none was looked for.  Near `cost`, the view is ambiguous (a front seen for a back).
+    converged : (A,) bool
+    n_iterations : (A,) int
+    """
+
+    angle_rad: np.ndarray
+    coefficients: np.ndarray
+    cost: np.ndarray
+    runner_up_cost: np.ndarray
+    converged: np.ndarray
+    n_iterations: np.ndarray

@@ -1,0 +1,1 @@
+"""Data sets and their recordings: the only door to formats, mappings and fetch."""

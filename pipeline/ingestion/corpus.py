@@ -1,0 +1,378 @@
+"""Recordings that a data set names: those of the table of public recordings, or of the user's folder."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+
+from pipeline import fetch, formats, mappings
+from pipeline.core import walking
+from pipeline.formats import acclaim
+from pipeline.ingestion import static_trial
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.validation import InvalidInput
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One recording to be ingested.
+
+    Attributes
+    ----------
+    name, person, source, action : str
+    path : Path or None
+        None if the file is listed but not on this machine.
+    sha256 : str
+        Digest of the file (an AMC with its ASF) when it was found; empty if it is not on this machine.
+    mapping : SourceMapping or None
+        None: the one that ships and fits best.
+    frame_rate_hz : float
+        0: the file's own.
+    units : str
+        Empty: the file's own.
+    subject : str
+        Who, in a file of several people.
+    mismatch : str
+        Why the file is not the recording that the table lists; empty if it is.
+    statics : tuple of Path
+        What may be its static trial, for markers that it lacks.
+    """
+
+    name: str
+    person: str
+    source: str
+    action: str
+    path: Path | None
+    sha256: str
+    mapping: SourceMapping | None
+    frame_rate_hz: float
+    units: str
+    mismatch: str = ""
+    subject: str = ""
+    statics: tuple[Path, ...] = ()
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What an artefact made of this clip depends on, which the folder of the file is not."""
+        mapping = self.mapping or mappings.shipped()
+        return {
+            **asdict(self),
+            "path": self.path.name if self.path else None,
+            "mapping": mapping,
+            "statics": [_digest(path) for path in self.statics],
+        }
+
+
+def read_clip(clip: Clip) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
+    """Return the content of the file, its joints' positions (T, 15, 3), mm, and where they are valid (T, 15).
+
+    Joints above the legs that the file does not give are never valid.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing, differs from the table, changed since it was found, cannot be read, or gives no legs.
+    """
+    if clip.path is None:
+        raise InvalidInput("not on this machine", expected="`make data` to fetch it")
+    if clip.mismatch:
+        raise InvalidInput(clip.mismatch)
+    if _digest(clip.path) != clip.sha256:
+        raise InvalidInput("the file changed during this run", where=clip.name)
+    stated: dict[str, Any] = {"frame_rate_hz": clip.frame_rate_hz or None, "units": clip.units or None}
+    motion = formats.read(clip.path, **stated)
+    known = [clip.mapping] if clip.mapping else list(mappings.shipped().values())
+    motion = static_trial.completed(motion, known, clip.statics, **stated) if clip.statics else motion
+    return joints_of(motion, clip.mapping, clip.subject)
+
+
+def joints_of(
+    motion: MotionCapture, mapping: SourceMapping | None, subject: str = ""
+) -> tuple[MotionCapture, np.ndarray, np.ndarray]:
+    """Return a recording with notes on what was decided, its joints (T, 15, 3), mm, and where they are valid.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    mapping : SourceMapping or None
+        None: the one that ships and fits best.
+    subject : str
+        Who, in a file of several people.
+
+    Raises
+    ------
+    InvalidInput
+        If nothing was measured, none fits, the mapping does not give legs and pelvis, or nobody of several people is
+        chosen.
+    """
+    if not motion.valid.any():
+        raise InvalidInput("no sample of any point was measured")
+    motion = mappings.of_one_person(
+        motion, mappings.shipped().values() if mapping is None else [mapping], subject
+    )
+    notes = list(motion.notes)
+    if mapping is None:
+        fit = mappings.suggest(motion, mappings.shipped())
+        if not fit.usable:
+            lacking = ", ".join(fit.lacking[:4]) or "points of legs and pelvis"
+            raise InvalidInput(
+                "no mapping that ships gives legs and pelvis of this recording",
+                expected="`python -m pipeline inspect FILE write=my_lab.yaml`, then skeleton=my_lab.yaml",
+                received=f"nearest {fit.mapping.name}, without {lacking}",
+            )
+        mapping = fit.mapping
+        notes.append(f"Recognised as {mapping.name}.")
+    positions, valid = map_joints(motion, mapping, missing=True)
+    factor, sentence = mappings.rescaled(motion, mapping, walking.leg_length(positions))
+    notes += [sentence] if sentence else []
+    return replace(motion, notes=tuple(notes)), positions * factor, valid
+
+
+@dataclass(frozen=True)
+class Listing:
+    """The table of public recordings and the folders that may hold them.
+
+    Attributes
+    ----------
+    table : Path
+        ``data/sources.csv``.
+    raw : Path
+        Folder of ``make data``.
+    mirror : Path or None
+        A folder of the same files, used for those that `raw` lacks.
+    skeletons : mapping of str to SourceMapping
+        By the table's skeleton column.
+    same_person : sequence of sequence of str
+        Subjects that are one person.
+    """
+
+    table: Path
+    raw: Path
+    mirror: Path | None
+    skeletons: Mapping[str, SourceMapping]
+    same_person: Sequence[Sequence[str]] = ()
+
+
+def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple[list[Clip], list[Clip]]:
+    """Return the clips of the table that are on this machine, in order, and those that are not, as listed.
+
+    Parameters
+    ----------
+    listing : Listing
+    sources : sequence of str
+    action : str
+        The beginning of the table's action up to a colon, or the whole of it.
+
+    Raises
+    ------
+    InvalidInput
+        If the table lists none, or none is on this machine.
+    """
+    clips = _clips_of_table(listing, sources, action)
+    present = [clip for clip in clips if clip.path]
+    if not present:
+        raise InvalidInput(
+            f"none of the {len(clips)} recordings is on this machine",
+            where=str(listing.raw),
+            expected="`make data` to fetch them, or data.mirror= (or MOCAP_MIRROR) naming a folder that has them",
+        )
+    absent = [clip for clip in clips if not clip.path]
+    return sorted(present, key=lambda c: (c.source, c.person, c.name)), absent
+
+
+def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> list[Clip]:
+    """Return the clips of the table; hashes the files of those on this machine."""
+    listed = fetch.read_sources(listing.table)
+    digests = {row["path"]: row["sha256"] for row in listed}
+    rows = [
+        row
+        for row in listed
+        if row["source"] in sources
+        and (row["action"] == action or row["action"].startswith(f"{action}:"))
+        and row["skeleton"] in listing.skeletons
+    ]
+    if not rows:
+        raise InvalidInput(
+            f"no recording of {action or 'an action without a name'} by these sources is listed",
+            where=str(listing.table),
+            expected=", ".join(sources),
+        )
+    same = {subject: group[0] for group in listing.same_person for subject in group}
+    clips: list[Clip] = []
+    for row in rows:
+        path = fetch.resolve(row, raw=listing.raw, mirror=listing.mirror)
+        clips.append(
+            Clip(
+                name=row["trial"],
+                person=same.get(row["subject"], row["subject"]),
+                source=row["source"],
+                action=row["action"].partition(":")[2].strip() or row["action"],
+                path=path,
+                sha256=_digest(path) if path else "",
+                mapping=listing.skeletons[row["skeleton"]],
+                frame_rate_hz=float(row["frame_rate_hz"]),
+                units="",
+                mismatch=_mismatch(path, row["path"], digests) if path else "",
+            )
+        )
+    return clips
+
+
+def _mismatch(path: Path, name: str, digests: Mapping[str, str]) -> str:
+    """Return how a file, or the skeleton read with it, differs from what the table lists; empty if it does not."""
+    top = path.parents[len(PurePosixPath(name).parts) - 1]
+    for file in _read_together(path):
+        listed_as = Path(os.path.relpath(file, top)).as_posix()
+        expected, received = digests.get(listed_as, ""), _sha256_of(file)
+        if received != expected:
+            return str(
+                InvalidInput(
+                    "the file is not the recording that the table lists (`make data` fetches it again)",
+                    where=listed_as,
+                    expected=f"sha256 {expected[:12]}…" if expected else "a file that the table lists",
+                    received=f"{received[:12]}…",
+                )
+            )
+    return ""
+
+
+def folder_clips(
+    path: str,
+    pattern: str,
+    person: str,
+    *,
+    skeleton: SourceMapping | None,
+    frame_rate_hz: float,
+    units: str,
+    subject: str = "",
+) -> list[Clip]:
+    """Return the readable files below the user's folder.
+
+    Parameters
+    ----------
+    path, pattern : str
+        The folder, and the pattern of files below it.
+    person : str
+        Regular expression on the file's name; its first group names the person.
+    skeleton : SourceMapping or None
+        None: for each file the one that ships and fits best.
+    frame_rate_hz : float
+        For files that do not say; 0: the file's own.
+    units : str
+        For files that do not say.
+    subject : str
+        Who, in files of several people.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such folder, no motion capture in it, or a pattern is not one.
+    """
+    folder = Path(path)
+    if not path or not folder.is_dir():
+        raise InvalidInput("must be a folder that exists", where="data.path", received=path or "nothing")
+    try:
+        files = sorted(p for p in folder.glob(pattern) if p.is_file() and not p.name.startswith("."))
+    except (ValueError, NotImplementedError, IndexError):  # how glob refuses differs between Pythons
+        raise InvalidInput(
+            "must be a pattern such as **/*.c3d", where="data.pattern", received=pattern
+        ) from None
+    readable = [p for p in files if p.suffix.lower() in formats.READERS]
+    if not readable:
+        raise InvalidInput(
+            "no motion capture in the folder",
+            where=f"{path}/{pattern}",
+            expected="files ending in " + " ".join(formats.READERS),
+            received=", ".join(sorted({p.suffix or p.name for p in files})[:5]) or "an empty folder",
+        )
+    try:
+        names = re.compile(person)
+    except re.error as error:
+        raise InvalidInput(
+            f"not a regular expression: {error}", where="data.person", received=person
+        ) from None
+    clips = []
+    for file in readable:
+        found = names.search(file.stem)
+        who = (found.group(1) if found.groups() else found.group(0)) if found else ""
+        name = str(file.relative_to(folder))
+        # What a table cannot hold: bytes that are no UTF-8, line breaks and other control characters.
+        plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
+        who = "" if plain != name else who
+        clips.append(
+            Clip(
+                name=plain,
+                person=who or PurePosixPath(plain).stem,
+                source="folder",
+                action="",
+                path=file,
+                sha256=_digest(file),
+                mapping=skeleton,
+                frame_rate_hz=frame_rate_hz,
+                units=units,
+                subject=subject,
+                mismatch="" if plain == name else "the file's name holds what is no text: rename it",
+            )
+        )
+    statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})
+    return [replace(clip, statics=statics[clip.path]) for clip in clips if clip.path]
+
+
+def in_turn(clips: list[Clip], limit: int) -> list[Clip]:
+    """Return at most `limit` clips, one from each person in turn, in the order given; all if the limit is 0."""
+    if limit <= 0 or limit >= len(clips):
+        return clips
+    turns: dict[str, int] = {}
+    order = []
+    for place, clip in enumerate(clips):
+        turn = turns[clip.person] = turns.get(clip.person, -1) + 1
+        order.append((turn, place))
+    chosen = {place for _, place in sorted(order)[:limit]}
+    return [clip for place, clip in enumerate(clips) if place in chosen]
+
+
+def first_people(clips: list[Clip], limit: int) -> list[Clip]:
+    """Return the clips of the first `limit` people; all if the limit is 0."""
+    people = list(dict.fromkeys(clip.person for clip in clips))
+    chosen = people[:limit] if limit > 0 else people
+    return [clip for clip in clips if clip.person in chosen]
+
+
+def _digest(path: Path) -> str:
+    """Return the sha256 of a recording; of an AMC, of it and its skeleton."""
+    digests = [_sha256_of(file) for file in _read_together(path)]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
+
+
+def _read_together(path: Path) -> list[Path]:
+    """Return the files that a recording is read from: itself and, for an AMC, its skeleton."""
+    files = [path]
+    if path.suffix.lower() == ".amc":
+        with suppress(InvalidInput):  # a missing skeleton is refused when the clip is read
+            files.append(acclaim.skeleton_of(path))
+    return files
+
+
+def _sha256_of(path: Path) -> str:
+    """Return the sha256 of a file, cached by its size and time of change."""
+    try:
+        stat = path.stat()
+        return _sha256_of_version(path, stat.st_size, stat.st_mtime_ns)
+    except OSError as error:
+        raise InvalidInput(f"cannot be read: {error.strerror}", where=str(error.filename or path)) from None
+
+
+@functools.cache
+def _sha256_of_version(path: Path, size: int, mtime_ns: int) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,187 @@
+"""Data sets: where clips of each kind come from.
+
+A data set names a corpus for each kind of clips; `Data.request` turns its options into the request for one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pipeline import mappings
+from pipeline.clips import performances, varied, walks
+from pipeline.clips.kinds import Clips, Corpus, Request
+from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeople
+from pipeline.ingestion import recorded
+from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
+from pipeline.resources import DATA
+from pipeline.validation import InvalidInput
+
+
+@dataclass(kw_only=True)
+class SyntheticData(SyntheticPeople):
+    """Synthetic people."""
+
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
+        """Return the request for synthetic people."""
+        others = ("performances", "clips", "populations")
+        alone = {name: value for name, value in vars(self).items() if name not in others}
+        makers: dict[str, tuple[dict[str, Any], Callable[[], Clips], ModuleType]] = {
+            "walks": ({"data": alone}, lambda: walks.synthetic_walks(self, seed, workers), walks),
+            "performances": (
+                {"performances": self.performances},
+                lambda: performances.synthetic_performances(self.performances, seed),
+                performances,
+            ),
+            "clips": ({"clips": self.clips}, lambda: varied.synthetic_clips(self.clips, seed), varied),
+        }
+        options, make, source = makers[corpus.name]
+        return Request({**options, "seed": seed}, make, source.__name__)
+
+
+class Cut(StrEnum):
+    """Which part of a recording is one performance."""
+
+    whole = "whole"
+    """The recording."""
+    cycles = "cycles"
+    """The middle cycle of a steady walk."""
+
+
+@dataclass(kw_only=True)
+class NamedClips:
+    """Which recordings hold clips of one kind."""
+
+    sources: list[str] = field(default_factory=list)
+    action: str = ""  # beginning of the table's action, or the whole of it
+    limit: int = 0  # at most so many clips; 0: all
+
+    def choose(self, clips: list[Clip]) -> list[Clip]:
+        """Return at most `limit` clips, people taking turns."""
+        return in_turn(clips, self.limit)
+
+
+@dataclass(kw_only=True)
+class NamedWalks(NamedClips):
+    """Which recordings hold walks; the limit is one of people."""
+
+    def choose(self, clips: list[Clip]) -> list[Clip]:
+        """Return the clips of the first `limit` people."""
+        return first_people(clips, self.limit)
+
+
+@dataclass(kw_only=True)
+class RecordedPerformances(NamedClips):
+    """Which recordings hold performances of one action."""
+
+    cut: Cut = Cut.whole
+
+
+@dataclass(kw_only=True)
+class Recordings(Data):
+    """Options of every data set of recordings."""
+
+    steady: Steady = field(default_factory=Steady)
+    performances: RecordedPerformances = field(default_factory=RecordedPerformances)
+    clips: NamedClips = field(default_factory=NamedClips)
+
+    def named(self, corpus: Corpus) -> NamedClips:
+        """Return which recordings hold clips of one kind."""
+        return {"walks": self.walks, "performances": self.performances, "clips": self.clips}[corpus.name]
+
+    @property
+    def walks(self) -> NamedWalks:
+        """Which recordings hold walks."""
+        return NamedWalks(limit=self.walkers)
+
+    def request_for(self, corpus: Corpus, clips: Sequence[Clip], workers: int, missing: Missing) -> Request:
+        """Return the request for these recordings; `missing` is for walks, of the other kinds all joints are needed."""
+        steady, wanted = self.steady, self.performances
+        makers: dict[str, tuple[dict[str, Any], Callable[[], Clips]]] = {
+            "walks": (
+                {"steady": steady, "missing": missing.value},
+                lambda: recorded.recorded_walks(clips, steady, workers, missing),
+            ),
+            "performances": (
+                {"performances": wanted, "steady": steady},
+                lambda: recorded.recorded_performances(
+                    clips, steady, workers, cycles=wanted.cut is Cut.cycles
+                ),
+            ),
+            "clips": (
+                {"gap_s": steady.gap_s},
+                lambda: recorded.recorded_clips(clips, steady.gap_s, workers),
+            ),
+        }
+        options, make = makers[corpus.name]
+        return Request({**options, "clips": [clip.identity for clip in clips]}, make, recorded.__name__)
+
+
+@dataclass(kw_only=True)
+class RecordedData(Recordings):
+    """Public recordings listed in `data/sources.csv`."""
+
+    sources: list[str]  # of walks
+    action: str = "walk"
+    table: str = "data/sources.csv"
+    raw: str = "data/raw"
+    mirror: str = ""  # a folder that holds the same files; read where raw lacks one
+    skeletons: list[str] = field(default_factory=list)  # mappings of the table's skeleton column
+    same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
+
+    @property
+    def walks(self) -> NamedWalks:
+        """Which recordings hold walks."""
+        return NamedWalks(sources=self.sources, action=self.action, limit=self.walkers)
+
+    @property
+    def listing(self) -> Path:
+        """Return the table of recordings: the one named, or where there is none, the one of the package."""
+        named = Path(self.table)
+        return named if named.is_file() or named.parent != Path("data") else DATA / named.name
+
+    def require(self, corpus: Corpus) -> None:
+        """Raise InvalidInput if no source is named for this kind of clips."""
+        if not self.named(corpus).sources:
+            raise InvalidInput(f"the data set {self.name} holds no {corpus.words}", where="data")
+
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
+        """Return the request for the recordings of the table, those that are not on this machine last."""
+        self.require(corpus)
+        mirror = Path(self.mirror) if self.mirror else None
+        known = {name: mappings.shipped()[name] for name in self.skeletons}
+        listing = Listing(self.listing, Path(self.raw), mirror, known, self.same_person)
+        named = self.named(corpus)
+        present, absent = listed_clips(listing, named.sources, named.action)
+        return self.request_for(corpus, named.choose(present) + absent, workers, skeleton.missing)
+
+
+@dataclass(kw_only=True)
+class FolderData(Recordings):
+    """The user's own files."""
+
+    path: str = ""
+    pattern: str = "**/*"
+    person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
+    frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
+    units: str = ""  # for files that do not say: mm, cm, m, in
+    subject: str = (
+        ""  # who, in files of several people: the beginning of the points' names, or a number from 1
+    )
+
+    def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
+        """Return the request for the files below the folder."""
+        clips = folder_clips(
+            self.path,
+            self.pattern,
+            self.person,
+            skeleton=mappings.chosen(skeleton.mapping),
+            frame_rate_hz=self.frame_rate_hz,
+            units=self.units,
+            subject=self.subject,
+        )
+        return self.request_for(corpus, self.named(corpus).choose(clips), workers, skeleton.missing)

@@ -1,0 +1,262 @@
+"""Static trials: markers of knees and ankles that somebody wore while standing, carried along by clusters in a walk.
+
+Laboratories that track segments by technical clusters stick markers on knees and ankles for a standing trial alone.
+Each of these markers is rigid with the segment above its joint, and so with the cluster beside that segment.
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import formats, mappings
+from pipeline.core import walking
+from pipeline.core.rigid import fit_rigid_motion, rigid_clusters
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints, up_axis, with_z_up
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.skeleton.source_mapping import SourceMapping
+from pipeline.skeleton.source_points import SourcePoints, plain_name
+from pipeline.validation import InvalidInput, told_apart
+
+STILL = 0.02
+"""Root mean square motion of three quarters of the points of somebody who stands still, at most, to the body's size."""
+
+SLACK = 0.012
+"""Root mean square change of the distances of points of one segment, at most, to the length of the legs: 10 mm."""
+
+AT_JOINT = 0.12
+"""Distance, to the length of the legs, from a joint of the standing trial up to which a marker marks it: 100 mm."""
+
+MOST_TRIED = 10
+"""Other recordings of a person that are tried where none is named a static trial."""
+
+_SIDES = {"l": "left", "r": "right"}
+_SEGMENTS = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+"""Segments by their upper and lower joints."""
+
+_NAMED = re.compile(
+    r"static|standing|calib|(?<![a-z])(stand|stat|cal|neutral|[tna][-_ ]?pose)(?![a-z])", re.IGNORECASE
+)
+_AT_A_JOINT = re.compile(r"kne|(?<!sh)ank|hip|hjc|troch|condy|asi|ias|elb|wri|sho|acr|foot|heel|calc|hand")
+
+
+def candidates(files: Mapping[Path, str]) -> dict[Path, tuple[Path, ...]]:
+    """Return for each recording those that may be its static trial.
+
+    Parameters
+    ----------
+    files : mapping of Path to str
+        Recordings, and whom each shows.
+
+    Returns
+    -------
+    dict
+        Files of the same person that are named so, and those of the same folder that name nobody (``static.c3d``);
+        without any, the first `MOST_TRIED` others of the person.
+    """
+    of_person: dict[str, list[Path]] = {}
+    of_folder: dict[Path, list[Path]] = {}
+    for path, who in files.items():
+        of_person.setdefault(who, []).append(path)
+        if _NAMED.match(who):
+            of_folder.setdefault(path.parent, []).append(path)
+    found = {}
+    for path, who in files.items():
+        others = [other for other in of_person[who] if other != path]
+        named = [other for other in others if _NAMED.search(other.stem)]
+        named += [other for other in of_folder.get(path.parent, []) if other not in (path, *named)]
+        found[path] = tuple(named or others[:MOST_TRIED])
+    return found
+
+
+def completed(
+    motion: MotionCapture,
+    known: Sequence[SourceMapping],
+    files: Sequence[Path],
+    *,
+    units: str | None = None,
+    frame_rate_hz: float | None = None,
+) -> MotionCapture:
+    """Return a recording with what the first fitting static trial adds; as it is, if it needs none or none fits."""
+    if mappings.suggest(motion, known).usable:
+        return motion
+    for path in files:
+        try:
+            added = carry(motion, read(path, units=units, frame_rate_hz=frame_rate_hz), path.name, known)
+        except InvalidInput:  # another trial, which has a line of its own in every report
+            continue
+        if mappings.suggest(added, known).usable:
+            return added
+    return motion
+
+
+def read(path: Path, *, units: str | None = None, frame_rate_hz: float | None = None) -> MotionCapture:
+    """Return the posture of a static trial, one frame of the points that were seen.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read or somebody moves in it.
+    """
+    try:
+        stamp = path.stat().st_mtime_ns
+    except OSError as error:
+        raise InvalidInput("cannot be read", where=path.name, received=error.strerror or "") from None
+    posture, share = _posture(path, stamp, units, frame_rate_hz)
+    if share > STILL:
+        expected, received = (
+            f"points within {STILL:.0%} of the body's size",
+            f"{told_apart(100 * share, 100 * STILL, 0)} %",
+        )
+        raise InvalidInput(
+            "nobody stands still in the static trial", where=path.name, expected=expected, received=received
+        )
+    return posture
+
+
+@functools.cache
+def _posture(
+    path: Path, stamp: int, units: str | None, frame_rate_hz: float | None
+) -> tuple[MotionCapture, float]:
+    """The median place of each point that was seen, and how far the median point moves about it, rms, mm."""
+    motion = formats.read(path, units=units, frame_rate_hz=frame_rate_hz)
+    seen = np.flatnonzero(motion.valid.any(axis=0))
+    place = np.nanmedian(motion.positions_mm[:, seen], axis=0)
+    names = tuple(motion.names[k] for k in seen)
+    posture = replace(
+        motion, names=names, positions_mm=place[None], valid=np.ones((1, len(seen)), dtype=bool)
+    )
+    return posture, moves(motion.positions_mm)
+
+
+def _size(positions: np.ndarray) -> float:
+    """Extent of a body along its longest axis, in the frame of (T, P, 3) that shows most of its points."""
+    fullest = positions[np.isfinite(positions).all(axis=-1).sum(axis=1).argmax()]
+    return float(np.ptp(fullest[np.isfinite(fullest).all(axis=-1)], axis=0).max())
+
+
+def moves(positions: np.ndarray) -> float:
+    """Return how far three quarters of points (T, P, 3) move at most, rms about their places, to the body's size."""
+    positions = positions[:, np.isfinite(positions).all(axis=-1).any(axis=0)]
+    if not positions.size:
+        return np.inf
+    off = ((positions - np.nanmedian(positions, axis=0)) ** 2).sum(axis=-1)
+    return float(np.quantile(np.sqrt(np.nanmean(off, axis=0)), 0.75)) / max(
+        _size(positions), np.finfo(float).tiny
+    )
+
+
+def carry(
+    motion: MotionCapture, posture: MotionCapture, name: str, known: Sequence[SourceMapping]
+) -> MotionCapture:
+    """Return a recording with the markers of a static trial that it lacks, carried along by clusters of points.
+
+    Parameters
+    ----------
+    motion : MotionCapture
+    posture : MotionCapture
+        Of the static trial, one frame, in whatever axes.
+    name : str
+        Of the static trial, for the note on what was carried by what, with the residual of each cluster.
+    known : sequence of SourceMapping
+        Mappings of which one gives legs and pelvis of the static trial.
+
+    Raises
+    ------
+    InvalidInput
+        If none does, or no cluster carries anything.
+    """
+    fit = mappings.suggest(posture, known)
+    if not fit.usable:
+        lacking = ", ".join(fit.lacking[:4])
+        raise InvalidInput("the static trial gives no legs and pelvis", where=name, received=f"no {lacking}")
+    place = with_z_up(posture.positions_mm[0], up_axis(posture, fit.mapping))
+    mapped, _ = map_joints(posture, fit.mapping, missing=True)
+    joints = dict(zip(WALKER15.joints, mapped[0], strict=True))
+    leg = walking.leg_length(mapped)  # in the unit of both files, whatever it is
+    factor, _ = mappings.rescaled(posture, fit.mapping, leg)
+    source = SourcePoints(posture, fit.mapping.points)
+    seen = np.asarray(motion.valid.any(axis=0))
+    there = {plain_name(point): k for k, point in enumerate(posture.names)}
+    here = {plain_name(point): k for k, point in enumerate(motion.names) if seen[k]}
+    names, positions, told = [], [], []
+    for side, other in ("lr", "rl"):
+        shared = [
+            point for point in there if point[0] == side and other + point[1:] in there and point in here
+        ]
+        static, moving = (
+            np.array([[there[point], here[point]] for point in shared], dtype=int).reshape(-1, 2).T
+        )
+        ends = np.array([[joints[f"{_SIDES[side]}_{end}"] for end in pair] for pair in _SEGMENTS])
+        groups: dict[int, list[int]] = {}
+        for group in rigid_clusters(motion.positions_mm[:, moving], SLACK * leg, place[static]):
+            groups.setdefault(_beside(place[static[group]].mean(axis=0), ends), group)
+        for n, (_, lower) in enumerate(_SEGMENTS):
+            rule = source.rule_of(joint := f"{_SIDES[side]}_{lower}", fit.mapping)
+            points = [source.index(point) for point in (rule[0] if rule else ())]
+            points = [
+                k
+                for k in points
+                if plain_name(posture.names[k]) not in here
+                and np.linalg.norm(place[k] - joints[joint]) <= AT_JOINT * leg
+            ]
+            if not points or n not in groups:
+                continue
+            group = groups[n]
+            found = fit_rigid_motion(place[static[group]], motion.positions_mm[:, moving[group]])
+            residual = found.residual_mm[np.isfinite(found.residual_mm)]
+            if len(residual):
+                positions.append(found.carry(place[points]))
+                names += [posture.names[k] for k in points]
+                by = ", ".join(motion.names[k] for k in moving[group])
+                rms = factor * np.sqrt(np.mean(residual**2))
+                told.append(f"{', '.join(names[-len(points) :])} by {by} (residual {rms:.1f} mm)")
+    if not names:
+        expected = "three points of a thigh or shank that are in both trials"
+        raise InvalidInput(
+            "no cluster of the walk carries a marker of the static trial", where=name, expected=expected
+        )
+    kept = [k for k, point in enumerate(motion.names) if seen[k] or point not in names]
+    together = np.concatenate([motion.positions_mm[:, kept], *positions], axis=1)
+    return replace(
+        motion,
+        names=(*(motion.names[k] for k in kept), *names),
+        positions_mm=together,
+        valid=np.isfinite(together).all(axis=-1),
+        notes=(*motion.notes, f"Carried along from the static trial {name}: {'; '.join(told)}."),
+    )
+
+
+def _beside(point: np.ndarray, ends: np.ndarray) -> int:
+    """Return the number of the segment (S, 2, 3) that a point lies beside, between its ends; -1 if it does of none."""
+    along = ends[:, 1] - ends[:, 0]
+    share = ((point - ends[:, 0]) * along).sum(axis=-1) / (along**2).sum(axis=-1)
+    away = np.linalg.norm(point - ends[:, 0] - share[:, None] * along, axis=-1)
+    away = np.where((share > 0) & (share < 1), away, np.inf)  # NaN lies between no ends
+    return int(away.argmin()) if np.isfinite(away).any() else -1
+
+
+def technical_clusters(motion: MotionCapture) -> list[list[int]]:
+    """Return groups of points that are stuck on a segment between joints: rigid, of one side, numbered or by place.
+
+    Such are R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear, or LSK1, LSK2, LSK3; none marks a joint.
+    """
+    alike: dict[str, list[int]] = {}
+    plain = [plain_name(name) for name in motion.names]
+    for k in np.flatnonzero(motion.valid.any(axis=0)):
+        if plain[k][:1] in ("l", "r") and not _AT_A_JOINT.search(plain[k]):
+            alike.setdefault(plain[k][:3], []).append(int(k))
+    slack = SLACK / 2 * _size(motion.positions_mm) if alike else 0.0  # a body is two legs high
+    groups = [
+        [points[n] for n in group]
+        for points in alike.values()
+        for group in rigid_clusters(motion.positions_mm[:, points], slack)
+    ]
+    # Where one name begins all the others, it may be a joint: LeftLeg, LeftLegTwist1, …
+    return [g for g in groups if not any(all(plain[j].startswith(plain[k]) for j in g) for k in g)]

@@ -1,0 +1,298 @@
+"""Charts in panels: lines with their bands, points with their intervals, references, one legend above."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator, NullFormatter
+
+from pipeline.charts import Chart, Line, Reference, Sheet, lines_of
+from pipeline.palette import hex_colour
+from pipeline.pictures import style as look
+from pipeline.validation import InvalidInput, require_choice, require_finite, require_range
+
+_MOST_OF_LINES = 2.0
+"""Height of an ordinate from zero over that of its lines, at most: wider bands leave the axes."""
+
+
+def draw_charts(path_stem: Path, sheet: Sheet, tables: Mapping[str, Any], *, caption: str = "") -> None:
+    """Draw the charts of a sheet, row by row, into ``path_stem.svg`` and ``path_stem.png``.
+
+    Parameters
+    ----------
+    path_stem : Path
+        Without a suffix; the folder must exist.
+    sheet : Sheet
+    tables : mapping of str to table
+        Tidy tables by name.
+    caption : str
+        Set small under the picture, before that of the sheet.
+
+    Raises
+    ------
+    InvalidInput
+        If there is nothing to draw, a column is missing, or a number has no place on the axes.
+    """
+    charts = [chart for chart in sheet.charts if chart.picture]
+    require_range(f"{path_stem}, charts", len(charts), at_least=1)
+    require_range(f"{path_stem}, columns", sheet.columns, at_least=1)
+    rows, columns = -(-len(charts) // sheet.columns), sheet.columns
+    with look.applied_style():
+        width, height = sheet.panel_size or look.PANEL_SIZE
+        figure = look.new_figure(width * columns + look.FRAME, height * rows + look.FRAME)
+        handles = add_charts(figure, sheet, charts, tables)
+        header = look.legend_above_figure(figure, handles) if handles else 0.0
+        look.finish(figure, path_stem, f"{caption} {sheet.caption}".strip(), header=header)
+
+
+def add_charts(
+    figure: Figure,
+    sheet: Sheet,
+    charts: Sequence[Chart],
+    tables: Mapping[str, Any],
+    places: Sequence[Any] | None = None,
+) -> list[Line2D]:
+    """Add charts to a figure, in a grid or at `places` of another; return the entries of their legend."""
+    columns = sheet.columns
+    rows = -(-len(charts) // columns)
+    drawn: list[tuple[Axes, Chart, list[Line]]] = []
+    for number, chart in enumerate(charts):
+        lines = _checked(chart, lines_of(chart, tables))
+        first = number - number % columns if sheet.share_y else number
+        shared = drawn[first][0] if first < number else None
+        place = places[number] if places is not None else (rows, columns, number + 1)
+        axes = figure.add_subplot(*place if isinstance(place, tuple) else (place,), sharey=shared)
+        _draw_lines(axes, chart, lines)
+        letter = f"({chr(ord('a') + number)})" if sheet.letters and len(charts) > 1 else ""
+        x_label, y_label = chart.axes
+        axes.set(title=f"{letter} {chart.title}".strip(), xlabel=x_label, ylabel=y_label)
+        if shared is not None:
+            axes.tick_params(labelleft=False)
+            axes.set_ylabel("")
+        below = charts[number + columns] if number + columns < len(charts) else None
+        if below is not None and chart.words and below.words == chart.words:  # said once, at the bottom
+            axes.tick_params(labelbottom=False)
+            axes.set_xlabel("")
+        drawn.append((axes, chart, lines))
+    for start in range(0, len(drawn), columns if sheet.share_y else 1):
+        _limit_ordinate(drawn[start : start + (columns if sheet.share_y else 1)])
+    handles: dict[str, Line2D] = {}
+    for axes, chart, lines in drawn:
+        _draw_notes(axes, chart, lines)
+        for line in lines:
+            handles.setdefault(line.style.label, _handle(line, points=bool(chart.words)))
+        for reference in chart.references:
+            if reference.slope is not None or reference.below:
+                handles.setdefault(
+                    reference.label, look.legend_handle(reference.label, **_look_of(reference))
+                )
+    handles.pop("", None)
+    return list(handles.values())
+
+
+def _checked(chart: Chart, lines: list[Line]) -> list[Line]:
+    require_range(f"{chart.quantity}, lines", len(lines), at_least=1)
+    for line in lines:
+        where = f"{chart.quantity}, {line.key}"
+        look.colour(where, line.style.colour)
+        require_choice(f"{where}, line", line.style.line, look.LINE_STYLES)
+        for values in (line.x, line.y):
+            require_finite(where, values)
+        if chart.log_y and line.y.min() <= 0:
+            raise InvalidInput("numbers without a logarithm on a logarithmic axis", where=where)
+    return lines
+
+
+def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
+    axes.set_xscale("log" if chart.log_x else "linear")
+    axes.set_yscale("log" if chart.log_y else "linear")
+    for line in lines:
+        style, colour = line.style, hex_colour(line.style.colour)
+        look_of: dict[str, Any] = {"linewidth": style.width * look.LINE_WIDTH, "alpha": style.opacity}
+        points = (
+            style.line == "points" or bool(chart.words) or line.x.size == 1
+        )  # a line of one would not be seen
+        if line.strands is not None:
+            at = np.stack([line.x, line.y], axis=-1)
+            strands = [at[line.strands == one] for one in dict.fromkeys(np.asarray(line.strands).tolist())]
+            axes.add_collection(
+                LineCollection(strands, colors=colour, linestyles=[look.LINE_STYLES[style.line]], **look_of)
+            )
+            axes.autoscale_view()
+            continue
+        if points and (ends := line.interval or line.band):
+            axes.vlines(line.x, *ends, color=colour, **look_of)
+        elif not points:
+            for ends, opacity in ((line.band, look.BAND_OPACITY), (line.interval, look.INTERVAL_OPACITY)):
+                if ends is not None:
+                    axes.fill_between(line.x, *ends, color=colour, alpha=opacity, linewidth=0)
+        pattern = "none" if points else look.LINE_STYLES[style.line]
+        axes.plot(
+            line.x, line.y, linestyle=pattern, marker="o" if points else "none", color=colour, **look_of
+        )
+    scattered = any(line.style.line == "points" or line.x.size == 1 for line in lines)
+    axes.margins(x=0.03 if scattered else 0.0, y=0.06)
+    _limit_abscissa(axes, chart)
+
+
+def _limit_abscissa(axes: Axes, chart: Chart) -> None:
+    if chart.words:
+        axes.set_xlim(-0.5, len(chart.words) - 0.5)
+        axes.set_xticks(range(len(chart.words)))
+        axes.set_xticklabels(list(chart.words.values()), rotation=35, ha="right", rotation_mode="anchor")
+        return
+    if chart.x_limits:
+        axes.set_xlim(*chart.x_limits)
+    if isinstance(chart.ticks, Sequence | np.ndarray):
+        axes.set_xticks(list(chart.ticks))
+        if chart.log_x:  # plain numbers, and none beside the ticks that were asked for
+            axes.set_xticklabels([f"{place:g}" for place in chart.ticks])
+            axes.xaxis.set_minor_formatter(NullFormatter())
+    elif chart.ticks is not None:
+        low, high = (limit / chart.ticks for limit in axes.get_xlim())
+        axes.set_xticks(chart.ticks * np.arange(np.ceil(low - 1e-9), np.floor(high + 1e-9) + 1))
+    elif not chart.log_x:
+        axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
+
+
+def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
+    """Limit the ordinate of some axes that have it in common."""
+    axes = drawn[0][0]
+    if limits := next((chart.limits for _, chart, _ in drawn if chart.limits), None):
+        axes.set_ylim(*limits)
+    elif any(chart.zero for _, chart, _ in drawn):
+        # A band that is much wider than its line is high would press the lines onto the abscissa.
+        tops = [
+            min(np.nanmax([line.y, *(ends[1] for ends in (line.band, line.interval) if ends)]),
+                _MOST_OF_LINES * line.y.max())
+            for _, _, lines in drawn
+            for line in lines
+        ]  # fmt: skip
+        marks = [r.y for _, chart, _ in drawn for r in chart.references if r.published and r.y is not None]
+        axes.set_ylim(0.0, 1.05 * float(max(*tops, *map(float, marks), np.finfo(float).tiny)))
+
+
+def _handle(line: Line, *, points: bool) -> Line2D:
+    style = line.style
+    return look.legend_handle(
+        style.label,
+        hex_colour(style.colour),
+        line="points" if points or line.x.size == 1 else style.line,
+        width=max(style.width * look.LINE_WIDTH, look.LEGEND_WIDTH),
+    )
+
+
+def _in_axes(axes: Axes, lines: Sequence[Line]) -> np.ndarray:
+    """Points of all lines as fractions of the axes, (N, 2), filled in between the points given."""
+    found = []
+    for line in lines:
+        data = axes.transData.transform(np.stack([line.x, line.y], axis=-1))
+        places = axes.transAxes.inverted().transform(data)
+        fine, own = np.linspace(0, len(places) - 1, max(len(places), 200)), np.arange(len(places))
+        found.append(np.stack([np.interp(fine, own, places[:, k]) for k in (0, 1)], axis=-1))
+    return np.concatenate(found)
+
+
+def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
+    """Draw the references, each with its words at the end that lies farther from the data, and the note."""
+    data = _in_axes(axes, lines)
+    if chart.note:
+        corners = [(0.97, 0.06), (0.97, 0.94), (0.03, 0.06), (0.03, 0.94)]
+        middles = [np.array([0.8 if right > 0.5 else 0.2, up]) for right, up in corners]
+        free = [float(np.abs(data - middle).max(axis=1).min()) for middle in middles]
+        right, up = corners[int(np.argmax(free))]
+        _write(axes, (right, up), chart.note, right > 0.5, up > 0.5)
+    across = [r for r in chart.references if r.y is not None and r.x is None]
+    heights = [_fraction(axes, float(r.y), 1) for r in across if r.y is not None and r.label]
+    upright = [_fraction(axes, float(r.x), 0) for r in chart.references if r.x is not None and r.y is None]
+    for reference in chart.references:
+        _draw_reference(axes, reference, lines, data, heights, upright)
+
+
+def _draw_reference(
+    axes: Axes,
+    reference: Reference,
+    lines: Sequence[Line],
+    data: np.ndarray,
+    heights: Sequence[float],
+    upright: Sequence[float],
+) -> None:
+    look_of = _look_of(reference)
+    of = {"color": look_of["colour"], "linestyle": look_of["line"], "linewidth": look_of["width"]}
+    x, y = (None if v is None else float(v) for v in (reference.x, reference.y))
+    if reference.slope is not None or reference.below:
+        line = next((line for line in lines if line.key == reference.below), lines[0])
+        share = 1.0 - float(reference.percent) / 100.0
+        points = (
+            (line.x, share * line.y) if reference.below else _through_origin(axes, reference.slope or 0.0)
+        )
+        axes.plot(*points, zorder=1.5, scalex=False, scaley=False, **of)
+    elif x is not None and y is not None:
+        axes.plot([x], [y], marker="D", markerfacecolor="white", markeredgecolor=of["color"], linestyle="none",
+                  markersize=1.3 * look.POINT_SIZE, zorder=5, clip_on=False)  # fmt: skip
+        at = (_fraction(axes, x, 0), _fraction(axes, y, 1))
+        right, high = at[0] > 0.6, at[1] > 0.5
+        _write(axes, (at[0] + (-0.025 if right else 0.025), at[1]), reference.label, right, high)
+    elif x is not None:
+        axes.axvline(x, zorder=0.5, **of)
+        at_x = _fraction(axes, x, 0)
+        far = _farther(data, 0, at_x, (0.05, 0.95))
+        # Words after the line, or before it where there is no space after it.
+        inward = at_x < 0.7 and not any(0 < other - at_x < 0.25 for other in upright)
+        _write(
+            axes,
+            (at_x + (0.012 if inward else -0.012), 0.96 if far else 0.04),
+            reference.label,
+            not inward,
+            far,
+        )
+    elif y is not None:
+        axes.axhline(y, zorder=0.5, **of)
+        at_y = _fraction(axes, y, 1)
+        far = _farther(data, 1, at_y, (0.14, 0.86))
+        # Words above the line, or below it where there is no space above: the edge, or the next line.
+        above = at_y < 0.9 and not any(0 < other - at_y < 0.08 for other in heights)
+        place = (0.985 if far else 0.015, at_y + (0.015 if above else -0.015))
+        _write(axes, place, reference.label, far, not above)
+
+
+def _look_of(reference: Reference) -> dict[str, Any]:
+    """Colour, pattern and width of a reference's line."""
+    published = reference.published
+    dashes = look.PUBLISHED_DASHES if published else look.REFERENCE_DASHES
+    colour = hex_colour("published" if published else "reference")
+    return {"colour": colour, "line": dashes, "width": look.REFERENCE_WIDTH}
+
+
+def _through_origin(axes: Axes, slope: float) -> tuple[np.ndarray, np.ndarray]:
+    ends = np.array(axes.get_xlim())
+    return ends, slope * ends
+
+
+def _write(axes: Axes, place: tuple[float, float], words: str, right: bool, top: bool) -> None:
+    """Write words at a place, in fractions of the axes, which is their right or left and upper or lower end."""
+    align: dict[str, Any] = {"ha": "right" if right else "left", "va": "top" if top else "bottom"}
+    axes.text(
+        *place, words, transform=axes.transAxes, fontsize=look.NOTE_SIZE, color=look.NOTE_COLOUR, **align
+    )
+
+
+def _farther(data: np.ndarray, along: int, at: float, ends: tuple[float, float]) -> bool:
+    """Whether the upper, or right, end of a line across the axes lies farther from the data than the other."""
+    near = data[np.abs(data[:, along] - at) < 0.12][:, 1 - along]
+    gaps = [float(np.abs(near - end).min()) if near.size else 1.0 for end in ends]
+    return gaps[1] >= gaps[0]
+
+
+def _fraction(axes: Axes, value: float, along: int) -> float:
+    """Where a value of the abscissa (0) or the ordinate (1) lies, as a fraction of the axes."""
+    corner = np.array([axes.get_xlim()[0], axes.get_ylim()[0]])
+    corner[along] = value
+    return float(axes.transAxes.inverted().transform(axes.transData.transform(corner))[along])

@@ -1,0 +1,46 @@
+"""Short representations of results: arrays by their shape."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any, TypeVar
+
+Kind = TypeVar("Kind", bound=type)
+
+_LONGEST = 60
+"""Characters of a value that are shown."""
+
+
+def shortened(kind: Kind) -> Kind:
+    """Let a dataclass be represented by its numbers and words, arrays and lists by their shape and length.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from dataclasses import dataclass
+    >>> @shortened
+    ... @dataclass
+    ... class Walk:
+    ...     positions_mm: np.ndarray
+    ...     frame_rate_hz: float
+    >>> Walk(np.zeros((200, 15, 3)), 100.0)
+    Walk(positions_mm: (200, 15, 3), frame_rate_hz=100.0)
+    """
+    kind.__repr__ = _short  # type: ignore[assignment]
+    return kind
+
+
+def _short(thing: Any) -> str:
+    parts = (_part(field.name, getattr(thing, field.name)) for field in fields(thing) if field.repr)
+    return f"{type(thing).__name__}({', '.join(parts)})"
+
+
+def _part(name: str, value: Any) -> str:
+    if hasattr(value, "shape"):
+        return f"{name}: {tuple(value.shape)}"
+    if is_dataclass(value):
+        return f"{name}: {type(value).__name__}"
+    text = repr(value)
+    if len(text) > _LONGEST and hasattr(value, "__len__"):
+        return f"{name}: {len(value)} {'characters' if isinstance(value, str) else 'items'}"
+    return f"{name}={text}"

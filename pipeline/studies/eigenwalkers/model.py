@@ -1,0 +1,131 @@
+"""Average walker and eigenwalkers, of all walkers and without each: zhang2007 3.3, zhang2004 section 3."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+
+from pipeline.core import fourier, linear_model
+from pipeline.core.linear_model import LinearModel
+from pipeline.processes import map_processes
+from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
+from pipeline.studies.study import Model
+from pipeline.validation import InvalidInput, require_range
+
+Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
+Divisor.__doc__ = """What the covariance is divided by; the papers do not say."""
+
+
+@dataclass(frozen=True)
+class Eigenwalkers:
+    """Linear models of the whole population and without each walker.
+
+    Attributes
+    ----------
+    samples : (R, D)
+        What they are learnt from: Fourier representations, flattened.
+    mean : (D,)
+    components : (K, D)
+    eigenvalues : (K,)
+        Of the whole population with every component that it has.
+    total_variance : float
+    fold_mean : (R, D)
+    fold_components : (R, N, D)
+    fold_eigenvalues : (R, N)
+    fold_total_variance, fold_last_scale : (R,)
+        Of the models without each walker.
+    words, remarks : str, list of str
+    """
+
+    samples: np.ndarray
+    mean: np.ndarray
+    components: np.ndarray
+    eigenvalues: np.ndarray
+    total_variance: float
+    fold_mean: np.ndarray
+    fold_components: np.ndarray
+    fold_eigenvalues: np.ndarray
+    fold_total_variance: np.ndarray
+    fold_last_scale: np.ndarray
+    words: str
+    remarks: list[str]
+
+    def fold(self, walker: int) -> LinearModel:
+        """Return the model that has not seen a walker."""
+        return LinearModel(
+            self.fold_mean[walker],
+            self.fold_components[walker],
+            self.fold_eigenvalues[walker],
+            float(self.fold_total_variance[walker]),
+            float(self.fold_last_scale[walker]),
+        )
+
+    @property
+    def kept(self) -> int:
+        """Eigenwalkers of each fold."""
+        return self.fold_components.shape[1]
+
+
+@dataclass(kw_only=True)
+class EigenwalkersModel(Model):
+    """Average walker and eigenwalkers."""
+
+    dataset = FourierDataset
+
+    components: int = 30
+    divisor: Divisor = Divisor["R-1"]
+    mirror: bool = False
+    omega_scale_mm: float | None = 1.0  # null: equal to the mean variance of the other numbers
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("model.components", self.components, at_least=1)
+        if self.omega_scale_mm is not None:
+            require_range("model.omega_scale_mm", self.omega_scale_mm, above=0, unit="mm per hertz, or null")
+
+    def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:
+        """Return the samples (R, D), and the other arguments of `linear_model.leave_one_out` but the groups."""
+        rate = dataset.frequency_hz if dataset.frequency else None
+        samples = linear_model.flatten(dataset.coefficients, rate)
+        mirrors = linear_model.flatten(fourier.mirrored(dataset.coefficients), rate) if self.mirror else None
+        scale_last = self.omega_scale_mm if dataset.frequency else 1.0
+        return samples, {"mirrors": mirrors, "divisor": self.divisor.value, "scale_last": scale_last}
+
+    def learn(self, dataset: FourierSamples, *, workers: int) -> Eigenwalkers:
+        """Return the models of the whole population and without each walker."""
+        samples, how = self.training(dataset)
+        mirrors = how["mirrors"]
+        people = len(np.unique(dataset.person))
+        if people < 3:
+            raise InvalidInput(
+                "leave-one-out needs at least three walkers", expected="3 or more", received=str(people)
+            )
+        population = samples if mirrors is None else np.concatenate([samples, mirrors])
+        whole = linear_model.fit(
+            population, len(population), divisor=how["divisor"], scale_last=how["scale_last"]
+        )
+        held_out = linear_model.leave_one_out(samples, self.components, groups=dataset.person, **how)
+        folds = map_processes(lambda fold: fold[0], held_out, workers)
+        kept = min(len(fold.eigenvalues) for fold in folds)
+        fewer = kept < self.components
+        remark = (
+            f"{kept} eigenwalkers instead of {self.components}: leave-one-out has only"
+            f" {people - 1} people to learn from"
+        )
+        return Eigenwalkers(
+            samples=samples,
+            mean=whole.mean,
+            components=whole.components,
+            eigenvalues=whole.eigenvalues,
+            total_variance=float(whole.total_variance),
+            fold_mean=np.stack([f.mean for f in folds]),
+            fold_components=np.stack([f.components[:kept] for f in folds]),
+            fold_eigenvalues=np.stack([f.eigenvalues[:kept] for f in folds]),
+            fold_total_variance=np.array([f.total_variance for f in folds]),
+            fold_last_scale=np.array([f.last_scale for f in folds]),
+            words=f"{kept} eigenwalkers" + (f" (of {self.components} asked for)" if fewer else ""),
+            remarks=[remark] if fewer else [],
+        )

@@ -1,0 +1,169 @@
+"""Steady walks as Fourier representations: zhang2007 3.1-3.4, zhang2004 section 2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from pipeline.clips.kinds import WALKS, Walks
+from pipeline.core import fourier
+from pipeline.core.walking.steady import set_origin
+from pipeline.processes import map_processes
+from pipeline.skeleton import WALKER15
+from pipeline.studies.study import Dataset
+from pipeline.validation import require_range
+
+_PELVIS = WALKER15.index("pelvis")
+
+
+class Origin(StrEnum):
+    """Where the world's origin lies."""
+
+    pelvis_mean = "pelvis_mean"
+    floor = "floor"
+
+
+class Size(StrEnum):
+    """Whether people keep their size."""
+
+    absolute = "absolute"
+    stature = "stature"
+
+
+class Selection(StrEnum):
+    """Which walks of a person are used."""
+
+    best = "best"
+    """The one that two harmonics describe best."""
+    all = "all"
+
+
+@dataclass(frozen=True)
+class FourierSamples:
+    """Fourier representations of the chosen walks.
+
+    Attributes
+    ----------
+    coefficients : (R, 1 + 2H, 15, 3)
+        Millimetres, in the order p0, p1, q1, p2, q2, …
+    frequency_hz, phase_rad : (R,)
+    variance_fractions : (R, H)
+    residual_fraction : (R,)
+    residual_covariance, temporal_covariance : (R, 15, 3, 3)
+        Square millimetres.
+    walk : (R,) int
+        Which clip each sample is made of.
+    origin_mm : (R, 3)
+        What was subtracted from its positions.
+    scale : (R,)
+        The factor that size normalisation then applied.
+    person, clip, source : (R,) text
+    unmeasured : (R, 15) bool
+        Joints that are estimated, or dropped for everyone: they have no error.
+    frequency : bool
+        Whether the frequency is one of the numbers of a walker [zhang2004 2].
+    words : str
+        How many samples there are, for captions.
+    """
+
+    coefficients: np.ndarray
+    frequency_hz: np.ndarray
+    phase_rad: np.ndarray
+    variance_fractions: np.ndarray
+    residual_fraction: np.ndarray
+    residual_covariance: np.ndarray
+    temporal_covariance: np.ndarray
+    walk: np.ndarray
+    origin_mm: np.ndarray
+    scale: np.ndarray
+    person: np.ndarray
+    clip: np.ndarray
+    source: np.ndarray
+    unmeasured: np.ndarray
+    frequency: bool
+    words: str
+
+
+@dataclass(kw_only=True)
+class FourierDataset(Dataset):
+    """Fourier representations of steady walks."""
+
+    corpus = WALKS
+
+    harmonics: int = 2
+    frequency: bool = False  # zhang2004: the frequency is the 226th number
+    origin: Origin = Origin.pelvis_mean
+    size: Size = Size.absolute
+    walks: Selection = Selection.best
+
+    def validate(self) -> None:
+        """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_range("dataset.harmonics", self.harmonics, at_least=1)
+
+    def shared(self) -> FourierDataset:
+        """Return the options without the frequency: it is known of every sample, counted or not."""
+        return replace(self, frequency=False)
+
+    def of_shared(self, samples: FourierSamples) -> FourierSamples:
+        """Return the samples with or without the frequency as one of the numbers of a walker."""
+        return replace(samples, frequency=self.frequency)
+
+    def build(self, clips: Walks, *, workers: int) -> FourierSamples:
+        """Return the Fourier representations of the chosen walks."""
+        chosen = _choose(clips.person, clips.residual_share, self.walks)
+        stature = clips.stature_mm
+        normalised = self.size is Size.stature
+        scale = stature[chosen].mean() / stature if normalised else np.ones(len(stature))
+
+        def one(walk: int) -> tuple[fourier.FourierRepresentation, np.ndarray]:
+            motion = clips.motion(walk)
+            centred = set_origin(motion, origin=self.origin.value)
+            origin = motion[0, _PELVIS] - centred[0, _PELVIS]
+            # A joint that is the same constant for everyone takes part in nothing: as if it were not there.
+            centred[:, clips.dropped] = 0.0
+            series = fourier.represent(
+                scale[walk] * centred,
+                float(clips.frame_rate_hz[walk]),
+                harmonics=self.harmonics,
+                frequency_hz=float(clips.frequency_hz[walk]) if self.harmonics == 2 else None,
+            )
+            return series, origin
+
+        series, origins = zip(*map_processes(one, chosen, workers), strict=True)
+
+        def stack(name: str) -> np.ndarray:
+            return np.stack([getattr(s, name) for s in series])
+
+        people = len(set(clips.person[chosen]))
+        alone = people == len(chosen)
+        return FourierSamples(
+            coefficients=stack("coefficients"),
+            frequency_hz=stack("frequency_hz"),
+            phase_rad=stack("phase_rad"),
+            variance_fractions=stack("variance_fractions"),
+            residual_fraction=stack("residual_fraction"),
+            residual_covariance=stack("residual_covariance"),
+            temporal_covariance=stack("temporal_covariance"),
+            walk=np.array(chosen),
+            origin_mm=np.stack(origins),
+            scale=scale[chosen],
+            person=clips.person[chosen],
+            clip=clips.clip[chosen],
+            source=clips.source[chosen],
+            unmeasured=clips.estimated[chosen] | clips.dropped,
+            frequency=self.frequency,
+            words=f"{people} walkers" if alone else f"{len(chosen)} walks of {people} walkers",
+        )
+
+
+def _choose(person: np.ndarray, residual_share: np.ndarray, walks: Selection) -> list[int]:
+    """Indices of the walks to use: every one, or of each person the one that two harmonics describe best."""
+    if walks is Selection.all:
+        return list(range(len(person)))
+    best: dict[str, int] = {}
+    for walk, who in enumerate(person):
+        if who not in best or residual_share[walk] < residual_share[best[who]]:
+            best[who] = walk
+    return list(best.values())

@@ -1,0 +1,307 @@
+"""Every command that writes, in a folder of others' files that bear all of its names: each byte is there afterwards.
+
+The commands are those of the registry: one without a declaration, or that writes and is not tried here, fails.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline.cli.compose import compose
+from pipeline.cli.figures import make_figure
+from pipeline.cli.main import COMMANDS, WRITES
+from pipeline.fetch import NEEDED_COLUMNS
+from pipeline.ingestion.data import RecordedData
+from pipeline.reconstruct import model_file
+from pipeline.storage import provenance
+from pipeline.storage.store import Store
+from tests.conftest import QUICK, Said
+from tests.core.keypoint_walk.walkers import clip
+from tests.processes import ROOT
+from tests.reconstruct.walks import ERROR, alphapose, in_layout
+from tests.report.planted import CLAIM, plant
+
+FIGURE = "synthetic/smoke/zhang2007_fig5"
+COMMIT = "f" * 40
+SMOKE = ("data=synthetic", "scale=smoke")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way to call a command: what is there before, and the arguments, both given the folder that is written."""
+
+    arguments: Callable[[Path, Path], list[str]]
+    before: Callable[[Path, Path, pytest.MonkeyPatch], Any] = lambda folder, given, patch: None
+
+
+def published(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(given / "synthetic", folder / "synthetic")
+
+
+def full_scale(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(provenance, "provenance", lambda: {"commit": COMMIT, "dirty": False})
+    lock = hashlib.sha256(provenance.LOCK.read_bytes()).hexdigest()
+    plant(folder / "synthetic" / "full" / "zhang2007_fig5", scale="full", lock_sha256=lock, claims=CLAIM)
+
+
+def listed(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
+    content = (given / "walk.c3d").read_bytes()
+    row = {"path": "walk.c3d", "source": "zoo", "bytes": str(len(content)), "address": "", "origin": ""}
+    row["sha256"] = hashlib.sha256(content).hexdigest()
+    lines = [",".join(NEEDED_COLUMNS), ",".join(row[name] for name in NEEDED_COLUMNS)]
+    (given / "sources.csv").write_text("\n".join(lines) + "\n")
+    patch.setattr(RecordedData, "listing", given / "sources.csv")
+
+
+def trained(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("pipeline.cli.training.train", lambda *_: model_file.load())
+
+
+def switched(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
+    (folder / "sensitivity" / "synthetic" / "walks").mkdir(parents=True)  # where its figures are
+    row = {"claim": "a", "switch": "b", "value": 1.0, "value_as_it_is": 1.0, "verdict_moves": False}
+    patch.setattr("pipeline.cli.sensitivity._measured", lambda *_: ([row], []))
+
+
+def cloned(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
+    for name in ("README.md", "conf/readme.yaml", "results/published.csv"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    text = (folder / "README.md").read_text(encoding="utf-8")
+    (folder / "README.md").write_text(
+        text.replace("results:begin figures -->\n", "results:begin figures -->\nold\n")
+    )
+    patch.setattr(provenance, "PROJECT", folder)
+
+
+CASES: dict[str, list[Case]] = {
+    "figures": [
+        Case(lambda to, given: ["figures", "experiment=zhang2007_fig2", *SMOKE, f"results={to}"]),
+        Case(
+            lambda to, given: [
+                "-m", "experiment=zhang2007_fig2", *QUICK, f"results={given}", f"hydra.sweep.dir={to}/run", "seed=1,2"
+            ]
+        ),
+    ],
+    "fetch": [Case(lambda to, given: ["fetch", "data=optical", f"data.raw={to}", f"data.mirror={given}"], listed)],
+    "reconstruct": [
+        Case(
+            lambda to, given: [
+                "reconstruct", f"{given}/keypoints.json", "input.frame_rate_hz=30", "input.width=1920",
+                "input.height=1080", "output.formats=[c3d,trc,bvh,csv,csv_wide]", f"output.path={to}/out",
+            ]
+        )
+    ],
+    "model": [Case(lambda to, given: ["model", *SMOKE, f"output={to}/model"], trained)],
+    "report": [Case(lambda to, given: ["report", *SMOKE, f"results={to}"], published)],
+    "claims": [Case(lambda to, given: ["claims", *SMOKE, f"results={to}"], published)],
+    "sensitivity": [Case(lambda to, given: ["sensitivity", "walks", *SMOKE, f"results={to}"], switched)],
+    "readme": [Case(lambda to, given: ["readme"], cloned)],
+    "archive": [
+        Case(
+            lambda to, given, more=more: [  # type: ignore[misc]
+                "archive", "data=synthetic", f"results={to}", *(more or ["only=zhang2007_fig5"])
+            ],
+            full_scale,
+        )
+        for more in ([], ["only=zhang2007_fig5", "light=1"], ["name=mine", "run=RUN"])
+    ],
+    "inspect": [Case(lambda to, given: ["inspect", f"{given}/walk.c3d", f"write={to}/my_lab.yaml"])],
+    "export": [
+        Case(lambda to, given, end=end: ["export", f"{given}/{FIGURE}", f"to={to}/walk.{end}"])  # type: ignore[misc]
+        for end in ("c3d", "trc", "bvh", "csv", "npz")
+    ],
+    "pointlight": [
+        Case(lambda to, given, end=end: ["pointlight", "synthetic", f"to={to}/walk.{end}"])  # type: ignore[misc]
+        for end in ("svg", "csv", "gif", "ptd")
+    ],
+}  # fmt: skip
+CALLS = [
+    pytest.param(command, case, id=f"{command}{number}")
+    for command, cases in CASES.items()
+    for number, case in enumerate(cases)
+]
+
+
+def test_every_command_says_how_it_writes_and_is_tried() -> None:
+    assert set(WRITES) == {*COMMANDS, "figures", "status"}
+    assert {name for name, how in WRITES.items() if how} == set(CASES)
+
+
+@pytest.fixture(scope="session")
+def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A published figure, a recording and keypoints: what commands read."""
+    folder = tmp_path_factory.mktemp("given")
+    experiment = compose(["experiment=zhang2007_fig5", f"results={folder}", *QUICK])
+    make_figure(experiment, folder / FIGURE, store=Store(folder))
+    from pipeline.cli.export import export
+
+    export([str(folder / FIGURE), "motion=original", f"to={folder}/walk.c3d"])
+    alphapose(folder / "keypoints.json", in_layout(clip(-30.0, ERROR), "coco17"))
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Bytes of all files below a folder, without the cache, which is the store's own."""
+    files = (path for path in folder.rglob("*") if path.is_file() and not path.is_symlink())
+    return {
+        name: path.read_bytes()
+        for path in files
+        if not (name := path.relative_to(folder).as_posix()).startswith("cache/")
+    }
+
+
+def call(case: Case, folder: Path, given: Path, say: Callable[..., Said]) -> Said:
+    arguments = case.arguments(folder, given)
+    return say(*[item.replace("run=RUN", f"run={folder}/synthetic/full") for item in arguments])
+
+
+def written(case: Case, folder: Path, given: Path, say: Callable, patch: pytest.MonkeyPatch) -> set[str]:
+    """Names of the files that a command writes in a folder of its own."""
+    folder.mkdir()
+    case.before(folder, given, patch)
+    before = contents(folder)
+    said = call(case, folder, given, say)
+    assert (said.status, said.err) == (0, "")
+    names = {name for name, content in contents(folder).items() if before.get(name) != content}
+    assert names
+    return names
+
+
+@pytest.mark.parametrize("linked", [False, True], ids=["files", "links"])
+@pytest.mark.parametrize(("command", "case"), CALLS)
+def test_files_of_others_under_all_names_are_found_again(
+    command: str, case: Case, linked: bool, given: Path, tmp_path: Path, say: Callable,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    names = written(case, tmp_path / "own", given, say, monkeypatch)
+    folder, aside = tmp_path / "others", tmp_path / "aside"
+    folder.mkdir()
+    aside.mkdir()
+    case.before(folder, given, monkeypatch)
+    for number, name in enumerate(sorted(names)):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.unlink(missing_ok=True)
+        if linked:
+            path.symlink_to(aside / f"{number}")
+        path.write_bytes(f"of others {number}".encode())
+    before, of_links = contents(folder), contents(aside)
+    said = call(case, folder, given, say)
+    assert contents(aside) == of_links
+    assert contents(folder) == before
+    assert all((folder / name).is_symlink() == linked for name in names)
+    assert said.status == 1, said.out
+    told = said.err if command != "fetch" else said.out
+    assert "Traceback" not in told
+    assert told.strip()
+    assert command in ("figures", "fetch") or len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("command", "case"), CALLS)
+def test_it_may_be_written_again_where_it_wrote_before(
+    command: str, case: Case, given: Path, tmp_path: Path, say: Callable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Files only by ``replace=true``."""
+    names = written(case, tmp_path / "own", given, say, monkeypatch)
+    said = call(case, tmp_path / "own", given, say)
+    if WRITES[command] == "file":
+        assert "the file exists, so it is not replaced" in said.err
+        plain = case.arguments
+        said = call(Case(lambda to, given: [*plain(to, given), "replace=true"]), tmp_path / "own", given, say)
+    assert (said.status, said.err) == (0, "")
+    assert names <= set(contents(tmp_path / "own"))
+    assert not list((tmp_path / "own").rglob(".*"))
+
+
+@pytest.mark.parametrize("command", ["export", "pointlight", "inspect"])
+def test_a_file_goes_neither_over_its_source_nor_into_a_published_folder(
+    command: str, given: Path, tmp_path: Path, say: Callable
+) -> None:
+    before = contents(given)
+    option, end = ("write", "yaml") if command == "inspect" else ("to", "csv")
+    said = say(command, f"{given}/walk.c3d", f"{option}={given}/{FIGURE}/table.{end}", "replace=true")
+    assert (said.status, "must not be inside a published folder" in said.err) == (1, True)
+    if command == "export":
+        source = tmp_path / "walk.c3d"
+        shutil.copy(given / "walk.c3d", source)
+        said = say(command, str(source), f"to={source}", "replace=true")
+        assert (said.status, "it is what is read" in said.err) == (1, True)
+        assert source.read_bytes() == before["walk.c3d"]
+    assert contents(given) == before
+
+
+@pytest.mark.parametrize("empty", ["results=", "results=''"])
+@pytest.mark.parametrize("command", [[], ["-m"], ["figures"], ["report"], ["archive"]])
+def test_an_empty_results_folder_is_refused(
+    command: list[str], empty: str, tmp_path: Path, say: Callable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    preset = [] if command in (["report"], ["archive"]) else ["experiment=zhang2007_fig2"]
+    said = say(*command, *preset, "scale=smoke", empty)
+    assert (said.status, said.err) == (1, "results must name a folder (got nothing)\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("failing", range(1, 12))
+def test_a_model_is_whole_wherever_its_training_is_killed(failing: int, tmp_path: Path) -> None:
+    folder = tmp_path / "model"
+    model_file.save(model_file.load(), folder)
+    (folder / "CARD.md").write_text("mine")
+    script = f"""
+import os, sys
+from pathlib import Path
+from pipeline.reconstruct import model_file
+calls = 0
+def dying(real):
+    def call(*arguments, **options):
+        global calls
+        calls += 1
+        if calls == {failing}:
+            os._exit(9)
+        return real(*arguments, **options)
+    return call
+trained = model_file.load()
+for name in ("mkdir", "fsync", "replace", "rename", "open"):
+    setattr(os, name, dying(getattr(os, name)))
+model_file.save(trained, Path({str(folder)!r}))
+"""
+    killed = subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=False, env=dict(os.environ))
+    assert killed.returncode in (0, 9)
+    assert model_file.load(folder).compact.components.shape == model_file.load().compact.components.shape
+    model_file.save(model_file.load(), folder)
+    assert (folder / "CARD.md").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["model"]
+
+
+@pytest.mark.thorough
+def test_the_tutorial_keeps_files_of_others(tmp_path: Path) -> None:
+    def run(folder: Path) -> int:
+        where = {"TUTORIAL_FOLDER": str(folder), "TUTORIAL_DRAWS": "1", "PYTHONPATH": str(ROOT)}
+        done = subprocess.run(
+            [sys.executable, str(ROOT / "tutorial.py")],
+            env=os.environ | where,
+            capture_output=True,
+            check=False,
+        )
+        return done.returncode
+
+    assert run(tmp_path / "own") == 0
+    names = {name for name in contents(tmp_path / "own") if not name.startswith("results/")}
+    assert {Path(name).parts[0] for name in names} == {"answer", "one_walker"}
+    for name in names:
+        (tmp_path / "others" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "others" / name).write_text("of others")
+    assert run(tmp_path / "others") != 0
+    after = contents(tmp_path / "others")
+    assert {name: after[name] for name in names} == dict.fromkeys(names, b"of others")

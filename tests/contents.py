@@ -1,0 +1,56 @@
+"""What every figure leaves at smoke scale: rows and columns of its tables, entities of its recording.
+
+python -m tests.contents FOLDER FIGURE …
+    Write ``tests/golden/FIGURE.csv``, its first table, and ``tests/golden/FIGURE.txt``, what is in its folder
+    ``FOLDER/FIGURE``; ``make golden`` calls it.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.storage import tables
+from tests.recordings import reading
+
+GOLDEN = Path(__file__).resolve().parent / "golden"
+BESIDE = ("claims", "table_ingest")
+"""Tables that every figure has."""
+
+
+def contents(folder: Path) -> str:
+    """Return a line to each table, its columns with a ``?`` where cells are empty, and one to each entity."""
+    lines = []
+    for path in sorted(folder.glob("*.csv")):
+        if path.stem not in BESIDE:
+            columns = tables.read(path)
+            full = {name: v.dtype.kind == "U" or bool(np.isfinite(v).all()) for name, v in columns.items()}
+            names = ", ".join(name if full[name] else f"{name}?" for name in columns)
+            lines.append(f"{path.name}, {len(next(iter(columns.values())))} rows: {names}")
+    lines += [f"recording: {entity}" for entity in sorted(reading.entities(folder / "recording.rrd"))]
+    return "\n".join(lines) + "\n"
+
+
+def golden(figure: str) -> str:
+    """Return what a figure is to leave."""
+    return (GOLDEN / f"{figure}.txt").read_text(encoding="utf-8")
+
+
+def columns_of(figure: str) -> dict[str, list[str]]:
+    """Return the columns of each table that a figure is to leave, by the table's name."""
+    found = {}
+    for line in golden(figure).splitlines():
+        if not line.startswith("recording: "):
+            name, _, columns = line.partition(": ")
+            found[name.partition(".csv")[0]] = [column.rstrip("?") for column in columns.split(", ")]
+    return found
+
+
+if __name__ == "__main__":
+    for name in sys.argv[2:]:
+        made = Path(sys.argv[1]) / name
+        shutil.copyfile(made / "table.csv", GOLDEN / f"{name}.csv")
+        (GOLDEN / f"{name}.txt").write_text(contents(made), encoding="utf-8")

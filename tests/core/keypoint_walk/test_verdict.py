@@ -1,0 +1,36 @@
+"""Where a walk begins to be doubtful and where it is refused, on either side of every threshold."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from pipeline.core.keypoint_walk.verdict import judge
+
+SURE = {"relative_residual": 0.8, "distance": 1.0, "strides": 3.0, "leg_motion": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "verdict", "words"),
+    [
+        ("relative_residual", 1.29, "walk", ""),
+        ("relative_residual", 1.31, "doubtful", "the residual is large"),
+        ("relative_residual", 1.66, "not_a_walk", "no walker moves like this"),
+        ("distance", 1.69, "walk", ""),
+        ("distance", 1.71, "doubtful", "the walker is unusual"),
+        ("distance", 2.61, "not_a_walk", "from no side"),
+        ("strides", 1.21, "walk", ""),
+        ("strides", 1.19, "doubtful", "only 1.2 strides"),
+        ("strides", 0.79, "not_a_walk", "nothing repeats"),
+        ("leg_motion", 0.51, "walk", ""),
+        ("leg_motion", 0.49, "not_a_walk", "the legs hardly move"),
+    ],
+)
+def test_every_threshold_parts_what_is_below_from_what_is_above(
+    name: str, value: float, verdict: str, words: str
+) -> None:
+    facts = {**SURE, name: value}
+    found = judge(SimpleNamespace(**facts, starts=SimpleNamespace(least_distance=facts["distance"])))  # type: ignore[arg-type]
+    assert found.verdict == verdict
+    assert [words in reason for reason in found.reasons] == [True] * (verdict != "walk")

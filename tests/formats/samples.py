@@ -1,0 +1,259 @@
+"""A correct file for every reader of the registries, motion, keypoints and the model, and ways to damage it."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pipeline import formats
+from pipeline.core.anatomical import BONES, PAIRS
+from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
+from pipeline.formats import keypoints
+from pipeline.reconstruct import model_file
+from tests.formats.contract import FIXTURES
+from tests.formats.points.test_sections import NEXUS_WITH_DEVICES, OPTITRACK
+
+Damage = Callable[[bytes, np.random.Generator], bytes]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A correct file: the bytes of it and of what lies beside it, which of them is damaged, and what reads it."""
+
+    name: str
+    files: dict[str, bytes]
+    damaged: str
+    read: Callable[[Path], object]
+    opened: str
+    damage: Damage
+
+    def copy(self, folder: Path, seed: int) -> tuple[Path, int]:
+        """Write a copy that is damaged and return the path to be read and the bytes there; whole if `seed` is -1."""
+        rng = np.random.default_rng(max(seed, 0))
+        files = dict(self.files)
+        if seed >= 0:
+            files[self.damaged] = self.damage(files[self.damaged], rng)
+        if self.damaged == "model/model.npz":  # a digest would refuse all the rest unread
+            manifest = json.loads(files["model/manifest.json"])
+            digest = hashlib.sha256(files[self.damaged]).hexdigest()
+            files["model/manifest.json"] = json.dumps(manifest | {"sha256": digest}).encode()
+        for name, data in files.items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_bytes(data)
+        return folder / self.opened, sum(map(len, files.values()))
+
+
+def text(original: bytes, rng: np.random.Generator) -> bytes:
+    """Bytes changed, cut out, put in, pieces repeated or the end lost."""
+    copy = bytearray(original)
+    for _ in range(rng.integers(1, 3)):
+        at = int(rng.integers(len(copy) + 1))
+        match rng.integers(8):
+            case 0 if at < len(copy):
+                copy[at] = rng.integers(256)
+            case 1:
+                del copy[at : at + int(rng.integers(1, 40))]
+            case 2:
+                copy[at:at] = rng.bytes(int(rng.integers(1, 8)))
+            case 3:
+                copy[at:at] = copy[at : at + int(rng.integers(1, 40))]
+            case 4 | 5 | 6 if at < len(copy):
+                copy[at] = rng.choice(np.frombuffer(b'\t \n\r,;."-e0_9Xn\xff', dtype=np.uint8))
+            case _:
+                del copy[max(at, len(copy) // 2) :]
+    return bytes(copy)
+
+
+def c3d(original: bytes, rng: np.random.Generator) -> bytes:
+    """Bytes and words mostly where the counts and the parameters are; a piece or the end lost."""
+    data = np.frombuffer(original, dtype=np.uint8).copy()
+    reach = data.size if rng.random() < 0.3 else 1536
+    begin = int(rng.integers(0, reach - 64))
+    length = int(rng.integers(1, 64))
+    match rng.integers(6):
+        case 0:
+            at = rng.integers(0, reach, size=int(rng.integers(1, 9)))
+            data[at] = rng.integers(0, 256, size=at.size)
+        case 1:
+            data[begin] ^= 1 << int(rng.integers(0, 8))
+        case 2:
+            extremes = np.array([0, 1, 127, 128, 255, 256, 32767, 32768, 65535], dtype="<u2")
+            word = rng.choice(extremes, size=int(rng.integers(1, 4))).tobytes()
+            data[begin : begin + len(word)] = np.frombuffer(word, dtype=np.uint8)
+        case 3:
+            data[begin : begin + length] = rng.choice([0, 255])
+        case 4:
+            data = np.delete(data, np.s_[begin : begin + length])
+        case _:
+            data = data[: int(rng.integers(0, data.size))]
+    return data.tobytes()
+
+
+def npy(original: bytes, rng: np.random.Generator) -> bytes:
+    """The bytes, or what the header says of type and shape."""
+    if rng.random() < 0.4:
+        return text(original, rng)
+    stream = io.BytesIO(original)
+    np.lib.format.read_magic(stream)
+    shape, order, dtype = np.lib.format.read_array_header_1_0(stream)
+    types = (
+        "<f8",
+        "<f2",
+        "|u1",
+        ">i8",
+        "|O",
+        "<c16",
+        "|b1",
+        "<U0",
+        "<U9999",
+        "<M8[s]",
+        "[('a', '<f8')]",
+        "x",
+    )
+    sizes = (0, 1, 2, 3, -1, 10**6, 2**40, 10**30)
+    shape = tuple(int(rng.choice(np.array(sizes, object))) if rng.random() < 0.4 else n for n in shape)
+    kind = str(rng.choice(types)) if rng.random() < 0.5 else dtype.str
+    descr = kind if kind.startswith("[") else repr(kind)
+    head = f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}}}\n".encode()
+    return np.lib.format.magic(1, 0) + len(head).to_bytes(2, "little") + head + stream.read()
+
+
+def npz(original: bytes, rng: np.random.Generator) -> bytes:
+    """The archive's bytes, or those of an array in it, under a checksum that is right; an array may be lost."""
+    if rng.random() < 0.2:
+        return text(original, rng)
+    with zipfile.ZipFile(io.BytesIO(original)) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()}
+    name = str(rng.choice(list(entries)))
+    if rng.random() < 0.1:
+        del entries[name]
+    else:
+        entries[name] = npy(entries[name], rng)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in entries.items():
+            archive.writestr(name, data)
+    return packed.getvalue()
+
+
+def json_tree(original: bytes, rng: np.random.Generator) -> bytes:
+    """The text, or one value of the tree by another, of any kind."""
+    if rng.random() < 0.4:
+        return text(original, rng)
+    tree = [json.loads(original)]
+    others = (
+        None, True, -1, 0, 1e308, 10**400, "", "x", "9" * 30, "9" * 5000, [], {}, [[]], [1, 2, 3], {"x": 1},
+        [None] * 51,
+    )  # fmt: skip
+    node, key = tree, 0
+    for _ in range(rng.integers(0, 9)):
+        inner = node[key]  # type: ignore[index]
+        if not isinstance(inner, dict | list) or not inner:
+            break
+        node = inner
+        key = list(node)[rng.integers(len(node))] if isinstance(node, dict) else int(rng.integers(len(node)))
+    if rng.random() < 0.2 and node is not tree:
+        del node[key]
+    else:
+        node[key] = others[rng.integers(len(others))]
+    return json.dumps(tree[0]).encode()
+
+
+DAMAGE: dict[str, Damage] = {".c3d": c3d, ".npz": npz, ".npy": npy, ".json": json_tree}
+"""Ways to damage a file by its suffix; text otherwise."""
+
+
+def packed(**arrays: object) -> bytes:
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays)  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+def _motion() -> list[Sample]:
+    skeleton = {"asf_by_hand.asf": (FIXTURES / "asf_by_hand.asf").read_bytes()}
+    files = {
+        path.name: path.read_bytes() for path in sorted(FIXTURES.iterdir()) if path.suffix in formats.READERS
+    }
+    files |= {"csv_nexus.csv": NEXUS_WITH_DEVICES.encode(), "csv_optitrack.csv": OPTITRACK.encode()}
+    files["npz_amass.npz"] = packed(
+        marker_labels=np.array(["LANK", "RANK"]),
+        marker_data=np.ones((3, 2, 3)),
+        mocap_framerate=np.array(120.0),
+    )
+    found = []
+    for name, data in files.items():
+        suffix = Path(name).suffix
+        beside = skeleton if suffix == ".amc" else {}
+        damage = DAMAGE.get(suffix, text)
+        found.append(Sample(name, {name: data, **beside}, name, formats.read, name, damage))
+        if beside:
+            hurt = next(iter(beside))
+            found.append(Sample(hurt, {name: data, **beside}, hurt, formats.read, name, text))
+    return found
+
+
+def _keypoints() -> list[Sample]:
+    points = np.arange(1.0, 100.0).reshape(33, 3) % 7 + 1
+    flat = points[:17].ravel().tolist()
+    person = {"keypoints": points[:17, :2].tolist(), "keypoint_scores": [0.5] * 17, "track_id": 1}
+    mark = {"x": 0.25, "y": 0.5, "z": 0.0, "visibility": 0.9}
+    alphapose = [{"image_id": f"{k}.jpg", "keypoints": flat, "idx": k % 2, "score": 1.0} for k in range(4)]
+    array = io.BytesIO()
+    np.save(array, np.stack([points[:17]] * 3), allow_pickle=False)
+    px = (
+        "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n30\t2\t2\tpx\n"
+        "Frame#\tTime\tLKnee\t\t\tRKnee\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n1\t0\t5\t6\t0\t1\t2\t0\n2\t0.03\t7\t8\t0\t1\t2\t0\n"
+    )
+    mmpose = {
+        "meta_info": {"keypoint_id2name": {str(k): f"p{k}" for k in range(17)}},
+        "instance_info": [{"frame_id": k, "instances": [person]} for k in range(1, 4)],
+    }
+    contents = {
+        "alphapose.json": json.dumps(alphapose).encode(),
+        "mmpose.json": json.dumps(mmpose).encode(),
+        "mediapipe.json": json.dumps({"fps": 30, "frames": [{"landmarks": [mark] * 33}] * 2}).encode(),
+        "wide.csv": b"frame,time_s,left_knee_x,left_knee_y,left_knee_score\n0,0,1,2,0.5\n1,0.1,,,\n2,0.2,3,4,0.7\n",
+        "long.csv": b"frame,person,keypoint,x,y,score\n0,a,left_knee,1,2,0.5\n2,b,left_knee,3,4,0.7\n",
+        "pixels.trc": px.encode(),
+        "array.npy": array.getvalue(),
+    }
+    assert {Path(name).suffix for name in contents} == set(keypoints.READERS)
+    found = [
+        Sample(name, {name: data}, name, keypoints.read, name, DAMAGE.get(Path(name).suffix, text))
+        for name, data in contents.items()
+    ]
+    frame = json.dumps({"people": [{"person_id": [-1], "pose_keypoints_2d": flat}]}).encode()
+    frames = {f"openpose/walk_{k:012d}_keypoints.json": frame for k in range(3)}
+    found.append(Sample("openpose", frames, list(frames)[1], keypoints.read, "openpose", json_tree))
+    return found
+
+
+def _model() -> list[Sample]:
+    ones = np.ones
+    data = packed(
+        mean=ones((15, 3, BLOCKS)), components=ones((1, SIZE)), eigenvalues=ones(1),
+        within=ones(((BLOCKS + 1) // 2, 45, 45)), bone_variance=ones(len(BONES)), pair_variance=ones(len(PAIRS)),
+        aperiodic_variance=ones((15, 3)), log_frequency=ones(2), joint_multipliers=ones((8, 3, 3)),
+        angle_multipliers=ones((4, 3)),
+    )  # fmt: skip
+    manifest = {
+        "version": model_file.VERSION,
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "walkers": 9,
+        "note": "x",
+    }
+    files = {"model/model.npz": data, "model/manifest.json": json.dumps(manifest).encode()}
+    return [
+        Sample(name, files, f"model/{name}", model_file.load, "model", DAMAGE[Path(name).suffix])
+        for name in ("model.npz", "manifest.json")
+    ]
+
+
+SAMPLES = [*_motion(), *_keypoints(), *_model()]

@@ -1,0 +1,129 @@
+"""Data sets: which clips of each kind they name, what they lack, and what the clips depend on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline.clips.kinds import PERFORMANCES, VARIED, WALKS, Corpus, Request
+from pipeline.clips.options import Skeleton, SyntheticClips, SyntheticPerformances
+from pipeline.ingestion.data import FolderData, NamedClips, RecordedData, RecordedPerformances, SyntheticData
+from pipeline.storage.sealed_folders import canonical
+from pipeline.validation import InvalidInput
+from tests.own_files import write_table
+
+CORPORA = (WALKS, PERFORMANCES, VARIED)
+HERE = ("second", "first")
+
+
+@pytest.fixture
+def listed(tmp_path: Path) -> RecordedData:
+    """Four recordings that are listed, two of which are on this machine."""
+    names = [f"{trial}.trc" for trial in ("gone_b", "second", "gone_a", "first")]
+    (tmp_path / "raw").mkdir()
+    for trial in HERE:
+        (tmp_path / "raw" / f"{trial}.trc").write_text(f"{trial}.trc")
+    return RecordedData(
+        name="recorded",
+        sources=["here"],
+        table=str(write_table(tmp_path / "sources.csv", {name: name.encode() for name in names})),
+        raw=str(tmp_path / "raw"),
+        skeletons=["walker15"],
+        performances=RecordedPerformances(sources=["here"], action="walk", limit=1),
+    )
+
+
+def request(data: Any, corpus: Corpus, *, seed: int = 1, workers: int = 1) -> Request:
+    made: Request = data.request(corpus, Skeleton(), seed, workers)
+    return made
+
+
+def names(made: Request) -> list[str]:
+    """Clips that are asked for."""
+    return [clip["name"].removesuffix(".trc") for clip in made.options["clips"]]
+
+
+def test_a_limit_counts_the_recordings_that_are_here_and_the_absent_ones_come_last(
+    listed: RecordedData,
+) -> None:
+    assert names(request(listed, WALKS)) == ["first", "second", "gone_b", "gone_a"]
+    assert names(request(listed, PERFORMANCES)) == ["first", "gone_b", "gone_a"]
+    listed.walkers = 1
+    assert names(request(listed, WALKS)) == ["first", "gone_b", "gone_a"]
+
+
+@pytest.mark.parametrize(
+    ("corpus", "words"), [(WALKS, "walks"), (PERFORMANCES, "performances of one action"), (VARIED, "varied motion")]
+)  # fmt: skip
+def test_a_data_set_without_clips_of_a_kind_is_refused_by_name(corpus: Corpus, words: str) -> None:
+    empty = RecordedData(name="hdm05", sources=[])
+    for ask in (lambda: empty.require(corpus), lambda: request(empty, corpus)):
+        with pytest.raises(InvalidInput, match=f"the data set hdm05 holds no {words}") as caught:
+            ask()
+        assert caught.value.where == "data"
+    SyntheticData(name="synthetic").require(corpus)
+    FolderData(name="folder").require(corpus)
+    named = RecordedData(
+        name="recorded",
+        sources=["here"],
+        performances=RecordedPerformances(sources=["here"]),
+        clips=NamedClips(sources=["here"]),
+    )
+    named.require(corpus)
+
+
+@pytest.mark.parametrize(
+    ("changed", "corpus"),
+    [
+        (SyntheticData(name="synthetic", marker_noise_mm=1.0), WALKS),
+        (SyntheticData(name="synthetic", performances=SyntheticPerformances(subjects=3)), PERFORMANCES),
+        (SyntheticData(name="synthetic", clips=SyntheticClips(bandwidth=5)), VARIED),
+    ],
+)
+def test_clips_of_a_kind_depend_on_the_options_of_that_kind_alone(
+    changed: SyntheticData, corpus: Corpus
+) -> None:
+    plain = SyntheticData(name="synthetic")
+    depends = {
+        other: canonical(request(changed, other).options) != canonical(request(plain, other).options)
+        for other in CORPORA
+    }
+    assert depends == {other: other is corpus for other in CORPORA}
+
+
+@pytest.mark.parametrize("corpus", CORPORA)
+def test_another_seed_is_another_request_and_another_number_of_threads_is_not(corpus: Corpus) -> None:
+    plain = SyntheticData(name="synthetic")
+    options = [request(plain, corpus, seed=s, workers=w).options for s, w in ((1, 1), (1, 3), (2, 1))]
+    one, threads, seed = map(canonical, options)
+    assert one == threads
+    assert one != seed
+
+
+def test_where_a_recording_lies_is_no_part_of_the_request(listed: RecordedData, tmp_path: Path) -> None:
+    before = canonical(request(listed, WALKS).options)
+    assert str(tmp_path) not in str(before)
+    (tmp_path / "raw").rename(tmp_path / "elsewhere")
+    listed.raw = str(tmp_path / "elsewhere")
+    assert canonical(request(listed, WALKS).options) == before
+    (tmp_path / "elsewhere" / "first.trc").write_text("other.trc")
+    assert canonical(request(listed, WALKS).options) != before
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"walkers": -1}, r"^data\.walkers must be at least 0 \(got -1\)"),
+        ({"population": 0}, r"^data\.population must be at least 1 and at most 10000 \(got 0\)"),
+        (
+            {"clips": SyntheticClips(clips=0)},
+            r"^data\.clips\.clips must be at least 1 and at most 10000 \(got 0\)",
+        ),
+    ],
+)
+def test_a_data_set_of_nobody_is_refused(options: dict[str, Any], words: str) -> None:
+    SyntheticData(name="synthetic").validate()
+    with pytest.raises(InvalidInput, match=words):
+        SyntheticData(name="synthetic", **options).validate()

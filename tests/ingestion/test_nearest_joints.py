@@ -1,0 +1,92 @@
+"""A proposed mapping finds joints by where points are over the clip: of walkers whose names say little or nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.core import walking
+from pipeline.ingestion.nearest_joints import propose
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.synthetic import walkers
+
+HZ = 40.0
+LIMBS = [joint for joint in WALKER15.joints if "_" in joint]
+
+
+@pytest.fixture(scope="module")
+def people() -> np.ndarray:
+    """Walks that the average walker was not made of, (4, T, 15, 3), mm."""
+    made = walkers.walking_population(
+        np.random.default_rng(5), male=2, female=2, duration_s=3.0, frame_rate_hz=HZ
+    )
+    return np.asarray(made.positions_mm)
+
+
+def recorded(names: list[str], positions: np.ndarray) -> MotionCapture:
+    valid = np.isfinite(positions).all(axis=-1)
+    return MotionCapture(tuple(names), positions, valid, HZ, "mm", (), np.empty((len(positions), 0)))
+
+
+def found(motion: MotionCapture) -> dict[str, list[str]]:
+    """Points of each joint that is proposed."""
+    mapping = propose(motion, "my_lab")
+    assert set(mapping.guessed) == set(mapping.joints)
+    return {joint: list(rule) for joint, rule in mapping.joints.items()}
+
+
+@settings(max_examples=4, deadline=None)
+@given(
+    person=st.integers(0, 3),
+    order=st.permutations(range(15)),
+    turn=st.floats(-np.pi, np.pi),
+    size=st.floats(0.5, 1.3),
+    up=st.integers(0, 2),
+)
+def test_points_without_names_in_any_order_are_told_by_where_they_are(
+    people: np.ndarray, person: int, order: list[int], turn: float, size: float, up: int
+) -> None:
+    positions = size * walking.turn_about_vertical(people[person], turn)[:, order]
+    motion = recorded([f"M{k}" for k in range(15)], np.roll(positions, up + 1, axis=-1))
+    own = {joint: [f"M{order.index(j)}"] for j, joint in enumerate(WALKER15.joints)}
+    told = found(motion)
+    assert {joint: told.get(joint) for joint in LIMBS} == {joint: own[joint] for joint in LIMBS}
+    assert told["head"] == own["head"]
+
+
+@settings(max_examples=4, deadline=None)
+@given(person=st.integers(0, 3), order=st.permutations(range(15)), turn=st.floats(-np.pi, np.pi))
+def test_sides_alone_are_enough(people: np.ndarray, person: int, order: list[int], turn: float) -> None:
+    numbers = {
+        joint.partition("_")[2]: k for k, joint in enumerate(reversed(WALKER15.joints)) if "_" in joint
+    }
+    renamed = {
+        joint: f"{joint[0].upper()}.{numbers[joint.partition('_')[2]]}" if "_" in joint else f"M{k}"
+        for k, joint in enumerate(WALKER15.joints)
+    }
+    positions = walking.turn_about_vertical(people[person], turn)[:, order]
+    told = found(recorded([renamed[WALKER15.joints[j]] for j in order], positions))
+    assert {joint: told.get(joint) for joint in LIMBS} == {joint: [renamed[joint]] for joint in LIMBS}
+
+
+def test_legs_alone_are_not_taken_for_a_whole_body(people: np.ndarray) -> None:
+    """By heights alone the hips, the highest points there are, would be the head's."""
+    legs = range(8, 15)
+    names = ["M", "L_a", "L_b", "L_c", "R_a", "R_b", "R_c"]
+    told = found(recorded(names, people[0][:, list(legs)]))
+    assert {joint: points for joint, points in told.items() if "_" in joint} == {
+        WALKER15.joints[j]: [name] for j, name in list(zip(legs, names, strict=True))[1:]
+    }
+
+
+def test_a_name_that_lies_far_from_its_joint_is_not_believed(people: np.ndarray) -> None:
+    """A point called a knee in front of the body at the height of the pelvis is no knee; the nameless one is."""
+    names = [joint.replace("knee", "m") for joint in WALKER15.joints]
+    astray = np.stack([people[1][:, 8] + [side, 900.0, 100.0] for side in (-100.0, 100.0)], axis=1)
+    motion = recorded([*names, "left_knee", "right_knee"], np.concatenate([people[1], astray], axis=1))
+    told = found(motion)
+    assert (told["left_knee"], told["right_knee"]) == (["left_m"], ["right_m"])
+    assert told["left_hip"] == ["left_hip"]

@@ -1,0 +1,224 @@
+"""Walks of technical clusters get their knees and ankles from a standing trial; without one, nobody guesses them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline import mappings
+from pipeline.cli.inspect import inspect
+from pipeline.clips.kinds import WALKS
+from pipeline.clips.options import Skeleton
+from pipeline.formats.points import trc
+from pipeline.ingestion import nearest_joints, static_trial
+from pipeline.ingestion.data import FolderData
+from pipeline.skeleton import WALKER15
+from pipeline.skeleton.mapped_joints import map_joints
+from pipeline.skeleton.recorded import MotionCapture
+from pipeline.validation import InvalidInput
+from tests.clustered_walk import ANATOMICAL, HZ, trials, without
+
+KNOWN = list(mappings.shipped().values())
+LEGS = [WALKER15.index(f"{side}_{part}") for side in ("left", "right") for part in ("hip", "knee", "ankle")]
+
+
+def recorded(points: dict[str, np.ndarray]) -> MotionCapture:
+    positions = np.stack(list(points.values()), axis=1)
+    valid = np.isfinite(positions).all(axis=-1)
+    return MotionCapture(tuple(points), positions, valid, HZ, "mm", (), np.empty((len(positions), 0)))
+
+
+def save(path: Path, points: dict[str, np.ndarray]) -> Path:
+    path.parent.mkdir(exist_ok=True)
+    trc.write(path, list(points), np.stack(list(points.values()), axis=1), HZ)
+    return path
+
+
+def joints(motion: MotionCapture) -> np.ndarray:
+    return map_joints(motion, mappings.shipped()["gait2392"])[0]
+
+
+@pytest.mark.parametrize(("noise_mm", "within_mm"), [(0.0, 1e-6), (0.3, 1.0)])
+def test_knees_and_ankles_are_where_the_missing_markers_would_have_shown_them(
+    noise_mm: float, within_mm: float
+) -> None:
+    """Markers of the walk itself are the truth, without noise."""
+    truth, _ = trials()
+    walk, static = trials(noise_mm=noise_mm)
+    motion = recorded(without(walk, ANATOMICAL))
+    assert not mappings.suggest(motion, KNOWN).usable
+    posture = recorded({name: np.median(place, axis=0)[None] for name, place in static.items()})
+    carried = static_trial.carry(motion, posture, "static.trc", KNOWN)
+    off = np.linalg.norm(joints(carried) - joints(recorded(truth)), axis=-1)[:, LEGS]
+    assert np.sqrt(np.mean(off**2)) <= within_mm
+    (note,) = carried.notes
+    assert "R.Knee.Lat, R.Knee.Med by R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear" in note
+    assert "L.Ankle.Lat, L.Ankle.Med by L.Shank.Upper, L.Shank.Front, L.Shank.Rear" in note
+    assert note.count(f"(residual {noise_mm} mm)") == 4
+    assert mappings.suggest(carried, KNOWN).missing == ()
+
+
+def test_a_marker_that_is_lost_part_of_the_time_takes_no_part_then() -> None:
+    """Of four markers three do; of three there is no motion, and no sample."""
+    walk, static = trials()
+    fourth = {side: f"{side}.Thigh.Back" for side in "LR"}
+    for points in (walk, static):
+        for side, name in fourth.items():
+            upper, knee = points[f"{side}.Thigh.Upper"], points[f"{side}.Knee.Lat"]
+            points[name] = 0.5 * (upper + points[f"{side}.Thigh.Rear"]) + 0.3 * (knee - upper)
+    truth = joints(recorded(walk))
+    walk["R.Thigh.Upper"][10:20] = np.nan
+    walk["L.Shank.Front"][30:40] = np.nan
+    posture = recorded({name: place[:1] for name, place in static.items()})
+    carried = static_trial.carry(recorded(without(walk, ANATOMICAL)), posture, "static.trc", KNOWN)
+    off = np.linalg.norm(joints(carried) - truth, axis=-1)[:, LEGS]
+    lost = np.isnan(off)
+    assert np.flatnonzero(lost.any(axis=1)).tolist() == list(range(30, 40))
+    assert np.nanmax(off) < 1e-6
+
+
+def test_a_marker_that_was_stuck_elsewhere_leaves_the_cluster() -> None:
+    walk, static = trials()
+    posture = recorded(
+        {name: place[:1] + (40.0 if name == "R.Thigh.Front" else 0.0) for name, place in static.items()}
+    )
+    with_three = without(walk, ANATOMICAL)
+    carried = static_trial.carry(recorded(with_three), posture, "static.trc", KNOWN)
+    assert not {"R.Knee.Lat", "R.Knee.Med"} & set(carried.names)
+    assert {"R.Ankle.Lat", "L.Knee.Lat"} <= set(carried.names)
+
+
+def test_nothing_is_carried_by_what_is_no_part_of_its_segment() -> None:
+    """Elbows hang beside the thighs, toes are near the ankles, the hips' markers near clusters of the thighs."""
+    walk, static = trials()
+    gone = ["R.Elbow", "L.Elbow", "R.Wrist.Lat", "Sternum", "R.Toe.Tip", "L.Toe.Tip", "R.ASIS"]
+    posture = recorded({name: place[:1] for name, place in static.items()})
+    carried = static_trial.carry(recorded(without(walk, [*ANATOMICAL, *gone])), posture, "static.trc", KNOWN)
+    assert not set(gone) & set(carried.names)
+    # Three markers of a side of the pelvis are rigid, too, and beside no segment of the leg.
+    for points in (walk, static):
+        for side, sign in (("R", 1.0), ("L", -1.0)):
+            across = (points["R.ASIS"] - points["L.ASIS"]) * 0.2 * sign
+            points |= {f"{side}.PSIS": points["V.Sacral"] + across}
+            points |= {f"{side}.Crest": 0.5 * (points[f"{side}.PSIS"] + points[f"{side}.ASIS"]) + across}
+    gone = [*ANATOMICAL, *(name for name in walk if "Thigh" in name)]
+    posture = recorded({name: place[:1] for name, place in static.items()})
+    carried = static_trial.carry(recorded(without(walk, gone)), posture, "static.trc", KNOWN)
+    assert not [name for name in carried.names if "Knee" in name or "Thigh" in name]
+
+
+def test_a_static_trial_that_is_none_is_refused(tmp_path: Path) -> None:
+    walk, static = trials()
+    clustered = without(walk, ANATOMICAL)
+    with pytest.raises(InvalidInput, match="nobody stands still in the static trial"):
+        static_trial.read(save(tmp_path / "static.trc", walk))
+    posture = recorded({name: place[:1] for name, place in static.items()})
+    with pytest.raises(InvalidInput, match="gives no legs and pelvis"):
+        static_trial.carry(recorded(clustered), recorded(without(clustered, [])), "static.trc", KNOWN)
+    unclustered = {
+        name: place for name, place in clustered.items() if "Thigh" not in name and "Shank" not in name
+    }
+    with pytest.raises(InvalidInput, match="no cluster of the walk carries"):
+        static_trial.carry(recorded(unclustered), posture, "static.trc", KNOWN)
+
+
+def test_statics_are_told_by_name_by_folder_or_tried() -> None:
+    files = {
+        Path("lab/anna_walk1.c3d"): "anna", Path("lab/anna_Static01.c3d"): "anna", Path("lab/anna_2.c3d"): "anna",
+        Path("lab/ben_1.c3d"): "ben", Path("lab/ben_2.c3d"): "ben", Path("lab/local_1.c3d"): "local",
+        Path("eve/walk.c3d"): "walk", Path("eve/static.c3d"): "static",
+    }  # fmt: skip
+    found = {
+        path.name: [other.name for other in others] for path, others in static_trial.candidates(files).items()
+    }
+    assert found["anna_walk1.c3d"] == found["anna_2.c3d"] == ["anna_Static01.c3d"]
+    assert found["ben_1.c3d"] == ["ben_2.c3d"]
+    assert found["local_1.c3d"] == []
+    assert found["walk.c3d"] == ["static.c3d"]
+
+
+def test_a_folder_of_one_static_and_two_walks_a_person_loads(tmp_path: Path) -> None:
+    """One static is found by its name, one because nobody moves in it, one because it stands alone in the folder."""
+    statics = {"anna": "anna_cal.trc", "ben": "ben_3.trc", "carl": "static.trc"}
+    for seed, (who, name) in enumerate(statics.items()):
+        walk, static = trials(seed, noise_mm=0.4)
+        for n in (1, 2):
+            save(
+                tmp_path / who / f"{who}_{n}.trc",
+                {k: v[20 * n :] for k, v in without(walk, ANATOMICAL).items()},
+            )
+        save(tmp_path / who / name, static)
+    request = FolderData(name="folder", path=str(tmp_path)).request(WALKS, Skeleton(mapping="auto"), 1, 1)
+    walks = request.make()
+    assert list(walks.person) == ["anna", "anna", "ben", "ben", "carl", "carl"]
+    kept = [row for row in walks.report if row["verdict"] == "kept"]
+    for row, static in zip(kept, np.repeat(list(statics.values()), 2), strict=True):
+        assert f"Carried along from the static trial {static}" in row["reason"]
+        assert not row["missing_joints"]
+    refused = {row["clip"] for row in walks.report} - {row["clip"] for row in kept}
+    assert refused == {f"{who}/{name}" for who, name in statics.items()}
+    again = request.options["clips"][0]["statics"]
+    save(tmp_path / "anna" / "anna_cal.trc", {k: v + 1.0 for k, v in trials(0)[1].items()})
+    changed = FolderData(name="folder", path=str(tmp_path)).request(WALKS, Skeleton(mapping="auto"), 1, 1)
+    assert changed.options["clips"][0]["statics"] != again
+
+
+def test_inspect_takes_a_static_trial_and_guesses_no_joint_from_clusters(tmp_path: Path) -> None:
+    walk, static = trials(noise_mm=0.4)
+    clustered = without(walk, ANATOMICAL)
+    alone = save(tmp_path / "walk" / "anna_1.trc", clustered)
+    other = save(tmp_path / "other" / "standing.trc", static)
+    (found,) = inspect([str(alone), f"write={tmp_path / 'my_lab.yaml'}"])
+    assert (found.mapping, found.strides) == ("", 0.0)
+    told = "\n".join(found.lines)
+    assert "mark no joint: R.Thigh.Upper, R.Thigh.Front, R.Thigh.Rear; R.Shank.Upper" in told
+    assert "static=" in told
+    guessed = [point for rule in mappings.load(tmp_path / "my_lab.yaml").joints.values() for point in rule]
+    assert not [point for point in guessed if "Thigh" in point or "Shank" in point]
+    (found,) = inspect([str(alone), f"static={other}"])
+    assert found.mapping == "gait2392"
+    assert found.strides > 3
+    assert any("15 of 15 joints" in line for line in found.lines)
+    (found,) = inspect([str(alone), f"static={alone}"])
+    assert "nobody stands still" in found.lines[-1]
+    save(tmp_path / "walk" / "anna_static.trc", static)
+    (found,) = inspect([str(alone)])
+    assert found.strides > 3
+    moving, still = inspect([str(tmp_path / "walk")])
+    assert any("15 of 15 joints" in line for line in moving.lines)
+    assert any("nobody moves" in line for line in still.lines)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("RTH1", "RTH2", "RTH3"),
+        ("R.Thigh.Upper", "R.Thigh.Front", "R.Thigh.Rear"),
+        ("LSK_a", "LSK_b", "LSK_c"),
+    ],
+)
+def test_points_of_a_cluster_are_known_by_moving_together(names: tuple[str, ...]) -> None:
+    walk, _ = trials()
+    of = [f"{names[0][0]}.Thigh.{end}" for end in ("Upper", "Front", "Rear")]
+    points = dict(zip(names, (walk[name] for name in of), strict=True))
+    motion = recorded({"V.Sacral": walk["V.Sacral"], **points})
+    assert static_trial.technical_clusters(motion) == [[1, 2, 3]]
+    loose = recorded({**points, names[0]: walk["R.Heel"]})
+    assert static_trial.technical_clusters(loose) == []
+
+
+@pytest.mark.parametrize(
+    "names", [("LKNE1", "LKNE2", "LKNE3"), ("LeftLeg", "LeftLegTwist1", "LeftLegTwist2")]
+)
+def test_points_at_a_joint_are_no_technical_cluster(names: tuple[str, ...]) -> None:
+    walk, _ = trials()
+    ends = (walk[f"R.Thigh.{end}"] for end in ("Upper", "Front", "Rear"))
+    assert static_trial.technical_clusters(recorded(dict(zip(names, ends, strict=True)))) == []
+
+
+def test_nobody_is_proposed_worse_than_before_where_there_is_no_cluster() -> None:
+    walk, _ = trials()
+    proposal = nearest_joints.propose(recorded(walk), "my_lab")
+    assert proposal.joints["right_knee"] in ({"R.Knee.Lat": 0.5, "R.Knee.Med": 0.5}, {"R.Knee.Lat": 1.0})

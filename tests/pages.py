@@ -1,0 +1,19 @@
+"""The README and the pages of the documentation, as text and by their blocks of code."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
+    if path.is_file()
+}
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """Blocks of code of a page in a language; empty for those without one: commands."""
+    found = re.findall(r"^```(\w*)\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
+    return [code for name, code in found if name == language]

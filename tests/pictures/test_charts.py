@@ -1,0 +1,233 @@
+"""Pictures of charts: two files, the same bytes every time, and nothing drawn from numbers that do not fit."""
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.charts import Chart, Lines, Reference, Sheet
+from pipeline.palette import COLOURS, Style, hex_colour
+from pipeline.pictures import draw_charts
+from pipeline.pictures.style import CAPTION_SIZE, PNG_DPI, STYLE, applied_style, finish, new_figure
+from pipeline.validation import InvalidInput
+
+X = np.arange(-90.0, 91.0)
+COSINE = np.cos(np.deg2rad(X))
+COLUMNS = {
+    "x": X,
+    "y": COSINE,
+    "sd": np.full(181, 0.1),
+    "map": 0.7 * COSINE,
+    "low": 0.5 * COSINE,
+    "high": COSINE,
+}
+CHART = Chart(
+    table=COLUMNS,
+    x="x",
+    x_label="View angle",
+    x_unit="deg",
+    y="y",
+    band="sd",
+    styles=Style("least squares"),
+    label="Error",
+    unit="mm²",
+    also=[Lines(table=COLUMNS, y="map", band=("low", "high"), styles=Style("MAP", line="dashed"))],
+    ticks=30,
+    references=[Reference(x=30.0, label="here"), Reference(y=0.5, label="half"),
+                Reference(x=0.0, y=0.9, published=True),
+                Reference(slope=0.01, label="rising"), Reference(below="y", percent=30.0, published=True)],
+    note="80 walkers",
+)  # fmt: skip
+CAPTION = "Data: synthetic, 80 walkers, 30 eigenwalkers; bands are ±1 standard deviation over walkers. " * 3
+
+TABLE = pd.DataFrame(
+    {
+        "angle": [30, 0, 60, 0, 30, 60],
+        "method": ["map", "map", "map", "null", "null", "null"],
+        "error": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        "error_sd": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
+    }
+)
+STYLES = {"null": Style("average walker", "null", banded=False), "map": Style("approach II", "map")}
+ERROR = Chart(x="angle", y="error", by="method", styles=STYLES, label="Error", zero=True)
+
+
+def of_table(stem: Path, *charts: Chart, table: Any = TABLE, **options: Any) -> None:
+    """Draw charts of one table."""
+    draw_charts(stem, Sheet(charts=charts, **options), {"table": table})
+
+
+def size_of_png(path: Path) -> tuple[int, int]:
+    """Width and height from the header of a PNG."""
+    head = path.read_bytes()[:24]
+    assert head[:8] == b"\x89PNG\r\n\x1a\n"
+    return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
+
+
+def strokes(path: Path) -> list[str]:
+    """The colours of all that an SVG strokes, one to each line."""
+    root = ElementTree.parse(path).getroot()
+    assert root.tag.endswith("svg")
+    styles = [e.get("style", "") for e in root.iter() if e.tag.endswith("path")]
+    return [style.split("stroke: ")[1][:7] for style in styles if "stroke: #" in style]
+
+
+def draw(stem: Path) -> None:
+    """Draw two panels above one another, with everything that a chart can have."""
+    draw_charts(stem, Sheet(charts=[CHART, CHART]), {}, caption=CAPTION)
+
+
+def test_equal_input_gives_equal_bytes_and_no_scraps(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        draw(tmp_path / name)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["one.png", "one.svg", "two.png", "two.svg"]
+    for suffix in ("svg", "png"):
+        assert (tmp_path / f"one.{suffix}").read_bytes() == (tmp_path / f"two.{suffix}").read_bytes()
+    assert strokes(tmp_path / "one.svg")
+
+
+def test_the_users_own_settings_change_nothing_and_stay(tmp_path: Path) -> None:
+    draw(tmp_path / "before")
+    with matplotlib.rc_context({"font.size": 30.0, "lines.linewidth": 9.0, "savefig.bbox": "tight"}):
+        draw(tmp_path / "after")
+        assert matplotlib.rcParams["font.size"] == 30.0
+    for suffix in ("svg", "png"):
+        assert (tmp_path / f"before.{suffix}").read_bytes() == (tmp_path / f"after.{suffix}").read_bytes()
+
+
+def test_a_caption_makes_the_picture_higher(tmp_path: Path) -> None:
+    draw_charts(tmp_path / "bare", Sheet(charts=[CHART, CHART], columns=2), {})
+    draw_charts(tmp_path / "told", Sheet(charts=[CHART, CHART], columns=2, caption=CAPTION), {})
+    width, height = size_of_png(tmp_path / "bare.png")
+    assert width == round(PNG_DPI * 7.5)
+    wide, high = size_of_png(tmp_path / "told.png")
+    assert wide == width
+    assert high > height + 2 * PNG_DPI * CAPTION_SIZE / 72
+
+
+def test_a_long_caption_stays_inside_the_figure(tmp_path: Path) -> None:
+    with applied_style():
+        figure = new_figure(3.8, 2.4)
+        figure.add_subplot().plot([0, 1], [0, 1])
+        finish(figure, tmp_path / "a", CAPTION + "$\\sigma^2 = 70\\ \\mathrm{mm}^2$")
+        box = figure.texts[0].get_window_extent()
+        axes = figure.axes[0].get_tightbbox()
+        assert axes is not None
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+        assert 0 <= box.y0 < box.y1 <= axes.y0
+
+
+def test_letters_are_drawn_not_looked_up() -> None:
+    assert STYLE["svg.fonttype"] == "path"
+
+
+# --- a tidy table -------------------------------------------------------------------------------------------
+
+
+def test_lines_of_a_table_have_the_colours_of_their_series(tmp_path: Path) -> None:
+    of_table(tmp_path / "a", replace(ERROR, band="error_sd"))
+    drawn = strokes(tmp_path / "a.svg")
+    for role in ("map", "null"):
+        assert drawn.count(hex_colour(role).lower()) == 2, "the line, and its entry in the legend"
+
+
+def test_strands_are_lines_of_their_own(tmp_path: Path) -> None:
+    for name, strands in (("one", ""), ("two", "method")):
+        of_table(tmp_path / name, replace(ERROR, by="", strands=strands, styles=Style(colour="purple")))
+    counts = [strokes(tmp_path / f"{n}.svg").count(COLOURS["purple"].lower()) for n in ("one", "two")]
+    assert counts == [1, 2]
+
+
+def test_one_legend_names_every_series_once(tmp_path: Path) -> None:
+    of_table(tmp_path / "a", ERROR, replace(ERROR, where={"method": "map"}))
+    assert strokes(tmp_path / "a.svg").count(hex_colour("map").lower()) == 3
+
+
+def test_names_on_the_abscissa_are_points_with_whiskers_side_by_side(tmp_path: Path) -> None:
+    table = TABLE.assign(error_low=TABLE["error"] - 0.5, error_high=TABLE["error"] + 0.5)
+    words = {"0": "front", "30": "oblique", "60": "side"}
+    of_table(tmp_path / "a", replace(ERROR, words=words), table=table)
+    root = ElementTree.parse(tmp_path / "a.svg").getroot()
+    assert len([e for e in root.iter() if e.get("id", "").startswith("LineCollection")]) == 2
+    assert 'id="FillBetween' not in (tmp_path / "a.svg").read_text(encoding="utf-8")
+
+
+def test_charts_of_a_row_share_their_ordinate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    limits: list[list[tuple[float, float]]] = []
+
+    def keep(figure: Any, *_: Any, **__: Any) -> None:
+        limits.append([axes.get_ylim() for axes in figure.axes])
+
+    monkeypatch.setattr("pipeline.pictures.style.finish", keep)
+    charts = [replace(ERROR, where={"method": m}) for m in ("map", "null", "map")]
+    for share_y in (False, True):
+        of_table(tmp_path / "a", *charts, share_y=share_y, columns=2)
+    low, high = (0.0, 1.05 * 3.0), (0.0, 1.05 * 6.0)
+    assert limits == [[low, high, low], [high, high, low]]
+
+
+def test_words_of_neighbouring_references_do_not_overlap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    boxes: list[Any] = []
+
+    def keep(figure: Any, *_: Any, **__: Any) -> None:
+        figure.draw_without_rendering()
+        boxes.extend(text.get_window_extent() for text in figure.axes[0].texts)
+
+    monkeypatch.setattr("pipeline.pictures.style.finish", keep)
+    references = [Reference(y=2.5, label="upper"), Reference(y=2.3, label="lower")]
+    of_table(tmp_path / "a", replace(ERROR, references=references))
+    upper, lower = boxes
+    assert lower.y1 <= upper.y0
+
+
+def test_an_interval_is_drawn_where_it_is_known_and_the_line_everywhere(tmp_path: Path) -> None:
+    drawn = {}
+    for name, unknown in (
+        ("whole", TABLE["angle"] < 0),
+        ("part", TABLE["angle"] < 10),
+        ("none", TABLE["angle"] < 90),
+    ):
+        width = np.where(unknown, np.nan, 0.5)
+        table = TABLE.assign(error_low=TABLE["error"] - width, error_high=TABLE["error"] + width)
+        of_table(tmp_path / name, ERROR, table=table)
+        drawn[name] = (tmp_path / f"{name}.svg").read_text(encoding="utf-8").count('id="FillBetween')
+    assert drawn == {"whole": 2, "part": 2, "none": 0}
+
+
+# --- what is refused ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"x": "time"}, "time: the table has no such column"),
+        ({"where": {"method": "none"}}, "no row of the table is left"),
+        ({"styles": {"other": Style()}}, "no row of the table is left"),
+        ({"table": "table_people"}, "no such table"),
+        ({"styles": Style(line="wavy")}, "line must be one of solid, dashed"),
+        ({"styles": Style(colour="pink")}, "colour must be one of black, orange"),
+        ({"band": ("error_sd", "angle")}, "an interval whose ends are swapped"),
+        ({"log_y": True, "times": -1.0}, "without a logarithm"),
+    ],
+)
+def test_charts_that_do_not_fit_are_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        of_table(tmp_path / "a", replace(ERROR, **change))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_sheet_without_a_chart_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="charts must be at least 1"):
+        of_table(tmp_path / "a", replace(ERROR, picture=False))
+
+
+def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="folder"):
+        draw(tmp_path / "nowhere" / "a")

@@ -1,0 +1,156 @@
+"""A paper with one figure on an existing corpus: five new files and the registry, and the tests hold."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from tests.processes import WAIT_S
+
+ROOT = Path(__file__).resolve().parents[2]
+
+FILES = {
+    "conf/paper/pace2030.yaml": """\
+        # pace2030: a paper that nobody wrote.
+        title: Pace and the Size of a Walk
+        authors: Anna Nobody
+        year: 2030
+        venue: nowhere
+        figures: [pace2030_fig1]
+        page:
+          figure: pace2030_fig1
+          sentences: [Quick people walk large., It is the first harmonic., The second adds little.]
+        equations: []
+        claims: {}
+        """,
+    "conf/experiment/pace2030_fig1.yaml": """\
+        # @package _global_
+        # Nobody 2030, figure 1: size of the fundamental against its frequency.
+        defaults:
+          - override /figure: pace
+        name: pace2030_fig1
+        paper: pace2030
+        title: Size of the fundamental against its frequency
+        expect: Quick people walk large.
+        cost_s: 1
+        """,
+    "pipeline/studies/pace/__init__.py": """\
+        \"\"\"Pace and size of walks: pace2030.\"\"\"
+
+        from pipeline.studies.pace.figure import Pace
+        from pipeline.studies.study import Study
+
+        STUDY = Study("pace", figures={"pace": Pace})
+        """,
+    "pipeline/studies/pace/figure.py": """\
+        \"\"\"Size of the fundamental against its frequency: pace2030 figure 1.\"\"\"
+
+        from __future__ import annotations
+
+        from dataclasses import dataclass
+        from typing import Any
+
+        import numpy as np
+        import pandas as pd
+
+        from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
+        from pipeline.studies.eigenwalkers.samples import FourierSamples
+        from pipeline.studies.figure_inputs import FigureInputs, tidy
+        from pipeline.studies.study import Figure, Nothing
+
+
+        @dataclass(kw_only=True)
+        class Pace(Figure):
+            \"\"\"Size of the fundamental against its frequency.\"\"\"
+
+            model = EigenwalkersModel
+
+            picture: bool = False
+            recording: bool = False
+
+            def tables(
+                self, inputs: FigureInputs[FourierSamples, Eigenwalkers, Nothing]
+            ) -> dict[str, pd.DataFrame]:
+                \"\"\"Return ``table``: frequency and root mean square of the fundamental, to each walker.\"\"\"
+                data = inputs.dataset
+                size = np.sqrt((data.coefficients[:, 1:3] ** 2).sum(axis=(1, 3)).mean(axis=1))
+                columns = {"walker": inputs.samples, "frequency_hz": data.frequency_hz, "size_mm": size}
+                return {"table": tidy(columns, by=["walker"])}
+
+            def draw(self, *_: Any) -> None:
+                \"\"\"Draw no picture.\"\"\"
+
+            def record(self, *_: Any) -> None:
+                \"\"\"Log no recording.\"\"\"
+        """,
+}
+REGISTRY = "pipeline/studies/registry.py"
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the project with the paper."""
+    copy = tmp_path_factory.mktemp("fifth") / "project"
+    ignored = shutil.ignore_patterns("results", ".*", "__pycache__", "raw")
+    shutil.copytree(ROOT, copy, ignore=ignored)
+    (copy / "results").mkdir()
+    shutil.copy(ROOT / "results" / "published.csv", copy / "results")
+    for name, text in FILES.items():
+        (copy / name).parent.mkdir(exist_ok=True)
+        (copy / name).write_text(textwrap.dedent(text), encoding="utf-8")
+    lines = (copy / REGISTRY).read_text(encoding="utf-8")
+    for before, after in (
+        ("measures, walks", "measures, pace, walks"),
+        ("keypoints.STUDY)", "keypoints.STUDY, pace.STUDY)"),
+    ):
+        assert before in lines
+        lines = lines.replace(before, after)
+    (copy / REGISTRY).write_text(lines, encoding="utf-8")
+    figure = ["experiment=pace2030_fig1", "scale=smoke", "results=made"]
+    assert run(copy, "pipeline", *figure).returncode == 0
+    made = copy / "made" / "synthetic" / "smoke" / "pace2030_fig1" / "table.csv"
+    shutil.copy(made, copy / "tests" / "golden" / "pace2030_fig1.csv")
+    return copy
+
+
+def run(project: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """What a module of Python says, run in the copy."""
+    return subprocess.run(
+        [sys.executable, "-m", *arguments],
+        cwd=project,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=WAIT_S,
+    )
+
+
+def test_the_figure_is_made_and_shown(project: Path) -> None:
+    where = ["results=made", "scale=smoke"]
+    assert "frequency_hz" in (project / "tests" / "golden" / "pace2030_fig1.csv").read_text(encoding="utf-8")
+    said = run(project, "pipeline", "status", "experiment=pace2030_fig1", *where)
+    assert "1 current" in said.stdout, said.stdout + said.stderr
+    said = run(project, "pipeline", "report", *where)
+    assert said.returncode == 0, said.stderr
+    page = (project / "made" / "synthetic" / "smoke" / "index.html").read_text(encoding="utf-8")
+    assert "Quick people walk large." in page
+
+
+@pytest.mark.thorough
+def test_the_tests_hold_with_a_new_paper(project: Path) -> None:
+    """Those of structure, options, papers and page; the golden tables and the columns of every preset."""
+    tests = (
+        "tests/test_architecture.py",
+        "tests/cli/test_config.py",
+        "tests/cli/test_side_by_side.py::test_figures_are_begun_by_paper_and_short_before_long",
+        "tests/papers",
+        "tests/report/test_page.py",
+        "tests/studies/test_study.py",
+    )
+    found = run(project, "pytest", *tests, "-x", "--tb=short")
+    assert found.returncode == 0, found.stdout[-3000:]

@@ -1,0 +1,111 @@
+"""Parts of the documentation that are made of the sources: complete, and built without a warning."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import pytest
+import yaml
+
+from pipeline.cli.presets import presets
+from pipeline.studies import registry
+from pipeline.validation import require_distinct, require_range
+from tests.processes import ROOT, finished
+
+SPEC = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "generated.py")
+assert SPEC is not None
+assert SPEC.loader is not None
+generated = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(generated)
+
+
+def test_every_option_stands_in_the_table_with_who_uses_it() -> None:
+    made = generated.options()
+    for group in registry.GROUPS:
+        for name, kind in registry.options(group).items():
+            part = made.partition(f"### {group}={name}\n")[2].partition("\n### ")[0]
+            told = {line.split("`")[1].split(".")[1] for line in part.splitlines() if line.startswith("| `")}
+            assert told == {field.name for field in fields(kind)}
+    assert "`input.frame_rate_hz` | number | `0.0` |" in made
+    used = {name for line in made.splitlines() if "Used by" in line for name in line.split("`")[1::2]}
+    assert set(presets()) <= used
+    # A class without an option has no table.
+    assert "| `name`" in made.partition("### Every figure")[2]
+
+
+def test_a_table_has_type_default_bounds_unit_and_meaning() -> None:
+    @dataclass
+    class Sweep:
+        """A sweep.
+
+        Attributes
+        ----------
+        trials : int
+            How often.
+        """
+
+        trials: Annotated[int, partial(require_range, at_least=1, at_most=9)] = 3
+        noise_mm: Annotated[list[float], require_distinct] | None = None
+        penalty: bool = True
+
+    rows = list(generated.rows_of("sweep.", Sweep))
+    assert rows[0] == ("sweep.trials", "whole number", "`3`", "≥ 1, ≤ 9", "", "How often.")
+    assert rows[1][:5] == ("sweep.noise_mm", "list of number", "`None`", "distinct", "mm")
+    assert rows[2][1:3] == ("true or false", "`true`")
+
+
+def test_every_column_of_the_golden_tables_is_listed() -> None:
+    made = generated.columns()
+    having = generated.golden_columns()
+    assert set(having) == set(presets())
+    for figure, names in having.items():
+        for name in names:
+            if not name.endswith(("_low", "_high")):
+                (line,) = (line for line in made.splitlines() if line.startswith(f"| `{name}` |"))
+                assert f"`{figure}`" in line
+
+
+def test_the_library_is_described_from_its_docstrings() -> None:
+    made = generated.library()
+    assert (
+        "from_view(model: LinearModel, walk: FourierRepresentation, view_angle_deg: float, *, hidden:" in made
+    )
+    assert "- `hidden : sequence of str`" in made
+
+
+def test_the_drawing_has_every_package_and_no_arrow_upwards() -> None:
+    graph, levels = generated.imports(), generated.levels()
+    assert {name for names in levels for name in names} | generated.GROUND == set(graph)
+    height = {name: k for k, names in enumerate(levels) for name in names}
+    for name, others in graph.items():
+        assert all(height[other] < height[name] for other in others - generated.GROUND if name in height)
+    made = generated.drawing()
+    assert all(f">{name}</text>" in made for name in height)
+
+
+def test_every_page_is_in_the_menu() -> None:
+    settings: dict[str, Any] = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+    groups = [entry if isinstance(entry, str) else next(iter(entry.values())) for entry in settings["nav"]]
+    named = [page for group in groups for page in ([group] if isinstance(group, str) else group)]
+    assert sorted(named) == sorted(path.name for path in (ROOT / "docs").glob("*.md"))
+
+
+@pytest.mark.thorough
+def test_the_documentation_is_built_without_a_warning_and_needs_no_network(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs")
+    site = tmp_path / "site"
+    said = finished(
+        [sys.executable, "-W", "error", "-m", "mkdocs", "build", "--quiet", "--site-dir", str(site)]
+    )
+    assert (said.returncode, said.stderr) == (0, "")
+    page = (site / "options.html").read_text(encoding="utf-8")
+    assert "sweep.noise_variance_mm2" in page
+    for path in site.glob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert 'src="http' not in text, path.name
+        assert 'rel="stylesheet" href="http' not in text, path.name

@@ -1,0 +1,248 @@
+"""What the README and the pages of the documentation tell people to do works as it stands there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline import papers
+from pipeline.cli.compose import compose
+from pipeline.cli.main import COMMANDS
+from pipeline.cli.presets import listed, presets
+from pipeline.formats import c3d
+from pipeline.skeleton import WALKER15
+from pipeline.storage import tables
+from pipeline.storage.sealed_folders import write_manifest
+from pipeline.studies import published
+from pipeline.studies.registry import options
+from pipeline.synthetic import walkers
+from pipeline.validation import InvalidInput
+from tests.core.keypoint_walk.walkers import clip
+from tests.pages import PAGES, blocks
+from tests.reconstruct.walks import ERROR, alphapose, in_layout
+
+ROOT = Path(__file__).resolve().parent.parent
+README = PAGES["README.md"]
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) <= 150
+
+
+@pytest.mark.parametrize(
+    ("example", "expected", "within"), [(0, 30.0, 5.0), (1, 0.27, 0.1), (2, 0.5, 0.5)], ids=str
+)
+def test_the_library_examples_do_what_they_say(
+    capsys: pytest.CaptureFixture[str], example: int, expected: float, within: float
+) -> None:
+    codes = blocks("docs/python.md", "python")
+    assert len(codes) == 3
+    exec(compile(codes[example], "python.md", "exec"), {})
+    said = capsys.readouterr().out
+    assert abs(float(said.split()[-1]) - expected) <= within
+    assert "red" not in said
+
+
+def test_the_examples_on_files_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every block of Python of the pages, but the loop of PsychoPy, in order and in one folder."""
+    pytest.importorskip("xarray")
+    people = walkers.walking_population(
+        np.random.default_rng(8), male=2, female=2, duration_s=3.0, frame_rate_hz=40.0
+    )
+    (tmp_path / "my_walks").mkdir()
+    for k, walk in enumerate(people.positions_mm):
+        c3d.write(tmp_path / "my_walks" / f"p{k}.c3d", WALKER15.joints, walk, 40.0)
+    (tmp_path / "walk.c3d").write_bytes((tmp_path / "my_walks" / "p0.c3d").read_bytes())
+    alphapose(tmp_path / "walk.json", in_layout(clip(60.0, ERROR), "coco17"))
+    monkeypatch.chdir(tmp_path)
+    for page in ("README.md", "docs/keypoints.md", "docs/python.md"):
+        names: dict[str, object] = {}
+        for code in blocks(page, "py"):
+            exec(compile(code, page, "exec"), names)
+        assert names, page
+    assert np.shape(names["coefficients"]) == (5, 15, 3)
+    others = {page for page in PAGES if blocks(page, "py")} - {
+        "README.md",
+        "docs/keypoints.md",
+        "docs/python.md",
+    }
+    assert others == {"docs/pointlight.md"}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_make_target_named_exists(page: str) -> None:
+    named = set(re.findall(r"(?:^|`)make ([a-z][a-z0-9_-]*)", PAGES[page], re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE)) | set(presets())
+    assert named <= targets, named - targets
+    assert page != "README.md" or {"sweeps", "test", "data"} <= named
+
+
+MADE_LATER = "results/archive/light/synthetic/"
+"""Made by `make archive LIGHT=1`, which needs results of the very commit."""
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_file_and_section_that_a_page_links_to_exists(page: str) -> None:
+    linked = re.findall(r"\]\(([^)\s]+)\)|(?:src|srcset)=\"([^\"]+)\"", PAGES[page])
+    for place in {one or other for one, other in linked}:
+        file, _, section = place.partition("#")
+        path = (ROOT / page).parent / file if file else ROOT / page
+        assert file.startswith(MADE_LATER) or path.is_file(), place
+        if section:
+            titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            assert section in {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}, (
+                place
+            )
+
+
+def test_the_first_screen_is_light() -> None:
+    pictures = set(re.findall(r"(?:src|srcset)=\"([^\"]+)\"", README))
+    assert sum((ROOT / place).stat().st_size for place in pictures) <= 300_000
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_command_can_be_typed(page: str) -> None:
+    """All lines set apart from the text: `make` with targets, or a command of the program with overrides."""
+    lines = [line.split("#")[0].strip() for block in blocks(page, "") for line in block.splitlines()]
+    for line in filter(None, lines):
+        if line.startswith("make "):
+            continue
+        assert line.startswith("python -m pipeline "), line
+        words = shlex.split(line)[3:]
+        if words[0] not in COMMANDS:
+            assert compose(words).name in presets(), line
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_override_named_composes(page: str) -> None:
+    for line in re.findall(r"^make run ARGS=\"([^\"]+)\"", PAGES[page], re.MULTILINE):
+        words = [w for w in line.split() if "=" in w and not w.startswith("hydra/")]
+        plain = [re.sub(r"=(\w+),.*", r"=\1", w.replace("'", "")) for w in words]
+        assert not plain or compose(plain).name in presets(), line
+
+
+OPTIONS = sorted(
+    {name for text in PAGES.values() for name in re.findall(r"`((?:sweep|model|dataset)\.\w+)`", text)}
+)
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_every_option_of_the_table_exists(option: str) -> None:
+    group, name = option.split(".")
+    assert any(name in {field.name for field in fields(choice)} for choice in options(group).values())
+
+
+# --- the result tables ------------------------------------------------------------------------------------
+
+LAYOUT = papers.read_mapping(ROOT / "conf" / "readme.yaml")
+PUBLISHED = tables.read(ROOT / "results" / "published.csv")
+
+
+def test_the_result_tables_are_those_of_the_published_numbers() -> None:
+    """`make readme` renews them."""
+    made = {"figures": listed(), **published.rendered({"headline": LAYOUT["headline"]}, PUBLISHED)}
+    for page, name in (("docs/figures.md", "figures"), ("docs/results.md", "headline")):
+        assert published.insert(PAGES[page], {name: made[name]}) == PAGES[page]
+
+
+def test_every_published_number_is_quoted_and_has_a_figure_and_a_commit() -> None:
+    quoted = set(published.names_quoted(LAYOUT))
+    for figure, name, commit in zip(
+        *(PUBLISHED[c].tolist() for c in ("figure", "name", "commit")), strict=True
+    ):
+        assert re.fullmatch(r"[0-9a-f]{12}", commit)
+        if figure:
+            assert papers.quantity(name).figure == figure
+            assert name in quoted, "a number that no table shows"
+    assert quoted <= set(PUBLISHED["name"].tolist())
+
+
+LITTLE = {
+    "walks": {
+        "corner": "",
+        "paper": "paper",
+        "columns": {"synthetic": "{zhang2007_walkers:.0f} walkers", "cmu": "`cmu`"},
+        "rows": [
+            {"label": "error", "paper": "30", "cell": ["{zhang2007_error_of_map:,.0f} mm²", "unknown"]},
+            {"label": "counts", "kind": "condition", "verdicts": ["zhang2007"]},
+        ],
+    }
+}
+
+
+def test_a_table_is_rendered_row_by_row() -> None:
+    outcomes = papers.Kind.CONDITION.outcomes
+    counts = {f"zhang2007, conditions, {outcome}": 3 - n for n, outcome in enumerate(outcomes)}
+    numbers = {"zhang2007_walkers": 2, "zhang2007_error_of_map": -1234.4, **counts}
+    rows = [("synthetic", name, value) for name, value in numbers.items()] + [("cmu", "zhang2007_walkers", 1)]
+    made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
+    assert made.splitlines() == [
+        "| | paper | 2 walkers | `cmu` |",
+        "|---|---|---|---|",
+        "| error | 30 | −1 234 mm² | unknown |",
+        "| counts | | 3, 2, 1 | |",
+    ]
+
+
+FACTS = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40, "dirty": False}}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two published figures of two walkers."""
+    walkers = {"walker": ["a", "b"], "method": ["map", "map"], "absolute_error_mm2": [1.0, 3.0]}
+    for figure, name, table in (
+        ("zhang2007_fig5", "table_walkers", walkers),
+        ("zhang2007_fig5", "table", {"method": ["map"] * 2, "absolute_error_mm2": [10.0, 30.0]}),
+        ("zhang2007_fig3", "table", {"sigma2_mm2": [1.0, 625.0], "absolute_error_mm2": [2.0, 1.0]}),
+    ):
+        (tmp_path / figure).mkdir(exist_ok=True)
+        tables.write(tmp_path / figure / f"{name}.csv", table, sort_by=[])
+    for figure in ("zhang2007_fig3", "zhang2007_fig5"):
+        write_manifest(tmp_path / figure, FACTS)
+    return tmp_path
+
+
+def test_published_figures_are_measured_and_replace_those_of_the_same_data(folder: Path) -> None:
+    rows = published.measured(folder, ["zhang2007_fig3"], LAYOUT)
+    values = dict(zip(rows["name"], rows["value"], strict=True))
+    assert values["zhang2007_optimal_variance"] == 625.0
+    assert values["zhang2004 and zhang2007, results, undecided"] == 1.0, "no people, no interval"
+    assert values["zhang2004 and zhang2007, conditions, met"] == 1.0
+    assert set(rows["commit"]) == {"a" * 12}
+    path = folder / "published.csv"
+    published.renew(path, rows.assign(data="cmu"))
+    published.renew(path, rows.assign(value=0.0))
+    published.renew(path, rows)
+    found = pd.DataFrame(dict(tables.read(path)))
+    assert set(found["data"]) == {"cmu", "synthetic"}
+    assert len(found) == 2 * len(rows)
+    assert found[found["data"] == "synthetic"]["value"].max() == 625.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"scale": "smoke"}, "not of one commit, data set and scale"),
+        ({"provenance": {"commit": "b" * 40, "dirty": False}}, "not of one commit"),
+        ({"provenance": {"commit": "a" * 40, "dirty": True}}, "by a checkout with changes"),
+    ],
+)
+def test_figures_that_do_not_belong_together_are_refused(folder: Path, changes: dict, complaint: str) -> None:
+    write_manifest(folder / "zhang2007_fig3", FACTS | changes)
+    with pytest.raises(InvalidInput, match=complaint):
+        published.measured(folder, ["zhang2007_fig3", "zhang2007_fig5"], LAYOUT)
+    with pytest.raises(InvalidInput, match="nothing is published"):
+        published.measured(folder, ["zhang2007_fig6"], LAYOUT)
+
+
+def test_a_place_without_a_table_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="the markers in the text"):
+        published.insert("no place", {"walks": "| |"})
