@@ -90,8 +90,8 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
         ],
         _ANSWERS,
         width=4.3,
-        caption="Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method, fixed"
-        " by rule; what describes the data has none.",
+        caption="Numbers and sentences of the papers that are judged, with our bounds. Baseline: a simpler method,"
+        " fixed by rule; what describes the data has none.",
     )
     for name in ("curve", "verdicts"):  # the vector files are as small and sharp at any size
         (to / f"{name}.png").unlink()
