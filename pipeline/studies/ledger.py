@@ -149,7 +149,10 @@ def _estimate(
         return papers.Estimate(float(value))
     if drawn.kind == POPULATION:
         return papers.Estimate(float(value), *bootstrap.mean_interval(said))
-    low, high = bootstrap.cluster_interval(value, said, left_out, drawn.clusters or max(people or 2, 2))
+    if extreme:  # a correction for bias would draw the one end, which is reflected, towards the value
+        low, high = map(float, bootstrap.percentile_interval(said))
+    else:
+        low, high = bootstrap.cluster_interval(value, said, left_out, drawn.clusters or max(people or 2, 2))
     if extreme and said.max() <= value:
         high = 2.0 * value - low
     elif extreme and said.min() >= value:

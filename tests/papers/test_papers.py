@@ -576,7 +576,11 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
         ),
         "zhang2007_fig3": columns(sigma2_mm2=[1.0, 70.0, 625.0], absolute_error_mm2=[300.0, 100.0, 200.0]),
         "zhang2007_fig3/table_nested": columns(
-            person=["a", "b"], walker=["a", "b"], sigma2_mm2=[60.0, 100.0], absolute_error_mm2=[110.0, 130.0]
+            person=["a", "b"] * 2,
+            walker=["a", "b"] * 2,
+            method=[MAP] * 2 + [AVERAGE] * 2,
+            sigma2_mm2=[60.0, 100.0, 1.0, 1.0],
+            absolute_error_mm2=[110.0, 130.0, 200.0, 220.0],
         ),
         "zhang2007_fig4": columns(
             joint=[f"joint {n}" for n in range(15)], instant=[n % 5 for n in range(15)]

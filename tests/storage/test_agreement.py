@@ -117,8 +117,8 @@ def test_another_verdict_or_value_is_named(
 
 def test_claims_of_another_rule_are_refused(kept: Path, tmp_path: Path) -> None:
     made = figure(tmp_path / "made" / "zhang2007_fig5")
-    tables.write(kept / "claims.csv", {"claim": ["one"], "verdict": ["differs"], "value": [20.0]})
-    with pytest.raises(InvalidInput, match="claims of another rule.*agreement, beyond_baseline"):
+    (kept / "claims.csv").write_text("claim,verdict,value\none,differs,20\n")
+    with pytest.raises(InvalidInput, match=r"claims of another rule.*agreement, beyond_baseline"):
         compare_again(kept, made)
 
 

@@ -147,7 +147,7 @@ LS, MAP, NOTHING, ONE = "least_squares", "map", "average_walker", "map_1"
 
 
 def errors_of(people: int, gains: np.ndarray, nothing: float) -> dict[str, dict[str, np.ndarray]]:
-    """Figure 5 of people whose MAP error is below that of least squares by these shares, and its baseline by another."""
+    """Figure 5 of people whose MAP error is below that of least squares by these shares; its baseline by another."""
     level = np.linspace(80.0, 120.0, people)
     of = {LS: level, MAP: level * (1 - gains), NOTHING: level * (1 - nothing), ONE: level}
     names = np.array([f"p{n:02d}" for n in range(people)])
