@@ -2,15 +2,18 @@
 
 Everything that a person can get wrong (a file, a value, a clip) raises `InvalidInput`.  The command line prints its
 sentence and exits with status 1; a stage that handles many clips lists it beside the clip and goes on.  The
-``require_*`` functions are the checks that everyone shares; each returns the value it was given.
+``require_*`` functions are the checks that everyone shares; each returns the value it was given.  An option says its
+bounds in its annotation, ``trials: Count``, which `require_bounds` reads.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import fields, is_dataclass
+from functools import partial
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -224,6 +227,65 @@ def require_distinct(name: str, values: Sequence[Value]) -> Sequence[Value]:
         received = ", ".join(map(str, values)) or "none"
         raise InvalidInput("must hold some values, each once", where=name, received=received)
     return values
+
+
+def bounded(**bounds: Any) -> partial[Any]:
+    """Return a check for the annotation of an option, within the bounds of `require_range`."""
+    return partial(require_range, **bounds)
+
+
+Finite = Annotated[float, bounded()]
+NonNegative = Annotated[float, bounded(at_least=0)]
+Positive = Annotated[float, bounded(above=0)]
+Share = Annotated[float, bounded(at_least=0, at_most=1)]
+ViewAngle = Annotated[float, bounded(at_least=-180, at_most=180)]
+"""Degrees."""
+Count = Annotated[int, bounded(at_least=1)]
+Several = Annotated[int, bounded(at_least=2)]
+CountOrAll = Annotated[int, bounded(at_least=0)]
+"""0: all, or none."""
+Increasing = Annotated[list[Value], require_increasing]
+Distinct = Annotated[list[Value], require_distinct]
+
+
+def require_bounds(name: str, options: Any) -> None:
+    """Validate the options of a dataclass, and of those in it, by the checks in their annotations.
+
+    A check is called with the full name and the value of what it annotates; None is not checked.
+
+    Raises
+    ------
+    InvalidInput
+        By the checks.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass
+    ... class Sweep:
+    ...     trials: Count
+    >>> require_bounds("sweep", Sweep(trials=0))
+    Traceback (most recent call last):
+        ...
+    pipeline.validation.InvalidInput: sweep.trials must be at least 1 (got 0)
+    """
+    hints = get_type_hints(type(options), include_extras=True)
+    for field in fields(options):
+        _require(f"{name}.{field.name}", getattr(options, field.name), hints[field.name])
+
+
+def _require(name: str, value: Any, hint: Any) -> None:
+    if is_dataclass(value):
+        require_bounds(name, value)
+    for part in (hint, *get_args(hint)):  # of ``X | None`` the checks of X
+        if value is None or get_origin(part) is not Annotated:
+            continue
+        inner, *checks = get_args(part)
+        if isinstance(value, list):
+            for number, item in enumerate(value):
+                _require(f"{name}[{number}]", item, *get_args(inner))
+        for check in checks:
+            check(name, value)
 
 
 def require_name(name: str, value: str) -> str:

@@ -30,7 +30,8 @@ def contents(folder: Path) -> str:
             full = {name: v.dtype.kind == "U" or bool(np.isfinite(v).all()) for name, v in columns.items()}
             names = ", ".join(name if full[name] else f"{name}?" for name in columns)
             lines.append(f"{path.name}, {len(next(iter(columns.values())))} rows: {names}")
-    lines += [f"recording: {entity}" for entity in sorted(reading.entities(folder / "recording.rrd"))]
+    path = folder / "recording.rrd"
+    lines += [f"recording: {one}" for one in (sorted(reading.entities(path)) if path.is_file() else ())]
     return "\n".join(lines) + "\n"
 
 

@@ -206,7 +206,9 @@ def keep(arguments: Sequence[str]) -> int:
     }
     if name := own.get("name"):
         run = Path(own["run"]) if own.get("run") else _latest_run(Path(config.results) / "scratch")
-        out.print(f"kept {run} in {archive.keep_run(run, root, name=name, **facts)}", soft_wrap=True)
+        data, found = archive.figures_of_run(run)
+        kept = archive.keep(run, root, found, name=name, data=data, scale="", **facts)
+        out.print(f"kept {run} in {kept}", soft_wrap=True)
         return 0
     figures = figures_for(arguments)
     if only := own.get("only"):
@@ -223,8 +225,8 @@ def keep(arguments: Sequence[str]) -> int:
         sizes = ", ".join(f"{kind} {size / 1e6:.2f}" for kind, size in sorted(kinds.items()))
         out.print(f"kept in {target} ({sum(kinds.values()) / 1e6:.2f} MB: {sizes})", soft_wrap=True)
         return 0
-    single = f"{facts['date']}-{facts['commit'][:12]}-{only}" if only else ""
-    kept = archive.keep(folder, root, figures_expected=chosen, name=single, current=current, **facts)
+    moment = f"{facts['date']}-{facts['commit'][:12]}" + (f"-{only}" if only else "")
+    kept = archive.keep(folder, root, chosen, name=moment, data=config.data.name, current=current, **facts)
     out.print(f"kept in {kept}")
     return 0
 

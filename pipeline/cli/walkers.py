@@ -179,12 +179,7 @@ class FigureWalkers:
         stored = {"samples", "person", "residual_covariance_mm2"} <= set(self._arrays)
         options = read_manifest(self._folder)["configuration"] if stored else {}
         model, sweep = options.get("model", {}), options.get("sweep", {})
-        as_computed = (
-            stored
-            and self._arrays["samples"].shape[1] == 225
-            and model.get("mirror") is False
-            and sweep.get("phase_source", {}).get("name") == "motion3d"
-        )
+        as_computed = stored and self._arrays["samples"].shape[1] == 225 and model.get("mirror") is False
         if not as_computed:
             expected = (
                 f"{shown}; or make the figure with sweep.demonstration_views_deg; or any, of zhang2007_fig5"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from pipeline.clips.kinds import Corpus, Request
-from pipeline.validation import require_range
+from pipeline.validation import CountOrAll, bounded, require_bounds
 
 
 class Locomotion(StrEnum):
@@ -56,9 +56,9 @@ class Heading(StrEnum):
 class SyntheticPerformances:
     """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
-    performances: int = 40
+    performances: Annotated[int, bounded(at_least=1, at_most=10_000)] = 40
     subjects: int = 5
-    frames_mean: float = 100.0
+    frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0
     frame_rate_hz: float = 30.0
     rate_spread: float = 0.3
     marker_noise_mm: float = 0.5
@@ -69,9 +69,9 @@ class SyntheticPerformances:
 class SyntheticClips:
     """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
 
-    clips: int = 12
-    seconds: float = 6.8
-    frame_rate_hz: float = 30.0
+    clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = 12
+    seconds: Annotated[float, bounded(above=0, at_most=3600)] = 6.8
+    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 30.0
     bandwidth: int = 10  # cosines of the angles of the smooth bodies, over the whole clip
     limit: int = 0  # at most so many clips; 0: all
 
@@ -100,11 +100,11 @@ class Data(ABC):
     """Whether the true phase of the performances is known."""
 
     name: str
-    walkers: int = 0  # at most so many people; 0: all
+    walkers: CountOrAll = 0  # at most so many people; 0: all
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("data.walkers", self.walkers, at_least=0)
+        require_bounds("data", self)
 
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput, with ``data`` as its `where`, if this data set holds no clips of this kind."""
@@ -133,30 +133,15 @@ class SyntheticPeople(Data):
 
     knows_true_course: ClassVar[bool] = True
 
-    population: int = 80
-    populations: int = 0  # further populations, which give results their intervals; 0: none
+    population: Annotated[int, bounded(at_least=1, at_most=10_000)] = 80
+    populations: Annotated[int, bounded(at_least=0, at_most=1000)] = 0  # further ones, for intervals; 0: none
     male_share: float = 0.4  # the papers' 32 men of 80
-    duration_s: float = 8.0
-    frame_rate_hz: float = 120.0
+    duration_s: Annotated[float, bounded(above=0, at_most=3600)] = 8.0
+    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 120.0
     marker_noise_mm: float = 0.5
     heading: Heading = Heading.steps  # of walks
-    offsets: float = (
-        1.0  # factor on how far people are assumed to differ by constant offsets of their joint angles
+    offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (
+        1.0  # factor on how far offsets of joint angles differ
     )
     performances: SyntheticPerformances = field(default_factory=SyntheticPerformances)
     clips: SyntheticClips = field(default_factory=SyntheticClips)
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_range("data.population", self.population, at_least=1, at_most=10_000)
-        require_range("data.populations", self.populations, at_least=0, at_most=1000)
-        require_range("data.offsets", self.offsets, at_least=0, at_most=100)
-        require_range("data.duration_s", self.duration_s, above=0, at_most=3600)
-        require_range("data.frame_rate_hz", self.frame_rate_hz, above=0, at_most=2000)
-        require_range("data.clips.clips", self.clips.clips, at_least=1, at_most=10_000)
-        require_range("data.clips.seconds", self.clips.seconds, above=0, at_most=3600)
-        require_range("data.clips.frame_rate_hz", self.clips.frame_rate_hz, above=0, at_most=2000)
-        bends = self.performances
-        require_range("data.performances.performances", bends.performances, at_least=1, at_most=10_000)
-        require_range("data.performances.frames_mean", bends.frames_mean, above=0, at_most=100_000)

@@ -1,9 +1,8 @@
-"""Cameras that stand, walk around, or shake in the hand: the views of park2011 sections 4 and 5.
+"""Cameras that walk around, or shake in the hand: the views of park2011 sections 4 and 5.
 
 All look at a target from a distance, upright.  The focal length grows with the distance (`px_per_mm`), so the target
-keeps its size in the image and a far camera is the orthographic limit; `parallel` is that limit itself, which has no
-centre and so is no `Pinhole`.  Azimuth 0 is a camera on +y, ahead of somebody who walks along +y; it grows towards
-their left (-x), counterclockwise as seen from above.
+keeps its size in the image and a far camera is the orthographic limit.  Azimuth 0 is a camera on +y, ahead of somebody
+who walks along +y; it grows towards their left (-x), counterclockwise as seen from above.
 """
 
 from __future__ import annotations
@@ -18,50 +17,6 @@ DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
 
 SWAY_WAVES = 4
 """Slow waves of which the sway of a hand is made: half a wave to two waves in the time of the clip."""
-
-
-def still(
-    frames: int,
-    *,
-    target: np.ndarray,
-    distance_mm: float = DISTANCE_MM,
-    azimuth_rad: float = 0.0,
-    height_mm: float = 0.0,
-    px_per_mm: float = PX_PER_MM,
-    principal_px: tuple[float, float] = (0.0, 0.0),
-) -> Pinhole:
-    """A camera that stands still; on a moving target it turns to follow.
-
-    Parameters
-    ----------
-    frames : int
-    target : (3,) or (F, 3)
-        World, mm; the camera stands about the mean of a moving one.
-    distance_mm : float
-        Horizontal, from the target.
-    azimuth_rad : float
-    height_mm : float
-        Above the target.
-    px_per_mm : float
-        Size of the image at that distance: focal length over distance.
-    principal_px : (x, y)
-        Where the target appears, px.
-
-    Raises
-    ------
-    InvalidInput
-        If there are no frames, a distance or size is not positive, or the target is none.
-    """
-    return around(
-        frames,
-        target=target,
-        sweep_rad=0.0,
-        distance_mm=distance_mm,
-        azimuth_rad=azimuth_rad,
-        height_mm=height_mm,
-        px_per_mm=px_per_mm,
-        principal_px=principal_px,
-    )
 
 
 def around(
@@ -150,37 +105,6 @@ def hand_held(
     centre = camera.centre + slow + tremor_mm * generator.standard_normal((frames, 3))
     shaken = look_at(centre, target, focal_px=1.0)
     return Pinhole(camera.intrinsics, shaken.rotation, centre)
-
-
-def parallel(
-    frames: int, *, target: np.ndarray, azimuth_rad: float = 0.0, px_per_mm: float = PX_PER_MM
-) -> np.ndarray:
-    """Orthographic cameras (F, 3, 4) on a horizontal axis, the limit of `still` at its target's height.
-
-    Both candidates of every frame are then mirror images and no basis tells which is right: a tie.
-
-    Parameters
-    ----------
-    frames : int
-    target : (3,) or (F, 3)
-        Appears at pixel 0, 0.
-    azimuth_rad : float
-    px_per_mm : float
-
-    Raises
-    ------
-    InvalidInput
-        If there are no frames, the size is not positive, or the target is none.
-    """
-    target = _target(frames, target)
-    _refuse_sizes(DISTANCE_MM, px_per_mm, azimuth_rad)
-    c, s = np.cos(azimuth_rad), np.sin(azimuth_rad)
-    rows = px_per_mm * np.array([[-c, -s, 0.0], [0.0, 0.0, -1.0]])  # image right and down
-    cameras = np.zeros((frames, 3, 4))
-    cameras[:, :2, :3] = rows
-    cameras[:, :2, 3] = -target @ rows.T
-    cameras[:, 2, 3] = 1.0
-    return cameras
 
 
 def _target(frames: int, target: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Fourier series of a clip in one view, at the frequency that the view alone gives.
 
 The papers take frequency and phase from the 3D motion before it is projected [zhang2007 3.1, 3.4].  Here nothing
-but the view is used (`sweep.phase_source: observed2d`): time zero is the first frame, and the phase is left to
+but the view is used: time zero is the first frame, and the phase is left to
 the fit (`reconstruction.from_known_views_unknown_phase`).
 """
 
@@ -37,14 +37,11 @@ class ViewedClip:
     view_angle_rad, frequency_hz : (A,)
     coefficients : (A, 1 + 2H, J, 3)
         Regression of the clip at each view's own frequency, time zero at the first frame, mm.
-    residual_covariance : (A, J, 3, 3)
-        Mean over the clip of what the regression leaves, times itself, mm².
     """
 
     view_angle_rad: np.ndarray
     frequency_hz: np.ndarray
     coefficients: np.ndarray
-    residual_covariance: np.ndarray
 
     @property
     def image(self) -> np.ndarray:
@@ -56,12 +53,6 @@ class ViewedClip:
     def missing(self) -> np.ndarray:
         """The truth in the missing dimension (A, 1 + 2H, J), in the clip's own phase."""
         return camera.missing_dimension(self.coefficients, self.view_angle_rad[:, None, None])
-
-    @property
-    def residual_power(self) -> np.ndarray:
-        """Mean square (A, J) in the missing dimension of what the regression leaves, mm²."""
-        away = camera.missing_dimension(np.eye(3), self.view_angle_rad[:, None])
-        return np.einsum("ac,ajcd,ad->aj", away, self.residual_covariance, away)
 
 
 def observe(
@@ -105,10 +96,7 @@ def observe(
     projected, triangle = _regression(frequency, times, flat, harmonics)
     coefficients = np.linalg.solve(triangle, projected).reshape(len(view), -1, joints, 3)
     coefficients[:, 0] += centre
-    projected = projected.reshape(coefficients.shape)
-    explained = np.einsum("abjc,abjd->ajcd", projected, projected)
-    residual = (np.einsum("tjc,tjd->jcd", values, values) - explained) / frames
-    return ViewedClip(view, frequency, coefficients, residual)
+    return ViewedClip(view, frequency, coefficients)
 
 
 def _clip(

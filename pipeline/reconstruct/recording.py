@@ -13,7 +13,7 @@ from pipeline.core.keypoint_walk.posterior import sample_positions
 from pipeline.reconstruct.clip import Stretch, Walk
 from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import LEVEL_95
-from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
+from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 
@@ -105,7 +105,7 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
                 ),
                 Rows(
                     Notes(),
-                    recordings.Bars(name="evidence by heading, 0: towards", origin="view"),
+                    Bars(name="evidence by heading, 0: towards", origin="view"),
                     shares=(3, 2),
                 ),
                 shares=(3, 3, 2),

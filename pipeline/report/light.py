@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from pipeline import pictures
 from pipeline.report.document import TUTORIAL, write_page
 from pipeline.report.published import Published, read_published
-from pipeline.storage import agreement, archive, crate, provenance, tables
+from pipeline.storage import agreement, archive, crate, tables
 from pipeline.storage import sealed_folders as folders
 from pipeline.storage.publishing import publish
-from pipeline.storage.sbom import SBOM, bill_of_materials
 from pipeline.validation import InvalidInput
 
 MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 4_200_000, 400_000
@@ -37,17 +37,7 @@ LEFT_OUT = "left_out.csv"
 """Files of the figures that are not in the archive, with size and digest: the same are made by the commands again."""
 
 
-def keep_light(
-    folder: Path,
-    target: Path,
-    figures: Sequence[str],
-    *,
-    date: str,
-    commit: str,
-    dirty: bool | str,
-    lock: Path = provenance.LOCK,
-    current: Collection[str] = (),
-) -> dict[str, int]:
+def keep_light(folder: Path, target: Path, figures: Sequence[str], **traced: Any) -> dict[str, int]:
     """Write the light archive of ``results/<data>/full`` in `target`; return the bytes of each kind of file.
 
     Parameters
@@ -56,24 +46,21 @@ def keep_light(
         `target` may be there only as an earlier light archive, which is replaced.
     figures : sequence of str
         All must be made, by this commit or by sources that are the same.
-    date, commit, dirty, lock, current
-        As for `archive.keep`.
+    **traced
+        As for `archive.traced_files`.
 
     Raises
     ------
     InvalidInput
-        As `archive.keep`; and if it would be larger than 10 MB.
+        As `archive.traced_files`; and if it would be larger than 10 MB.
     """
-    archive.require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
-    for wanted in figures:
-        archive.check_figure(folder / wanted, commit=commit, lock=lock, current=wanted in current)
+    files = archive.traced_files(folder, figures, **traced)
+    date, commit = traced["date"], traced["commit"]
     results = read_published(folder, figures)
     with publish(target, having="light") as publication:
         inside = publication.folder
-        (inside / lock.name).write_bytes(lock.read_bytes())
-        (inside / SBOM).write_bytes(bill_of_materials(lock, commit))
-        if (folder / archive.CLAIMS).is_file():
-            (inside / archive.CLAIMS).write_bytes((folder / archive.CLAIMS).read_bytes())
+        for name, item in files.items():
+            (inside / name).write_bytes(item if isinstance(item, bytes) else item.read_bytes())
         for name in results.figures:
             (inside / name).mkdir()
         texts, others = _smallest_first(results, folder)
@@ -104,7 +91,8 @@ def keep_light(
         contents = _contents(inside)
         sums = {name: folders.digest(content) for name, content in contents.items()}
         (inside / archive.CHECKSUMS).write_bytes(archive.sums_text(sums))
-        if (total := _size(inside)) > MOST_BYTES:
+        total = sum(map(len, contents.values())) + (inside / archive.CHECKSUMS).stat().st_size
+        if total > MOST_BYTES:
             raise InvalidInput(
                 "the light archive would be too large",
                 where=str(target),
@@ -133,7 +121,7 @@ def _smallest_first(results: Published, folder: Path) -> tuple[Files, Files]:
         for file in figure.files:
             if file.endswith((".csv", ".json")):
                 content = (folder / name / file).read_bytes()
-                large = len(content) > PLAIN_BYTES and file not in (folders.MANIFEST, archive.CLAIMS)
+                large = len(content) > PLAIN_BYTES and file not in (folders.MANIFEST, agreement.CLAIMS)
                 text = gzip.compress(content, mtime=0) if large else content
                 texts.append((f"{name}/{file}{'.gz' if large else ''}", text))
             elif file.endswith(".rrd"):
@@ -186,7 +174,3 @@ def _contents(folder: Path) -> dict[str, bytes]:
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-
-
-def _size(folder: Path) -> int:
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())

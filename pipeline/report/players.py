@@ -153,7 +153,6 @@ _AS_COMPUTED: Mapping[str, Any] = {
     "model.divisor": "R-1",
     "model.mirror": False,
     "sweep.truth": "motion",
-    "sweep.phase_source": "motion3d",
     "sweep.missing_variance": "temporal",
     "dataset.harmonics": 2,
 }

@@ -13,6 +13,7 @@ import re
 import shutil
 from collections.abc import Collection, Sequence
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from pipeline.storage import crate, provenance
 from pipeline.storage import sealed_folders as folders
@@ -22,123 +23,111 @@ from pipeline.validation import InvalidInput, require_name
 
 CHECKSUMS = "SHA256SUMS"
 INDEX = "index.csv"
-CLAIMS = "claims.csv"
 COLUMNS = ("archive", "date", "commit", "data", "figures", "files", "bytes", "checksums_sha256")
 
 
+Files = dict[str, Path | bytes]
+"""Files by their names in an archive, or their content."""
+
+
 def keep(
-    results_data_scale: Path,
+    source: Path,
     archive_root: Path,
+    figures: Sequence[str],
+    *,
+    name: str,
+    data: str,
+    scale: str = "full",
+    **traced: Any,
+) -> Path:
+    """Archive figures in ``<archive_root>/<name>/<data>`` and return ``<archive_root>/<name>``.
+
+    Archived are the files that each figure's manifest lists, the tables beside the figures, the lock file and its
+    bill of materials.  Archiving the same results again changes nothing, and completes what a killed run began.
+
+    Parameters
+    ----------
+    source : Path
+        ``results/<data>/full``, or a run of ``results/scratch``.
+    archive_root : Path
+        Folder of all archives and of ``index.csv``.
+    figures : sequence of str
+        Folders of figures that must be in `source`.
+    name : str
+        A plain name: ``<date>-<first 12 digits of the commit>``, or one of your own.
+    data : str
+        Of the data set.
+    scale : str
+        At which the figures must be; empty: at any.
+    **traced
+        As for `traced_files`.
+
+    Raises
+    ------
+    InvalidInput
+        As `traced_files`; if the archive has other content already; or it cannot be written.
+    """
+    archive = archive_root / require_name("the archive's name", name)
+    files = traced_files(source, figures, scale=scale, **traced)
+    for figure in sorted(set(figures)):
+        files |= {f"{figure}/{one}": source / figure / one for one in _listed(source / figure)}
+    with folders.writing(archive):
+        return _keep_files(files, archive, data, figures, date=traced["date"], commit=traced["commit"])
+
+
+def figures_of_run(run: Path) -> tuple[str, list[str]]:
+    """Return the data set of a run with changed options, or of a multirun, and the finished figures below it.
+
+    Raises
+    ------
+    InvalidInput
+        If nothing finished is there or the figures are of several data sets.
+    """
+    found = sorted(path.parent for path in run.rglob(folders.MANIFEST)) if run.is_dir() else []
+    data = {str(folders.read_manifest(figure).get("data")) for figure in found}
+    if len(data) != 1:
+        what = "figures of several data sets" if data else "no finished figure is there"
+        raise InvalidInput(what, where=str(run), received=", ".join(sorted(data)))
+    return data.pop(), [figure.relative_to(run).as_posix() for figure in found]
+
+
+def traced_files(
+    source: Path,
+    figures: Sequence[str],
     *,
     date: str,
     commit: str,
     dirty: bool | str,
-    figures_expected: Sequence[str],
     lock: Path = provenance.LOCK,
-    name: str = "",
     current: Collection[str] = (),
-) -> Path:
-    """Archive results in ``<archive_root>/<date>-<first 12 digits of the commit>`` and return that folder.
+    scale: str = "full",
+) -> Files:
+    """Return what every archive of figures holds beside them, if all of it can be traced.
 
     Each figure's manifest must state its ``scale`` and, under ``provenance``, what `provenance.provenance` returns.
-    Archived are the files that it lists, ``claims.csv`` beside the figures, the lock file and its bill of materials.
-    Archiving the same results again changes nothing, and completes what a killed run began.
 
     Parameters
     ----------
-    results_data_scale : Path
-        ``results/<data>/full``.
-    archive_root : Path
-        Folder of all archives and of ``index.csv``.
+    source : Path
+    figures : sequence of str
     date : str
         ``2026-01-31``.
     commit : str
         The commit that is checked out, forty hexadecimal digits.
     dirty : bool or str
         Whether the working tree differs from that commit; anything but False is refused.
-    figures_expected : sequence of str
-        Figures that must be there.
     lock : Path
         The lock file that the results were made with.
-    name : str
-        Of the archive's folder, if not date and commit.
     current : collection of str
         Figures that the sources of this commit would make again as they are, by the keys of their stages: these may
         come from another commit, which their manifests name.
+    scale : str
 
     Raises
     ------
     InvalidInput
-        If the tree is dirty; a result is missing, unfinished, damaged, small-scale or made by other sources;
-        the archive has other content already; or it cannot be written.
+        If the tree is dirty; or a result is missing, unfinished, damaged, of another scale or made by other sources.
     """
-    source = Path(results_data_scale)
-    data = source.parent.name
-    require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
-    if not figures_expected:
-        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
-    files: dict[str, Path | bytes] = {lock.name: lock, SBOM: bill_of_materials(lock, commit)}
-    if (source / CLAIMS).is_file():
-        files[CLAIMS] = source / CLAIMS
-    for figure in sorted(set(figures_expected)):
-        check_figure(source / figure, commit=commit, lock=lock, current=figure in current)
-        files |= {f"{figure}/{one}": source / figure / one for one in _listed(source / figure)}
-    archive = Path(archive_root) / (name or f"{date}-{commit[:12]}")
-    with folders.writing(archive):
-        return _keep_files(files, archive, data, figures_expected, date=date, commit=commit)
-
-
-def keep_run(
-    run: Path,
-    archive_root: Path,
-    *,
-    name: str,
-    date: str,
-    commit: str,
-    dirty: bool | str,
-    lock: Path = provenance.LOCK,
-) -> Path:
-    """Archive a run with changed options, or all variants of a multirun, in ``<archive_root>/<name>``.
-
-    Parameters
-    ----------
-    run : Path
-        Folder of ``results/scratch``: every finished figure below it is kept, at any scale.
-    archive_root : Path
-    name : str
-        A plain name of your own.
-    date, commit, dirty, lock
-        As for `keep`.
-
-    Raises
-    ------
-    InvalidInput
-        As `keep`, and if nothing finished is there or the figures are of several data sets.
-    """
-    require_traceable(date=date, commit=commit, dirty=dirty, lock=lock)
-    require_name("the archive's name", name)
-    run = Path(run)
-    found = sorted(path.parent for path in run.rglob(folders.MANIFEST)) if run.is_dir() else []
-    if not found:
-        raise InvalidInput("no finished figure is there", where=str(run))
-    files: dict[str, Path | bytes] = {lock.name: lock, SBOM: bill_of_materials(lock, commit)}
-    data = {str(folders.read_manifest(figure).get("data")) for figure in found}
-    if len(data) > 1:
-        raise InvalidInput("figures of several data sets", where=str(run), received=", ".join(sorted(data)))
-    for figure in found:
-        check_figure(figure, commit=commit, lock=lock, scale="")
-        inside = figure.relative_to(run).as_posix()
-        files |= {f"{inside}/{one}": figure / one for one in _listed(figure)}
-    files |= {path.relative_to(run).as_posix(): path for path in sorted(run.glob("*.csv"))}
-    archive = Path(archive_root) / name
-    with folders.writing(archive):
-        return _keep_files(
-            files, archive, data.pop(), [figure.name for figure in found], date=date, commit=commit
-        )
-
-
-def require_traceable(*, date: str, commit: str, dirty: bool | str, lock: Path) -> None:
-    """Require a date, a commit, a clean working tree and a lock file.  Raises InvalidInput."""
     if not re.fullmatch(r"\d{4}-\d{2}-\d{2}", date):
         raise InvalidInput("the archive's date is not a date", expected="2026-01-31", received=date)
     if not re.fullmatch(r"[0-9a-f]{40}", commit):
@@ -153,6 +142,12 @@ def require_traceable(*, date: str, commit: str, dirty: bool | str, lock: Path) 
         )
     if not lock.is_file():
         raise InvalidInput("the lock file is missing", where=lock.name)
+    if not figures:
+        raise InvalidInput("no figure is expected, so there is nothing to keep", where=str(source))
+    for figure in sorted(set(figures)):
+        check_figure(source / figure, commit=commit, lock=lock, scale=scale, current=figure in current)
+    beside = {path.name: path for path in sorted(source.glob("*.csv"))}
+    return {lock.name: lock, SBOM: bill_of_materials(lock, commit), **beside}
 
 
 def verify(archive: Path) -> list[str]:
@@ -202,9 +197,7 @@ def _not_sealed(archive: Path, sums: dict[str, str]) -> list[str]:
     return [] if agree else [f"{CHECKSUMS}: not what {folders.MANIFEST} recorded"]
 
 
-def check_figure(
-    folder: Path, *, commit: str, lock: Path, scale: str = "full", current: bool = False
-) -> None:
+def check_figure(folder: Path, *, commit: str, lock: Path, scale: str, current: bool) -> None:
     """Require a finished result, made with this lock file, at this scale (empty: at any).
 
     It must be of this commit, or `current`: such that this commit's sources would make the same.
@@ -256,7 +249,7 @@ def _listed(folder: Path) -> list[str]:
 
 
 def _keep_files(
-    files: dict[str, Path | bytes],
+    files: Files,
     archive: Path,
     data: str,
     figures: Sequence[str],
@@ -306,7 +299,7 @@ def _keep_files(
         "date": date,
         "commit": commit,
         "data": data,
-        "figures": " ".join(sorted(set(figures))),
+        "figures": " ".join(sorted({PurePosixPath(figure).name for figure in figures})),
         "files": str(len(files)),
         "bytes": str(sum((target / name).stat().st_size for name in files)),
         "checksums_sha256": folders.digest(sums_text(wanted)),

@@ -1,7 +1,7 @@
 """Conversion of dataclasses to arrays and notes for the store, and back.
 
 What a stage hands to the next is a frozen dataclass.  Its arrays become the arrays of an artefact, named by the path to
-the field (``space.mean``); everything else becomes its notes.
+the field (``space.mean``), as do the columns of its tables; everything else becomes its notes.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     Parameters
     ----------
     value : dataclass
-        Its fields are arrays, dataclasses, `None`, mappings from text to arrays or dataclasses, or plain values
-        (numbers, text, lists and mappings of such).
+        Its fields are arrays, tables, dataclasses, `None`, mappings from text to arrays or dataclasses, or plain
+        values (numbers, text, lists and mappings of such).
 
     Examples
     --------
@@ -41,6 +41,9 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     arrays: dict[str, np.ndarray] = {}
 
     def without_arrays(part: Any, path: str) -> Any:
+        if _is_table(part):
+            arrays.update({f"{path}{name}": np.asarray(part[name].tolist()) for name in part})
+            return list(part)
         inner = _parts(part)
         if inner is None:
             return part
@@ -53,6 +56,11 @@ def pack(value: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     notes = without_arrays(value, "")
     return arrays, notes
+
+
+def _is_table(part: Any) -> bool:
+    """Return whether a value or type is a DataFrame, told by what it has: the store does not import pandas."""
+    return hasattr(part, "iloc")
 
 
 def _parts(part: Any) -> dict[str, Any] | None:
@@ -85,6 +93,8 @@ def _whole(kind: Any, arrays: Mapping[str, np.ndarray], notes: Any, path: str) -
         return arrays[path]
     prefix = f"{path}." if path else ""
     origin: Any = typing.get_origin(kind) or kind
+    if _is_table(origin) and notes is not None:
+        return origin({name: arrays[prefix + name] for name in notes})
     if notes is None and not any(name.startswith(prefix) for name in arrays if path):
         return None
     if dataclasses.is_dataclass(origin):

@@ -79,23 +79,35 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of ``arrays.npz``: of the sweep, of a published model, and the names of the samples."""
+        """Arrays of ``arrays.npz``: of the sweep, of a published model, and the names of the samples.
+
+        What the sweep has as rows is in the tables.
+        """
         learnt = pack(self.model)[0] if self.experiment.model.published else {}
         names = {self.experiment.dataset.corpus.sample: np.array(self.samples)}
-        return {**learnt, **pack(self.sweep)[0], **names}
+        measured = {
+            name: part for name, part in vars(self.sweep).items() if not isinstance(part, pd.DataFrame)
+        }
+        return {**learnt, **pack(measured)[0], **names}
 
 
-def tidy(columns: Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
+def tidy(columns: pd.DataFrame | list[Any] | Mapping[str, Any], *, by: Sequence[str]) -> pd.DataFrame:
     """Return a table with its rows sorted by some of its columns.
 
     Parameters
     ----------
-    columns : mapping of str to array-like
+    columns : DataFrame, list of rows, or mapping of str to array-like
+        The last of equal shape once broadcast, and then flattened.
     by : sequence of str
         Columns by which the rows are sorted, stably.
     """
-    frame = pd.DataFrame({name: np.asarray(values) for name, values in columns.items()})
-    return frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)
+    if isinstance(columns, Mapping):
+        cells = np.broadcast_arrays(*map(np.asarray, columns.values()))
+        columns = {name: values.ravel() for name, values in zip(columns, cells, strict=True)}
+    frame = pd.DataFrame(columns)
+    return (
+        frame if not by else frame.sort_values(list(by), kind="stable", na_position="last", ignore_index=True)
+    )
 
 
 def columns_of(table: pd.DataFrame) -> dict[str, np.ndarray]:

@@ -10,8 +10,9 @@ rows of single people.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -150,6 +151,44 @@ def interval_over_clusters(
     low, high = bootstrap.percentile_interval(statistic(values, cluster, weights))
     unknown = np.isnan(values).any(axis=0)
     return np.where(unknown, np.nan, low), np.where(unknown, np.nan, high)
+
+
+def aggregate(
+    rows: pd.DataFrame,
+    by: Sequence[str],
+    columns: Mapping[str, tuple[str, Any]],
+    banded: Iterable[str],
+    *,
+    cluster: str = CLIP,
+    count: str = "trials",
+) -> pd.DataFrame:
+    """Return a table over rows: how many there are, what is asked for of them, and intervals of means and medians.
+
+    Parameters
+    ----------
+    rows : DataFrame
+    by : sequence of str
+        Columns that tell apart what is aggregated.
+    columns : mapping of str to tuple
+        Name → column that it is of, and how it is aggregated.
+    banded : iterable of str
+        Those means and medians that have 95 % intervals, ``<name>_low`` and ``<name>_high``: all rows of a clip, or
+        person, are drawn together; NaN where there is only one.
+    cluster, count : str
+        Column of clips or persons, and name of the number of rows.
+    """
+    groups = rows.groupby(list(by))
+    bands: dict[str, dict[Any, float]] = {}
+    for how, statistic in (("mean", bootstrap.weighted_means), ("median", bootstrap.weighted_medians)):
+        names = [name for name in banded if columns[name][1] == how]
+        for key, group in groups if names else ():
+            values = group[[columns[name][0] for name in names]].to_numpy(dtype=float)
+            ends = interval_over_clusters(group[cluster].to_numpy(), values, statistic)
+            for name, *at in zip(names, *ends, strict=True):
+                for end, value in zip(("low", "high"), at, strict=True):
+                    bands.setdefault(f"{name}_{end}", {})[key] = value
+    aggregated = groups.agg(**{count: (by[0], "size")}, **columns)
+    return aggregated.assign(**{name: list(ends.values()) for name, ends in bands.items()}).reset_index()
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:

@@ -22,7 +22,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from pipeline.charts import Sheet
 from pipeline.clips.kinds import Corpus
 from pipeline.scenes import Columns, Notes, Rows
 from pipeline.seeding import derive_generator
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, require_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,19 +56,21 @@ class Grid:
     array([-90., -45.,   0.,  45.,  90.])
     """
 
-    start: float
-    stop: float
-    step: float
+    start: Finite
+    stop: Finite
+    step: Positive
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
-        for end in ("start", "stop"):
-            require_range(f"{name}.{end}", getattr(self, end))
-        require_range(f"{name}.step", self.step, above=0)
+        require_bounds(name, self)
         require_range(f"{name}.stop", self.stop, above=self.start)
         count = np.floor((self.stop - self.start) / self.step + 1e-9) + 1
         require_range(f"the number of values of {name}", count, at_most=MOST_VALUES)
         return self.start + self.step * np.arange(int(count), dtype=float)
+
+
+Swept = Annotated[Grid, lambda name, grid: grid.values(name)]
+"""A grid whose values there are."""
 
 
 def scaled(**fields: str | float) -> Any:
@@ -97,6 +99,7 @@ class Dataset(ABC):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_bounds("dataset", self)
 
     def shared(self) -> Dataset:
         """Return the options whose samples serve these, for populations that several figures share."""
@@ -122,6 +125,7 @@ class Model(ABC):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_bounds("model", self)
 
     @abstractmethod
     def learn(self, dataset: Any, *, workers: int) -> Any:
@@ -170,6 +174,7 @@ class Sweep(ABC):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
+        require_bounds("sweep", self)
 
     def coarser(self) -> Sweep:
         """Return the sweep that further populations go through: the same, or with fewer values."""
@@ -216,7 +221,8 @@ class Figure(ABC):
     recording: bool = True
 
     def validate(self, experiment: Any) -> None:
-        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        """Validate the options, also against the rest of the experiment.  Raises InvalidInput if they do not fit."""
+        require_bounds("figure", self)
 
     @abstractmethod
     def tables(self, inputs: Any) -> dict[str, pd.DataFrame]:

@@ -97,19 +97,15 @@ class SimulatedKeypoints:
         Frames in which legs and arms were exchanged.
     positions_mm : (T, 15, 3)
         Truth, relative to the pelvis, in level camera axes (right, down, away).
-    own_mm : (T, 15, 3)
-        Truth in the walker's axes, about the mean pelvis.
-    heading_rad, focal_px, frame_rate_hz, pitch_rad : float
+    heading_rad, focal_px, frame_rate_hz : float
     """
 
     pixels: np.ndarray
     exchanged: dict[str, np.ndarray]
     positions_mm: np.ndarray
-    own_mm: np.ndarray
     heading_rad: float
     focal_px: float
     frame_rate_hz: float
-    pitch_rad: float
 
 
 def slow_error(generator: np.random.Generator, shape: tuple[int, ...], sd: float, decay: float) -> np.ndarray:
@@ -195,9 +191,7 @@ def simulate_keypoints(
         pixels=pixels,
         exchanged=swapped,
         positions_mm=(own - own[:, _PELVIS : _PELVIS + 1]) @ A.T,
-        own_mm=own,
         heading_rad=filming.heading_rad,
         focal_px=focal,
         frame_rate_hz=filming.frame_rate_hz,
-        pitch_rad=pitch,
     )

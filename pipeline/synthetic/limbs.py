@@ -6,12 +6,10 @@ Exact properties of each
                   K cosines (DCT-II): the limbs of [park2011 4].  Its x, y, z do **not** lie in the span of few
                   cosines, but the remainder falls faster than geometrically with their number: with K = 3 and
                   swings of 0.8 rad, 28 of 100 cosines leave less than 1e-13 of it.
-`cartesian_limb`  has x, y, z in the span of the first K cosines, to rounding, as in [park2011 2]; its length is
-                  **not** constant.
-Both at once is impossible for a limb that moves, when 2 K - 2 < F: its coordinates are polynomials of degree K - 1 in
+A limb that moves cannot have both constant length and x, y, z in the span of K cosines, when 2 K - 2 < F: its
+coordinates are polynomials of degree K - 1 in
 u = cos(pi (i + 1/2) / F); their squares sum to r^2 at F values of u, more than the degree of that sum, hence for all
-real u; but only a constant polynomial is bounded.  So a limb is both smooth and of constant length only approximately,
-and [park2011 12] has a residual even for perfect data: tests of exact recovery state which of the two they use.
+real u; but only a constant polynomial is bounded.  So [park2011 12] has a residual even for perfect data.
 
 `synthetic_body`  is a tree of angular limbs on a moving root; all lengths are constant.
 """
@@ -169,39 +167,6 @@ def angular_limb(
     across = np.sin(inclination)
     unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(inclination)], axis=1)
     return AngularLimb(float(length_mm) * unit @ chart, float(length_mm), angles, chart)
-
-
-def cartesian_limb(
-    generator: np.random.Generator,
-    frames: int,
-    *,
-    length_mm: float = 300.0,
-    swing: float = 0.8,
-    bandwidth: int = 6,
-) -> np.ndarray:
-    """Return a relative trajectory (F, 3), mm, whose coordinates lie in a cosine basis; its length varies.
-
-    Parameters
-    ----------
-    generator : numpy.random.Generator
-    frames : int
-    length_mm : float
-        Length of the mean vector.
-    swing : float
-        Largest departure of each coordinate, as a fraction of that length.
-    bandwidth : int
-        K, the constant included.
-
-    Raises
-    ------
-    InvalidInput
-        If an argument is out of range.
-    """
-    require_range("length_mm", length_mm, at_least=0)
-    require_range("swing", swing, at_least=0)
-    mean = generator.standard_normal(3)
-    moving = swing * smooth_series(generator, frames, 3, bandwidth=bandwidth)
-    return np.asarray(length_mm * (mean / np.linalg.norm(mean) + moving))
 
 
 def synthetic_body(

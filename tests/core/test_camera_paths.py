@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.fft import dct
 
-from pipeline.core.camera_paths import around, hand_held, parallel, still
+from pipeline.core.camera_paths import around, hand_held
 from pipeline.core.pinhole import Pinhole, look_at, project_by_matrix
 from pipeline.validation import InvalidInput
+from tests.core.cameras import parallel, still
 from tests.strategies import seeds
 
 TARGET = np.array([100.0, -200.0, 900.0])

@@ -25,7 +25,6 @@ def test_one_view_gives_the_frequency_and_the_series_of_a_clean_walk(
     clip = observation.observe(played(w, frequency, 0.8, seconds), RATE_HZ, VIEWS)
     assert np.abs(clip.frequency_hz - frequency).max() < 1e-8
     assert np.abs(clip.coefficients - fourier.shift(w, -0.8)).max() < 1e-4
-    assert np.abs(clip.residual_covariance).max() < 1e-6
     assert np.allclose(clip.image[2], camera.project(clip.coefficients[2], VIEWS[2]))
     again = camera.combine(clip.image[3], clip.missing[3], VIEWS[3])
     assert np.allclose(again, clip.coefficients[3])
@@ -79,18 +78,6 @@ def test_what_the_view_does_not_show_changes_nothing(seed: int, view: float) -> 
     assert np.abs(one.frequency_hz - two.frequency_hz).max() < 1e-9
     assert np.abs(one.image - two.image).max() < 1e-5
     assert np.abs(one.missing - two.missing).max() > 1.0
-
-
-def test_the_residual_is_the_power_that_the_series_leaves_in_the_missing_dimension() -> None:
-    generator = np.random.default_rng(5)
-    motion = played(walkers(generator, 1)[0], 0.8, 0.0, 4.0)
-    motion += 8.0 * generator.standard_normal(motion.shape)
-    clip = observation.observe(motion, RATE_HZ, VIEWS)
-    times = np.arange(len(motion)) / RATE_HZ
-    for a, view in enumerate(VIEWS):
-        series = fourier.synthesise(clip.coefficients[a], float(clip.frequency_hz[a]), times)
-        left = camera.missing_dimension(motion - series, view)
-        assert np.allclose(clip.residual_power[a], (left**2).mean(axis=0), rtol=1e-8)
 
 
 # refusals

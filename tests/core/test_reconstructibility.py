@@ -12,7 +12,7 @@ from scipy.fft import dct
 from scipy.linalg import null_space
 
 from pipeline.core.articulation import RayHits, ray_sphere
-from pipeline.core.camera_paths import around, hand_held, parallel, still
+from pipeline.core.camera_paths import around, hand_held
 from pipeline.core.pinhole import project_by_matrix
 from pipeline.core.reconstructibility import (
     Reconstructibility,
@@ -25,8 +25,10 @@ from pipeline.core.reconstructibility import (
     view_from_the_camera,
     viewing_angles,
 )
-from pipeline.synthetic.limbs import angular_limb, cartesian_limb
+from pipeline.synthetic.limbs import angular_limb
 from pipeline.validation import InvalidInput
+from tests.core.cameras import parallel, still
+from tests.core.limbs import cartesian_limb
 from tests.strategies import seeds
 
 

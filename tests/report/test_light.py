@@ -174,7 +174,7 @@ def test_its_own_manifest_is_part_of_it(results: Path, lock: Path, tmp_path: Pat
 
 def test_a_manifest_that_no_archive_has_is_added(results: Path, lock: Path, tmp_path: Path) -> None:
     facts = {**FACTS, "lock": lock}
-    kept = archive.keep(results, tmp_path / "archive", figures_expected=FIGURES, **facts)
+    kept = archive.keep(results, tmp_path / "archive", FIGURES, name="all", data="synthetic", **facts)
     (kept / "manifest.json").write_text("{}")
     assert archive.verify(kept) == ["manifest.json: added"]
 
@@ -217,11 +217,13 @@ def test_a_run_with_changed_options_is_kept_under_its_name(tmp_path: Path, lock:
     run = tmp_path / "scratch" / "2026-11-22_06-00"
     for variant in ("0_model.components=10", "1_model.components=20"):
         plant(run / variant / "zhang2007_fig5", lock_sha256=digest(lock.read_bytes()))
-    kept = archive.keep_run(run, tmp_path / "archive", name="my_variant", lock=lock, **FACTS)
+    data, figures = archive.figures_of_run(run)
+    facts = {"data": data, "scale": "", "lock": lock, **FACTS}
+    kept = archive.keep(run, tmp_path / "archive", figures, name="my_variant", **facts)
     assert kept == tmp_path / "archive" / "my_variant"
     assert archive.verify(kept) == []
     assert (kept / "synthetic" / "1_model.components=20" / "zhang2007_fig5" / "table.csv").is_file()
     with pytest.raises(InvalidInput, match="plain name"):
-        archive.keep_run(run, tmp_path / "archive", name="../elsewhere", lock=lock, **FACTS)
+        archive.keep(run, tmp_path / "archive", figures, name="../elsewhere", **facts)
     with pytest.raises(InvalidInput, match="no finished figure"):
-        archive.keep_run(tmp_path / "nothing", tmp_path / "archive", name="other", lock=lock, **FACTS)
+        archive.figures_of_run(tmp_path / "nothing")

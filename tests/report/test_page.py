@@ -272,7 +272,7 @@ def test_a_chart_of_columns_that_are_not_there_is_left_out(results: Path) -> Non
     assert [chart["lines"][0]["y"] for chart in drawn] == ["absolute_error_mm2", "relative_error"]
     assert {"missing_variance_mm2"}.isdisjoint(view_errors())
     assert list(drawn[0]["lines"][0]["styles"]) == ["least_squares", "map"]
-    assert (drawn[0]["x_label"], drawn[0]["y_label"]) == ("view angle (°)", "mean square error")
+    assert (drawn[0]["x_label"], drawn[0]["y_label"]) == ("view angle (°)", "mean square error (mm²)")
 
 
 def test_charts_are_kept_as_they_are_declared() -> None:

@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from pipeline.charts import from_json, lines_of
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import presets
 from pipeline.clips import performances, varied, walks
@@ -164,28 +166,28 @@ def test_the_recording_is_whole_and_says_what_it_is(folder: Path) -> None:
     assert reading.views(path), "the layout opens on something"
 
 
-CURVES = {
-    "absolute_error_mm2": ("absolute_error_mm2", "Measurements:values"),
-    "relative_error": ("relative_error", "Measurements:values"),
-    "estimated_mean_deg": ("estimated_mean_deg", "Measurements:values"),
-    "absolute_angle_error_median_deg": ("absolute_angle_error_median_deg", "Scalars:scalars"),
-}
-"""Column of the table behind each curve, and how it is logged: with a spread around it or without."""
-
-
 def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
-    curves = [e.split("/") for e in reading.entities(folder / "recording.rrd") if e.startswith("curves/")]
-    shown = [(name, method) for _, name, method, *ends in curves if name in CURVES and not ends]
-    table, timeline = tables.read(folder / "table.csv"), ABSCISSA.get(folder.name)
-    assert bool(shown) == (timeline is not None)
-    for name, method in shown:
-        column, component = CURVES[name]
-        of_method = table["method"] == method if "method" in table else slice(None)
-        at, values = reading.read_column(
-            folder / "recording.rrd", f"curves/{name}/{method}", component, timeline
-        )
-        np.testing.assert_array_equal(at, table[str(timeline)][of_method])
-        np.testing.assert_allclose(values.ravel(), table[column][of_method], rtol=1e-6)
+    """Of the figures whose first table is over the recording's timeline: each series that its charts draw."""
+    timeline, path = ABSCISSA.get(folder.name), folder / "recording.rrd"
+    if timeline is None:
+        return
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    charts = [from_json(plain) for plain in manifest["charts"]]
+    known = {"table": pd.DataFrame(tables.read(folder / "table.csv"))}
+    entities = set(reading.entities(path))
+    compared = 0
+    for chart in charts:
+        if chart.table != "table" or chart.x != timeline:
+            continue
+        for line in lines_of(chart, known):
+            entity = f"curves/{chart.quantity}/{line.key}"
+            assert entity in entities
+            component = "Measurements:values" if line.band is not None else "Scalars:scalars"
+            at, values = reading.read_column(path, entity, component, timeline)
+            np.testing.assert_array_equal(at, line.x)
+            np.testing.assert_allclose(values.ravel(), line.y, rtol=1e-6)
+            compared += 1
+    assert compared
 
 
 def test_the_smoke_table_is_the_golden_one(folder: Path) -> None:

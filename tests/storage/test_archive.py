@@ -52,14 +52,16 @@ def make(tmp_path: Path, lock: Path) -> Make:
 @pytest.fixture
 def keep(tmp_path: Path, lock: Path) -> Make:
     def keep(source: Path, **changes: Any) -> Path:
-        facts = {
+        facts: dict[str, Any] = {
             "date": "2026-11-21",
             "commit": COMMIT,
             "dirty": False,
-            "figures_expected": FIGURES,
+            "figures": FIGURES,
             "lock": lock,
+            "data": source.parent.name,
         }
-        return archive.keep(source, tmp_path / "archive", **{**facts, **changes})
+        facts |= changes
+        return archive.keep(source, tmp_path / "archive", name=f"{facts['date']}-{COMMIT[:12]}", **facts)
 
     return keep
 
@@ -176,8 +178,8 @@ def test_verify_notices_a_file_changed_together_with_its_checksum(make: Make, ke
         ({"commit": "unknown"}, r"the archive needs a commit \(expected 40 .*, received unknown\)"),
         ({"commit": "f" * 40}, r"synthetic/full/zhang2007_fig2: the result was made by another commit"),
         ({"date": "today"}, "not a date"),
-        ({"figures_expected": []}, "no figure is expected"),
-        ({"figures_expected": [*FIGURES, "zhang2004_fig2"]}, "zhang2004_fig2: the figure has not been made"),
+        ({"figures": []}, "no figure is expected"),
+        ({"figures": [*FIGURES, "zhang2004_fig2"]}, "zhang2004_fig2: the figure has not been made"),
         ({"lock": Path("no/such.lock")}, "such.lock: the lock file is missing"),
     ],
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pipeline.storage.store import Store
@@ -36,6 +37,7 @@ class Whole:
     count: int
     share: float
     names: tuple[str, ...]
+    table: pd.DataFrame
     rows: list[dict[str, Any]]
     notes: dict[str, str]
     remarks: list[str] = field(default_factory=list)
@@ -52,6 +54,9 @@ def whole() -> Whole:
         count=3,
         share=0.1 + 0.2,
         names=("one", "two"),
+        table=pd.DataFrame(
+            {"trial": [2, 1], "clip": ["a", "ümlaut"], "error": [0.1, np.nan], "proved": [True, False]}
+        ),
         rows=[{"clip": "walk", "frames": 7, "reason": ""}],
         notes={"a.c3d": "0f"},
     )
@@ -61,6 +66,8 @@ def assert_equal(a: Any, b: Any) -> None:
     if isinstance(a, np.ndarray):
         assert a.dtype == b.dtype
         np.testing.assert_array_equal(a, b)
+    elif isinstance(a, pd.DataFrame):
+        pd.testing.assert_frame_equal(a, b)
     elif hasattr(a, "__dataclass_fields__"):
         assert type(a) is type(b)
         for part in fields(a):
@@ -84,6 +91,7 @@ def test_arrays_are_named_by_the_path_to_their_field() -> None:
     arrays, _ = pack(whole())
     assert set(arrays) == {
         "positions", "inner.values", "by_name.linear", "by_name.synchronized", "parts.hip.values", "parts.knee.values",
+        "table.trial", "table.clip", "table.error", "table.proved",
     }  # fmt: skip
 
 

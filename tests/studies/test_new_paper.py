@@ -58,6 +58,8 @@ FILES = {
         import numpy as np
         import pandas as pd
 
+        from pipeline.charts import Chart, Sheet
+        from pipeline.palette import Style
         from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
         from pipeline.studies.eigenwalkers.samples import FourierSamples
         from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -70,7 +72,6 @@ FILES = {
 
             model = EigenwalkersModel
 
-            picture: bool = False
             recording: bool = False
 
             def tables(
@@ -82,11 +83,9 @@ FILES = {
                 columns = {"walker": inputs.samples, "frequency_hz": data.frequency_hz, "size_mm": size}
                 return {"table": tidy(columns, by=["walker"])}
 
-            def draw(self, *_: Any) -> None:
-                \"\"\"Draw no picture.\"\"\"
-
-            def record(self, *_: Any) -> None:
-                \"\"\"Log no recording.\"\"\"
+            def charts(self, inputs: Any, tables: dict[str, pd.DataFrame]) -> Sheet:
+                \"\"\"A point to each walker.\"\"\"
+                return Sheet(charts=[Chart(x="frequency_hz", y="size_mm", styles=Style(line="points"))])
         """,
 }
 REGISTRY = "pipeline/studies/registry.py"
@@ -113,8 +112,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (copy / REGISTRY).write_text(lines, encoding="utf-8")
     figure = ["experiment=pace2030_fig1", "scale=smoke", "results=made"]
     assert run(copy, "pipeline", *figure).returncode == 0
-    made = copy / "made" / "synthetic" / "smoke" / "pace2030_fig1" / "table.csv"
-    shutil.copy(made, copy / "tests" / "golden" / "pace2030_fig1.csv")
+    made = ["made/synthetic/smoke", "pace2030_fig1"]
+    assert run(copy, "tests.contents", *made).returncode == 0
     return copy
 
 
@@ -137,6 +136,7 @@ def test_the_figure_is_made_and_shown(project: Path) -> None:
     assert "1 current" in said.stdout, said.stdout + said.stderr
     said = run(project, "pipeline", "report", *where)
     assert said.returncode == 0, said.stderr
+    assert (project / "made" / "synthetic" / "smoke" / "pace2030_fig1" / "figure.svg").is_file()
     page = (project / "made" / "synthetic" / "smoke" / "index.html").read_text(encoding="utf-8")
     assert "Quick people walk large." in page
 

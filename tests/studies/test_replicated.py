@@ -9,8 +9,13 @@ from hypothesis import given, settings
 
 from pipeline.core.bootstrap import percentile_interval, weighted_means, weighted_medians
 from pipeline.studies import measures
-from pipeline.studies.limbs.figures.presentation import median_intervals
-from pipeline.studies.replicated import Statistic, interval_over_clusters, interval_over_people, replicate
+from pipeline.studies.replicated import (
+    Statistic,
+    aggregate,
+    interval_over_clusters,
+    interval_over_people,
+    replicate,
+)
 from tests.strategies import seeds
 
 
@@ -33,7 +38,9 @@ def trials(rng: np.random.Generator, clips: int) -> pd.DataFrame:
 @settings(max_examples=5)
 def test_a_column_of_a_table_has_the_interval_that_a_verdict_on_it_rests_on(seed: int) -> None:
     table = trials(np.random.default_rng(seed), 7)
-    found = median_intervals(table, ["camera", "scale"], {"error_median": "error"}).droplevel("scale")
+    medians = {"error_median": ("error", "median")}
+    rows = aggregate(table, ["camera", "scale"], medians, list(medians))
+    found = rows.set_index("camera")[["error_median_low", "error_median_high"]]
     drawn = replicate(["figure/table_trials"], {"figure/table_trials": table})
     assert drawn is not None
     for camera in ("still", "shaky"):

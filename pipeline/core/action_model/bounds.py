@@ -43,13 +43,11 @@ class ActionModel:
         At each posture; at least the floor.
     floored : (P, b) bool
         Where the floor took the place of a smaller standard deviation.
-    n_performances : int
     """
 
     mean: np.ndarray
     standard_deviation: np.ndarray
     floored: np.ndarray
-    n_performances: int
 
 
 def learn(performances: np.ndarray) -> ActionModel:
@@ -79,7 +77,6 @@ def learn(performances: np.ndarray) -> ActionModel:
         mean=performances.mean(axis=0),
         standard_deviation=np.maximum(deviation, floor),
         floored=deviation < floor,
-        n_performances=len(performances),
     )
 
 

@@ -75,15 +75,12 @@ class Prior:
         Mean over training walks of the variance of each bone's length within the cycle, mm².
     pair_variance : (P,)
         Mean square of the difference of the mean lengths of left and right bone, mm².
-    effective_size : float
-        n_eff.
     """
 
     mean: np.ndarray
     covariance: np.ndarray
     length_variance: np.ndarray
     pair_variance: np.ndarray
-    effective_size: float
 
     @cached_property
     def by_axis(self) -> np.ndarray:
@@ -161,7 +158,6 @@ def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> 
         covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
         length_variance=w @ lengths.var(axis=-1),
         pair_variance=w @ apart**2,
-        effective_size=size,
     )
 
 

@@ -95,8 +95,6 @@ class Posterior:
     angles_rad, angles_sd_rad : (T, 8)
         As `ANGLES` names them.
     heading_sd_rad, log_frequency_sd : float
-    mean_sd_mm : (15, 3)
-        Of the mean posture of the cycle, in level camera axes.
     """
 
     walker: np.ndarray
@@ -107,7 +105,6 @@ class Posterior:
     angles_sd_rad: np.ndarray
     heading_sd_rad: float
     log_frequency_sd: float
-    mean_sd_mm: np.ndarray
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:
@@ -179,17 +176,6 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
         variance[joint] = ((rows @ block) * rows).sum(axis=1).reshape(T, 3)
     variance[PELVIS] = 0.0
 
-    # The mean of a cycle has no aperiodic part.
-    A0, dA0 = level_axes(float(x[HEADING])), level_axes_slope(float(x[HEADING]))
-    mean_sd = np.zeros((JOINTS, 3))
-    for joint in range(JOINTS):
-        rows = np.zeros((3, len(covariance)))
-        for axis in range(3):
-            rows[:, 27 * joint + BLOCKS * axis] += A0[:, axis]
-            rows[:, 27 * PELVIS + BLOCKS * axis] -= A0[:, axis]
-        rows[:, HEADING] = dA0 @ relative[joint, :, 0]
-        mean_sd[joint] = np.sqrt(np.maximum(np.einsum("ia,ab,ib->i", rows, covariance, rows), 0.0))
-
     angles, angle_variance = _angles(walker, covariance, psi, omega, times)
     return Posterior(
         walker=walker,
@@ -200,7 +186,6 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
         angles_sd_rad=np.sqrt(angle_variance + ANGLE_FLOOR_RAD**2),
         heading_sd_rad=float(np.sqrt(covariance[HEADING, HEADING])),
         log_frequency_sd=float(np.sqrt(covariance[LOG_F, LOG_F])),
-        mean_sd_mm=mean_sd,
     )
 
 

@@ -66,7 +66,6 @@ class Fit:
     start : Start
     converged : bool
         Whether the last step hardly lowered the cost.
-    n_steps : int
     objective : Objective
     """
 
@@ -76,7 +75,6 @@ class Fit:
     exchanged: dict[str, np.ndarray]
     start: Start
     converged: bool
-    n_steps: int
     objective: Objective
 
 
@@ -137,7 +135,6 @@ def refine(
     trunk: list[int],
     *,
     relabel: bool = True,
-    most_steps: int | None = None,
 ) -> Fit:
     """Refine one start.
 
@@ -154,7 +151,6 @@ def refine(
         Joints whose middle the path is.
     relabel : bool
         Whether to look for frames with left and right exchanged.
-    most_steps : int, optional
     """
     objective = Objective(prior, setting, start.frequency_hz)
     x = np.zeros(objective.unknowns)
@@ -165,10 +161,9 @@ def refine(
     swapped = Keypoints(exchange(keypoints.pixels, whole), exchange(keypoints.weights, whole))
     noise = Noise(1.0, 1.0)
     cost = np.inf
-    converged, steps = False, 0
-    most_steps = most_steps or (MOST_FOCAL_STEPS if setting.focal_sd else MOST_STEPS)
+    converged = False
+    most_steps = MOST_FOCAL_STEPS if setting.focal_sd else MOST_STEPS
     for step in range(1, most_steps + 1):
-        steps = step
         residual = objective.residual(x, used)
         noise = estimate_noise(residual, used.weights)
         if relabel and step in RELABEL_STEPS:
@@ -204,4 +199,4 @@ def refine(
     x[HEADING] = (x[HEADING] + np.pi) % (2.0 * np.pi) - np.pi
     x[PHASE] = (x[PHASE] + np.pi) % (2.0 * np.pi) - np.pi
     noise = estimate_noise(objective.residual(x, used), used.weights)
-    return Fit(x, noise, objective.cost(x, used, noise), exchanged, start, converged, steps, objective)
+    return Fit(x, noise, objective.cost(x, used, noise), exchanged, start, converged, objective)

@@ -56,12 +56,9 @@ class Starts:
     starts : tuple of Start
     path : Path
     overground : bool
-    least_cost : float
-        Smallest J over all frequencies, headings and phases, without the path's say.
     least_distance : float
-        The squared distance in it over the number of coefficients: about 1 for an average walker.
-    frequencies_hz : (n,)
-        Candidate frequencies.
+        The squared distance in the smallest J, without the path's say, over the number of coefficients: about 1 for an
+        average walker.
     headings_rad : (72,)
     heading_cost : (72,)
         Smallest J at each heading, with the path's say.
@@ -70,9 +67,7 @@ class Starts:
     starts: tuple[Start, ...]
     path: Path
     overground: bool
-    least_cost: float
     least_distance: float
-    frequencies_hz: np.ndarray
     headings_rad: np.ndarray
     heading_cost: np.ndarray
 
@@ -261,6 +256,4 @@ def find_starts(
         if different and near and len(chosen) < MOST_STARTS:
             chosen.append(start)
     scaled = Path(path.distance / size, path.place_mm / size, velocity, path.metric / size)
-    return Starts(
-        tuple(chosen), scaled, overground, least, distance, frequencies, grid.headings_rad, heading_cost
-    )
+    return Starts(tuple(chosen), scaled, overground, distance, grid.headings_rad, heading_cost)

@@ -2,9 +2,9 @@
 
 Two approaches, chosen by ``noise_variance``: None is least squares (approach I), a number in mm² is the maximum of
 the posterior probability (approach II, MAP).  `least_squares` and `maximum_a_posteriori` are the printed estimators;
-`from_known_views` solves the same for many views at once, `error_path` for many noise variances, and the functions
-ending in ``_unknown_phase`` find the phase of the walker with the coefficients.  All but the printed ones go through
-one linear system, `Gram`.
+`from_known_views` solves the same for many views at once, `error_path` for many noise variances, and
+`from_known_views_unknown_phase` finds the phase of the walker with the coefficients.  All but the printed ones go
+through one linear system, `Gram`.
 
 Symbols
 -------
@@ -24,8 +24,6 @@ from pipeline.core.reconstruction.known_view import (
 from pipeline.core.reconstruction.noise_path import NoisePath, error_path
 from pipeline.core.reconstruction.unknown_phase import (
     PhasedViews,
-    TurnedObservations,
-    error_path_unknown_phase,
     from_known_views_unknown_phase,
     lowest_phase,
 )
@@ -36,9 +34,7 @@ __all__ = [
     "NoisePath",
     "PhasedViews",
     "Spectrum",
-    "TurnedObservations",
     "error_path",
-    "error_path_unknown_phase",
     "from_known_views",
     "from_known_views_unknown_phase",
     "gram_of",

@@ -21,11 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core import errors, newton
+from pipeline.core import newton
 from pipeline.core.fourier import shift
-from pipeline.core.linear_model import LinearModel, WhitenedModel, whiten
-from pipeline.core.observation import ViewedClip
-from pipeline.core.reconstruction.gram import Gram, gram_of, require_noise_variance
+from pipeline.core.linear_model import LinearModel, WhitenedModel
+from pipeline.core.reconstruction.gram import gram_of
 from pipeline.validation import InvalidInput, require_finite
 
 _ROUNDING = 1e-14
@@ -145,30 +144,21 @@ class TurnedObservations:
         self._overlaps = [self.across @ white.mean_x, self.across @ white.mean_y, self.up @ white.mean_z]
         self._squares = self.across @ np.swapaxes(self.across, 1, 2) + self.up @ np.swapaxes(self.up, 1, 2)
 
-    def against(
-        self, c: np.ndarray, s: np.ndarray, rows: np.ndarray | slice = slice(None)
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """G (n, 1 + 2H, 1 + 2H) and H (n, 1 + 2H, N) at cosine and sine of one angle, or of one for each row."""
+    def against(self, c: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """G (A, 1 + 2H, 1 + 2H) and H (A, 1 + 2H, N) at cosine and sine of each view angle."""
         white = self.white
-        x, y, z = (part[rows] for part in self._products)
+        x, y, z = self._products
         H = c[:, None, None] * x + s[:, None, None] * y + z
         c, s = c[:, None], s[:, None]
         mean = c * white.mean_x + s * white.mean_y
         H[:, 0] -= c * (mean @ white.bx) + s * (mean @ white.by) + white.mean_z @ white.bz
-        x, y, z = (part[rows] for part in self._overlaps)
+        x, y, z = self._overlaps
         overlap = c * x + s * y + z
-        G = self._squares[rows] - 0.0
+        G = self._squares - 0.0
         G[:, 0] -= overlap
         G[:, :, 0] -= overlap
         G[:, 0, 0] += (mean**2).sum(axis=1) + white.mean_z @ white.mean_z
         return G, H
-
-    def at(
-        self, phase_rad: np.ndarray, rows: np.ndarray | slice = slice(None)
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Horizontal and vertical of the observations, flat, shifted by a phase each."""
-        f = turning(phase_rad, self.across.shape[1] // 2)[:, None]
-        return (f @ self.across[rows])[:, 0], (f @ self.up[rows])[:, 0]
 
 
 @dataclass(frozen=True)
@@ -235,38 +225,3 @@ def from_known_views_unknown_phase(
     x, y = white.mean_x + z @ white.bx.T, white.mean_y + z @ white.by.T
     missing = (-s[:, None] * x + c[:, None] * y).reshape(image.shape[:3])
     return PhasedViews(phase, lowest.cost, z * white.scale, shift(missing[..., None], -phase)[..., 0])
-
-
-def error_path_unknown_phase(model: LinearModel, clip: ViewedClip, noise_variances: np.ndarray) -> np.ndarray:
-    """E_a of one walker for every view and every sigma², (A, S) mm², each sigma² with the phase that it finds.
-
-    The work of `error_path` with M formed for each sigma²; a shift moves no error, so errors are
-    taken at the model's phase.  Add the residual power of the clip for errors against the motion itself.
-    """
-    noise_variances = np.asarray(noise_variances, dtype=float)
-    for value in noise_variances:
-        require_noise_variance(value)
-    white = whiten(model)
-    rows = TurnedObservations(model, white, clip.image, clip.frequency_hz)
-    c, s = np.cos(clip.view_angle_rad), np.sin(clip.view_angle_rad)
-    G, H = rows.against(c, s)
-    spectrum = Gram(white).spectrum(c, s)
-    K, inverses = H @ spectrum.vectors, spectrum.inverse(noise_variances)
-    blocks, joints = clip.coefficients.shape[1:3]
-    truth = turned(clip.missing)
-    truth[:, 0] -= -s[:, None] * white.mean_x + c[:, None] * white.mean_y
-    varying = (-s[:, None, None] * white.bx + c[:, None, None] * white.by) @ spectrum.vectors
-    weights = np.repeat(errors.parseval_weights(blocks), joints) / joints
-    constant = (truth * weights) @ np.swapaxes(truth, 1, 2)
-    linear = (truth * weights) @ varying
-    quadratic = np.swapaxes(varying * weights[:, None], 1, 2) @ varying
-    path = np.empty((len(c), len(noise_variances)))
-    for a in range(len(c)):
-        inverse = inverses[a]
-        outer = (K[a][:, None] * K[a]).reshape(-1, K.shape[-1])
-        phase = lowest_phase((G[a].ravel() - inverse @ outer.T).reshape(-1, blocks, blocks)).phase_rad
-        f = turning(phase, blocks // 2)
-        y = (f @ K[a]) * inverse
-        path[a] = ((f @ constant[a]) * f).sum(axis=1)
-        path[a] += ((y @ quadratic[a] - 2.0 * (f @ linear[a])) * y).sum(axis=1)
-    return path

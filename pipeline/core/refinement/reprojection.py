@@ -227,20 +227,3 @@ def linearise(given: Observations, unknowns: np.ndarray) -> Linearisation:
     if unknowns.shape[1] > 2 * given.basis.shape[1]:
         movement = np.concatenate([movement, limbs[:, :, None]], axis=2)
     return Linearisation(off, by_position, movement)
-
-
-def jacobian(given: Observations, unknowns: np.ndarray) -> np.ndarray:
-    """Derivative (L, F, 2, L, N) of all residuals by all unknowns, analytically; most of it is zero."""
-    first = linearise(given, unknowns)
-    limbs, frames = given.seen.shape
-    components = given.basis.shape[1]
-    whole = np.zeros((limbs, frames, 2, limbs, unknowns.shape[1]))
-    for joint in range(limbs):
-        limb = joint
-        while limb >= 0:
-            by_angle = np.einsum("fyx,fcx->fyc", first.by_position[joint], first.movement[limb])
-            coefficients = by_angle[..., :2, None] * given.basis[:, None, None]
-            whole[joint, :, :, limb, : 2 * components] = coefficients.reshape(frames, 2, -1)
-            whole[joint, :, :, limb, 2 * components :] = by_angle[..., 2:]
-            limb = given.parents[limb]
-    return whole

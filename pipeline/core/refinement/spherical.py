@@ -18,8 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
-from pipeline.core.refinement.poles import farthest_pole
 from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 _FLAT = 1e-9
@@ -128,32 +128,16 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     return scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
 
 
-def farthest_chart(directions: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) to the axes whose pole is farthest, up and down, from all directions.
-
-    Parameters
-    ----------
-    directions : (F, 3)
-        Of any length; frames of NaN are left out.
-
-    Raises
-    ------
-    InvalidInput
-        If the shape is another, no frame is known, or a vector has no length.
+def farthest_chart(units: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) to the axes whose pole is farthest, up and down, from all unit vectors (n, 3).
 
     Notes
     -----
     The pole p has the least ``max |p . d|``: with the opposite of each direction added, the normal of the face of
-    their convex hull that is nearest to the origin, found exactly by `poles`.  It turns with the world, and so does
-    the zero of azimuth, which looks to the mean direction; only a limb that never turns has a perpendicular that is
-    nearest to an axis of the world.  Ties go by fixed rules, so that rounding does not choose the axes.
+    their convex hull that is nearest to the origin.  It turns with the world, and so does the zero of azimuth, which
+    looks to the mean direction; only a limb that never turns has a perpendicular that is nearest to an axis of the
+    world.  Ties go by fixed rules, so that rounding does not choose the axes.
     """
-    units = unit_vectors(directions)
-    return _farthest_chart(units[np.isfinite(units[:, 0])])
-
-
-def _farthest_chart(units: np.ndarray) -> np.ndarray:
-    """The same of unit vectors (n, 3) all of which are known."""
     # Two rows of zeros: three axes even of a single direction.
     _, spread, axes = np.linalg.svd(np.concatenate([units, np.zeros((2, 3))]), full_matrices=False)
     if spread[1] <= _FLAT * spread[0]:
@@ -162,8 +146,7 @@ def _farthest_chart(units: np.ndarray) -> np.ndarray:
     elif spread[2] <= _FLAT * spread[0]:
         pole = axes[2]
     else:
-        # The largest product with a unit vector is at least the root of the mean square.
-        pole = farthest_pole(units, axes[2], spread[2] / np.sqrt(len(units)), _FLAT)
+        pole = _nearest_face(units, axes / spread[:, None])
     mean = units.mean(axis=0)
     pole = _pointing(pole, mean)
     ahead = mean - (mean @ pole) * pole
@@ -175,6 +158,23 @@ def _farthest_chart(units: np.ndarray) -> np.ndarray:
     ahead = ahead / np.linalg.norm(ahead)
     aside = pole[[1, 2, 0]] * ahead[[2, 0, 1]] - pole[[2, 0, 1]] * ahead[[1, 2, 0]]
     return np.stack([ahead, aside, pole])
+
+
+def _nearest_face(units: np.ndarray, whitening: np.ndarray) -> np.ndarray:
+    """Normal (3,) of the face nearest to the origin of the hull of unit vectors (n, 3) and their opposites.
+
+    The hull is found of `whitening` (3, 3) times the vectors, equally wide in all directions.  Of faces that are as
+    near up to rounding, the normal of smallest digits.
+    """
+    white = units @ whitening.T
+    faces = ConvexHull(np.concatenate([white, -white])).equations
+    normals = faces[:, :3] @ whitening
+    size = np.linalg.norm(normals, axis=1)
+    away = -faces[:, 3] / size
+    normals = (normals / size[:, None])[away <= away.min() + _FLAT]
+    digits = np.rint(1e6 * np.concatenate([normals, -normals]))
+    first = int(np.lexsort(digits.T[::-1])[0])
+    return np.asarray(np.concatenate([normals, -normals])[first])
 
 
 def _perpendicular(wanted: np.ndarray, axis: np.ndarray) -> np.ndarray:
@@ -214,7 +214,7 @@ def continuous_angles(directions: np.ndarray, *, chart: np.ndarray | None = None
     """
     units = unit_vectors(directions)
     frames = np.flatnonzero(np.isfinite(units[:, 0]))
-    chart = _farthest_chart(units[frames]) if chart is None else np.asarray(chart, dtype=float)
+    chart = farthest_chart(units[frames]) if chart is None else np.asarray(chart, dtype=float)
     if chart.shape != (3, 3) or not np.abs(chart @ chart.T - np.eye(3)).max() < 1e-9:
         raise InvalidInput("the chart is not a rotation", expected="Q Q^T = I", received=str(chart.tolist()))
     x, y, z = (units[frames] @ chart.T).T

@@ -176,38 +176,58 @@ def refine(
             starting_path(whole[:, limb], rows, chart=turns[limb], cutoff=cutoff, called=called[limb + 1])
             for limb in range(limbs)
         ]
+    given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths)
+    _check_start(given, unknowns, called)
+    if cutoff is not None:
+        given = _softened(given, unknowns, cutoff)
+    if components is not None:
+        given = _pinned(given, unknowns, _beyond(components, limbs, rows.shape[1]))
+    bound = np.full_like(unknowns, np.inf)
+    bound[:, 2 * rows.shape[1] :] = np.log(length_factor)
+    found = minimise(given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance)
+    return _refinement(given, np.asarray(root, dtype=float), _distances(given, unknowns), *found)
+
+
+def _begun(
+    images: np.ndarray,
+    camera: Pinhole,
+    root: np.ndarray,
+    tree: Sequence[int],
+    lengths: np.ndarray,
+    paths: Sequence[SphericalTrajectory],
+    rows: np.ndarray,
+    free_lengths: bool,
+) -> tuple[Observations, np.ndarray]:
+    """What was observed, without a penalty, and the unknowns (L, 2 K, or 2 K + 1 with the lengths) of the start."""
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
-    unknowns = np.column_stack([start, np.zeros(limbs)]) if free_lengths else start
-    images, root = np.asarray(images, dtype=float), np.asarray(root, dtype=float)
+    unknowns = np.column_stack([start, np.zeros(len(start))]) if free_lengths else start
     given = reprojection.observe(
-        images[:, 1:],
+        np.asarray(images, dtype=float)[:, 1:],
         camera,
-        root,
+        np.asarray(root, dtype=float),
         parents=tuple(parent - 1 for parent in tree[1:]),
         lengths=lengths,
         charts=np.stack([path.chart for path in paths]),
         basis=rows,
         penalty=np.zeros_like(unknowns),
     )
-    _check_start(given, unknowns, called)
-    if cutoff is not None:
-        given = _softened(given, unknowns, cutoff)
-    if components is not None:
-        beyond = _beyond(components, limbs, rows.shape[1])
-        unknowns[:, : beyond.shape[1]][beyond] = 0.0
-        penalty = given.penalty.copy()
-        penalty[:, : beyond.shape[1]][beyond] = _PINNED
-        given = replace(given, penalty=penalty)
-    bound = np.full_like(unknowns, np.inf)
-    bound[:, start.shape[1] :] = np.log(length_factor)
-    before = _distances(given, unknowns)
-    unknowns, lowest, converged, iterations = minimise(
-        given, unknowns, bound, max_iterations=max_iterations, tolerance=tolerance
-    )
+    return given, unknowns
+
+
+def _refinement(
+    given: Observations,
+    root: np.ndarray,
+    before: np.ndarray,
+    unknowns: np.ndarray,
+    lowest: float,
+    converged: bool,
+    iterations: int,
+) -> Refinement:
+    """Return what the unknowns (L, 2 K or 2 K + 1) mean; `before` are the distances (L, F) of the start, px."""
     after = _distances(given, unknowns)
     moved = reprojection.relative(given, unknowns)
     joints = np.concatenate([root[None], reprojection.forward(given, moved)]).swapaxes(0, 1)
-    most = rows.shape[1]
+    most = given.basis.shape[1]
     return Refinement(
         positions=np.where(np.isfinite(root).all(axis=1)[:, None, None], joints, np.nan),
         relative=moved.swapaxes(0, 1).copy(),
@@ -215,7 +235,7 @@ def refine(
         coefficients_phi=unknowns[:, most : 2 * most].copy(),
         lengths=reprojection.lengths_mm(given, unknowns).copy(),
         chart=given.charts,
-        residual_px=np.concatenate([np.full((1, frames), np.nan), after]).T.copy(),
+        residual_px=np.concatenate([np.full((1, len(root)), np.nan), after]).T.copy(),
         reprojection_error_before_px=float(np.sqrt(np.nanmean(before**2))),
         reprojection_error_px=float(np.sqrt(np.nanmean(after**2))),
         cost=lowest,
@@ -242,6 +262,14 @@ def _softened(given: Observations, unknowns: np.ndarray, cutoff: float) -> Obser
     doubts = np.tile(soft_ridge(given.basis.shape[1], cutoff), 2)
     penalty = np.zeros_like(unknowns)
     penalty[:, : len(doubts)] = squares[:, None] * doubts
+    return replace(given, penalty=penalty)
+
+
+def _pinned(given: Observations, unknowns: np.ndarray, beyond: np.ndarray) -> Observations:
+    """The same with the coefficients (L, 2 K) bool that a limb does not have kept at zero, which is set here."""
+    unknowns[:, : beyond.shape[1]][beyond] = 0.0
+    penalty = given.penalty.copy()
+    penalty[:, : beyond.shape[1]][beyond] = _PINNED
     return replace(given, penalty=penalty)
 
 

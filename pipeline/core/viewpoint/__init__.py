@@ -1,6 +1,6 @@
 """View angle and coefficients together: zhang2007 section 4.3 and appendix B, zhang2004 section 4.3.
 
-`estimate` takes the phase of the walker as known, as the papers do; `estimate_unknown_phase` finds it too.
+The phase of the walker is known, as in the papers.
 
 Symbols
 -------
@@ -9,7 +9,6 @@ Symbols
 """
 
 from pipeline.core.viewpoint.estimate import FULL_CIRCLE, estimate
-from pipeline.core.viewpoint.unknown_phase import PhasedEstimate, estimate_unknown_phase
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 
-__all__ = ["FULL_CIRCLE", "PhasedEstimate", "ViewEstimate", "estimate", "estimate_unknown_phase"]
+__all__ = ["FULL_CIRCLE", "ViewEstimate", "estimate"]

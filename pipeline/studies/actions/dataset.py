@@ -15,7 +15,7 @@ from pipeline.core.resampling import frames_at_rate, interpolate
 from pipeline.processes import map_processes
 from pipeline.studies.study import Dataset
 from pipeline.synthetic.bending import correspondence
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, NonNegative
 
 
 class Frame(StrEnum):
@@ -146,11 +146,7 @@ class PostureDataset(Dataset):
 
     frame: Frame = Frame.parent
     heading: Heading = Heading.first
-    frame_rate_hz: float = 30.0  # faster recordings are resampled; 0: as recorded
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("dataset.frame_rate_hz", self.frame_rate_hz, at_least=0)
+    frame_rate_hz: NonNegative = 30.0  # faster recordings are resampled; 0: as recorded
 
     def build(self, clips: Performances, *, workers: int) -> Postures:
         """Return the postures of all performances."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from pipeline.core.action_model import ActionModel, LearntAction
 from pipeline.core.aspace import ASpace
 from pipeline.studies.actions.dataset import PostureDataset, Postures
 from pipeline.studies.study import Model
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput, Positive, Several, bounded, require_range
 
 ALIGNMENTS = ("raw", "linear", "keyframe", "synchronized")
 """How performances are brought to a common time.
@@ -124,27 +124,21 @@ class ActionSpaceModel(Model):
     dataset = PostureDataset
     published = True
 
-    variance: float = 0.95  # the smallest number of eigenvectors that holds so much of it
-    dimensions: int = 0  # or so many eigenvectors; 0: by the variance
-    samples: int = 100  # P, postures of a performance after linear normalisation
-    max_disparity: int = 49  # D, in samples
-    smoothness: float = 0.02  # mu [mozerov2006 12], in mean squared deviations of a frame
+    variance: Annotated[float, bounded(above=0, at_most=1)] = 0.95  # that the fewest eigenvectors hold
+    dimensions: Annotated[int, bounded(at_least=0, at_most=posture.PARAMETERS)] = 0  # 0: by variance
+    samples: Several = 100  # P, postures of a performance after linear normalisation
+    max_disparity: Count = 49  # D, in samples
+    smoothness: Positive = 0.02  # mu [mozerov2006 12], in mean squared deviations of a frame
     penalty: Penalty = Penalty.change
     start: Start = Start.fixed
     steps: list[int] = field(default_factory=lambda: [-1, 0, 1])  # changes of disparity [mozerov2006 13]
-    key_frames: int = 5
-    bound: float = 3.0  # standard deviations within which a posture is accepted
+    key_frames: Count = 5
+    bound: Positive = 3.0  # standard deviations within which a posture is accepted
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("model.variance", self.variance, above=0, at_most=1)
-        require_range("model.dimensions", self.dimensions, at_least=0, at_most=posture.PARAMETERS)
-        require_range("model.samples", self.samples, at_least=2)
-        require_range("model.max_disparity", self.max_disparity, at_least=1, below=self.samples)
-        # Nothing would hold the path together; sweep=smoothness shows what less of it does.
-        require_range("model.smoothness", self.smoothness, above=0)
-        require_range("model.key_frames", self.key_frames, at_least=1)
-        require_range("model.bound", self.bound, above=0)
+        super().validate()
+        require_range("model.max_disparity", self.max_disparity, below=self.samples)
         if 0 not in self.steps or max(self.steps) > 1:
             raise InvalidInput("must hold 0 and none above 1", where="model.steps", received=str(self.steps))
 

@@ -18,7 +18,7 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action
 from pipeline.studies.study import Sweep, SweepInputs
-from pipeline.validation import require_distinct, require_range
+from pipeline.validation import Count, Distinct, require_range
 
 KINDS = ("accepted", "outside", "training", "unsynchronized")
 """Drawn within the bounds; every coordinate drawn beyond them; recorded, synchronized, at this frame; drawn within the
@@ -78,19 +78,18 @@ class PostureSampling(Sweep):
 
     draws_random_numbers = True
 
-    frames: list[int] = field(default_factory=lambda: [10, 40])  # of the mean performance, counted from 1
-    samples: int = 8  # of them shown
+    frames: Distinct[Count] = field(
+        default_factory=lambda: [10, 40]
+    )  # of the mean performance, counted from 1
+    samples: Count = 8  # of them shown
     measured: int = 2000  # drawn at each frame
-    resamples: int = 40  # models of people drawn again, for intervals
-    measured_again: int = 64  # postures drawn at each frame of each of these
+    resamples: Count = 40  # models of people drawn again, for intervals
+    measured_again: Count = 64  # postures drawn at each frame of each of these
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        for frame in require_distinct("sweep.frames", self.frames):
-            require_range("sweep.frames", frame, at_least=1)
-        require_range("sweep.samples", self.samples, at_least=1, at_most=self.measured)
-        require_range("sweep.resamples", self.resamples, at_least=1)
-        require_range("sweep.measured_again", self.measured_again, at_least=1)
+        super().validate()
+        require_range("sweep.samples", self.samples, at_most=self.measured)
 
     def measure(self, inputs: SweepInputs[None, Postures, Action]) -> SampledPostures:
         """Return postures drawn at each frame, as joints, and what is said of them."""

@@ -19,7 +19,7 @@ from pipeline.processes import map_processes
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, Penalty, Start
 from pipeline.studies.study import Sweep, SweepInputs
-from pipeline.validation import require_distinct, require_range
+from pipeline.validation import Distinct, NonNegative
 
 
 @dataclass(frozen=True)
@@ -52,16 +52,10 @@ class TimeErrors:
 class Smoothness(Sweep):
     """Synchronization for other mu, both readings of the penalty, one start [mozerov2006 12, 16]."""
 
-    smoothness: list[float] = field(
+    smoothness: Distinct[NonNegative] = field(
         default_factory=lambda: [0.0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0]
     )
-    penalties: list[Penalty] = field(default_factory=lambda: list(Penalty))
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_distinct("sweep.penalties", self.penalties)
-        for value in require_distinct("sweep.smoothness", self.smoothness):
-            require_range("sweep.smoothness", value, at_least=0)
+    penalties: Distinct[Penalty] = field(default_factory=lambda: list(Penalty))
 
     def measure(self, inputs: SweepInputs[None, Postures, Action]) -> TimeErrors:
         """Return the errors of the time that synchronization recovers."""

@@ -16,7 +16,7 @@ from pipeline.core import synchronization
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action
 from pipeline.studies.study import Sweep, SweepInputs
-from pipeline.validation import require_range
+from pipeline.validation import Count
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,7 @@ class Timings:
 class Timing(Sweep):
     """Seconds that synchronization takes."""
 
-    repeats: int = 5  # of which the median is kept
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("sweep.repeats", self.repeats, at_least=1)
+    repeats: Count = 5  # of which the median is kept
 
     def measure(self, inputs: SweepInputs[None, Postures, Action]) -> Timings:
         """Return how long synchronization takes on this machine."""

@@ -6,6 +6,7 @@ mozerov2006 learns the action model for this and leaves the tracker to the reade
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from pipeline.studies.actions.tracking_conditions import Condition, conditions
 from pipeline.studies.actions.tracking_trial import METHODS, Tracked, Trial
 from pipeline.studies.occlusion import require_occlusion
 from pipeline.studies.study import Sweep, SweepInputs, scaled
-from pipeline.validation import InvalidInput, require_distinct, require_range
+from pipeline.validation import CountOrAll, Distinct, Finite, InvalidInput, NonNegative, Positive, bounded
 
 _STREAM = 20060  # keeps these draws apart from those of other stages with the same seed
 
@@ -84,31 +85,26 @@ class HeldOutTracking(Sweep):
 
     draws_random_numbers = True
 
-    particles: list[int] = scaled(value="particles")
-    tracked: int = scaled(value="tracked")  # performances, evenly over all; 0: all
-    leave_out: list[LeaveOut] = field(default_factory=lambda: list(LeaveOut))
-    noise_mm: list[float] = field(default_factory=lambda: [0.0, 10.0, 30.0])  # of the observed joints
-    occluded: list[float] = field(default_factory=lambda: [0.0, 0.25, 0.5])  # share of joints unseen, in runs
+    particles: Distinct[Annotated[int, bounded(at_least=1, at_most=1_000_000)]] = scaled(value="particles")
+    tracked: CountOrAll = scaled(value="tracked")  # performances, evenly over all; 0: all
+    leave_out: Distinct[LeaveOut] = field(default_factory=lambda: list(LeaveOut))
+    noise_mm: Distinct[NonNegative] = field(
+        default_factory=lambda: [0.0, 10.0, 30.0]
+    )  # of the observed joints
+    occluded: Distinct[Finite] = field(
+        default_factory=lambda: [0.0, 0.25, 0.5]
+    )  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
-    baseline_noise_mm: float = 10.0  # where noise is not what varies
-    view_angle_deg: float = 45.0
+    baseline_noise_mm: NonNegative = 10.0  # where noise is not what varies
+    view_angle_deg: Finite = 45.0
     camera: CameraKind = CameraKind.orthographic
-    distance_mm: float = 4000.0  # of a perspective camera
-    moves: int = 0  # Metropolis moves of each particle at each frame
+    distance_mm: Positive = 4000.0  # of a perspective camera
+    moves: CountOrAll = 0  # Metropolis moves of each particle at each frame
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        for count in require_distinct("sweep.particles", self.particles):
-            require_range("sweep.particles", count, at_least=1, at_most=1_000_000)
-        for noise_mm in require_distinct("sweep.noise_mm", self.noise_mm):
-            require_range("sweep.noise_mm", noise_mm, at_least=0)
-        require_distinct("sweep.leave_out", self.leave_out)
-        require_occlusion(require_distinct("sweep.occluded", self.occluded), self.occlusion_frames)
-        require_range("sweep.tracked", self.tracked, at_least=0)
-        require_range("sweep.baseline_noise_mm", self.baseline_noise_mm, at_least=0)
-        require_range("sweep.view_angle_deg", self.view_angle_deg)
-        require_range("sweep.distance_mm", self.distance_mm, above=0)
-        require_range("sweep.moves", self.moves, at_least=0)
+        super().validate()
+        require_occlusion(self.occluded, self.occlusion_frames)
 
     @property
     def conditions(self) -> list[tuple[str, Condition]]:

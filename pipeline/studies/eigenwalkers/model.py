@@ -13,7 +13,7 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Model
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput, Positive
 
 Divisor = StrEnum("Divisor", {"R-1": "R-1", "R": "R"})
 Divisor.__doc__ = """What the covariance is divided by; the papers do not say."""
@@ -75,16 +75,10 @@ class EigenwalkersModel(Model):
 
     dataset = FourierDataset
 
-    components: int = 30
+    components: Count = 30
     divisor: Divisor = Divisor["R-1"]
     mirror: bool = False
-    omega_scale_mm: float | None = 1.0  # null: equal to the mean variance of the other numbers
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("model.components", self.components, at_least=1)
-        if self.omega_scale_mm is not None:
-            require_range("model.omega_scale_mm", self.omega_scale_mm, above=0, unit="mm per hertz, or null")
+    omega_scale_mm: Positive | None = 1.0  # null: equal to the mean variance of the other numbers
 
     def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:
         """Return the samples (R, D), and the other arguments of `linear_model.leave_one_out` but the groups."""

@@ -13,7 +13,7 @@ from pipeline.core.walking.steady import set_origin
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.study import Dataset
-from pipeline.validation import require_range
+from pipeline.validation import Count
 
 _PELVIS = WALKER15.index("pelvis")
 
@@ -92,15 +92,11 @@ class FourierDataset(Dataset):
 
     corpus = WALKS
 
-    harmonics: int = 2
+    harmonics: Count = 2
     frequency: bool = False  # zhang2004: the frequency is the 226th number
     origin: Origin = Origin.pelvis_mean
     size: Size = Size.absolute
     walks: Selection = Selection.best
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("dataset.harmonics", self.harmonics, at_least=1)
 
     def shared(self) -> FourierDataset:
         """Return the options without the frequency: it is known of every sample, counted or not."""

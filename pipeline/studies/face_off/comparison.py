@@ -12,6 +12,7 @@ parallel projection cannot tell the back from the front seen in a mirror.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -37,7 +38,16 @@ from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.occlusion import occlusion, require_occlusion
 from pipeline.studies.study import SweepInputs, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.validation import InvalidInput, require_increasing, require_range
+from pipeline.validation import (
+    CountOrAll,
+    Finite,
+    Increasing,
+    InvalidInput,
+    NonNegative,
+    Positive,
+    ViewAngle,
+    bounded,
+)
 
 EIGENWALKERS = ("least_squares", "map")
 ARTICULATED = {
@@ -123,22 +133,24 @@ class MethodErrors:
 class FaceOffSweep(CameraSweep):
     """Walks reconstructed by eigenwalkers and by articulated trajectories from the same projections."""
 
-    view_angle_deg: list[float] = field(default_factory=lambda: [0.0, 30.0, 60.0, 90.0])
-    walkers: int = scaled(value="faced")  # evenly over all; 0: all
-    frames: int = 100  # out of the middle of each walk; fewer where it is shorter
-    frame_rate_hz: float = 30.0
-    noise_px: list[float] = field(default_factory=lambda: [0.0, 1.0, 3.0])
-    occluded: list[float] = field(default_factory=lambda: [0.0, 0.1, 0.3])  # share of joints unseen, in runs
+    view_angle_deg: Increasing[ViewAngle] = field(default_factory=lambda: [0.0, 30.0, 60.0, 90.0])
+    walkers: CountOrAll = scaled(value="faced")  # evenly over all; 0: all
+    frames: Annotated[int, bounded(at_least=LEAST_FRAMES)] = 100  # of each walk; fewer where shorter
+    frame_rate_hz: Annotated[float, bounded(at_least=1)] = 30.0
+    noise_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0, 3.0])
+    occluded: Increasing[Finite] = field(
+        default_factory=lambda: [0.0, 0.1, 0.3]
+    )  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
-    heading_error_deg: list[float] = field(
+    heading_error_deg: Increasing[Annotated[float, bounded(at_least=0, at_most=180)]] = field(
         default_factory=lambda: [0.0, 5.0, 10.0, 20.0]
     )  # of what was learnt
-    varied_view_deg: float = 30.0  # where noise, occlusion and heading are varied
-    components: int = 20  # 0: each limb chooses its own
-    softness: float = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
+    varied_view_deg: ViewAngle = 30.0  # where noise, occlusion and heading are varied
+    components: CountOrAll = 20  # 0: each limb chooses its own
+    softness: NonNegative = 30.0  # of the trajectory basis; 0: a hard one, which long gaps leave undetermined
     refine: bool = False  # of articulated trajectories, in the end: costs time, moves errors by 3 %
-    noise_variance_mm2: float = 70.0  # of approach II
-    time_limit_s: float = 0.0  # of each choice of signs; 0: the first ones
+    noise_variance_mm2: Positive = 70.0  # of approach II
+    time_limit_s: NonNegative = 0.0  # of each choice of signs; 0: the first ones
 
     @property
     def reads_clips(self) -> bool:
@@ -148,22 +160,7 @@ class FaceOffSweep(CameraSweep):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
-        require_increasing("sweep.view_angle_deg", self.view_angle_deg, at_least=-180, at_most=180)
-        require_increasing("sweep.noise_px", self.noise_px, at_least=0)
-        require_increasing("sweep.occluded", self.occluded)
-        require_increasing("sweep.heading_error_deg", self.heading_error_deg, at_least=0, at_most=180)
         require_occlusion(self.occluded, self.occlusion_frames)
-        require_range("sweep.varied_view_deg", self.varied_view_deg, at_least=-180, at_most=180)
-        for name, least in (
-            ("walkers", 0),
-            ("frames", LEAST_FRAMES),
-            ("frame_rate_hz", 1),
-            ("components", 0),
-            ("softness", 0),
-            ("time_limit_s", 0),
-        ):
-            require_range(f"sweep.{name}", getattr(self, name), at_least=least)
-        require_range("sweep.noise_variance_mm2", self.noise_variance_mm2, above=0, unit="mm²")
 
     def conditions(self) -> list[tuple[str, Condition]]:
         """Return what is varied, and the condition: every view undisturbed, then one thing varied at one view."""

@@ -86,27 +86,28 @@ class FaceOffFigure(Figure):
         for name, values in (("error_mm", error), ("missing_dimension_error_mm", missing)):
             ends = interval_over_people(person, values)
             intervals |= {f"{name}_{end}": at for end, at in zip(("low", "high"), ends, strict=True)}
-        walkers, rows = error.shape
-        every = pd.concat([conditions] * walkers, ignore_index=True)
         plain = (conditions["varied"] == "none").to_numpy()
-        undisturbed = conditions[plain].loc[np.repeat(conditions.index[plain], len(CHILDREN))]
+        undisturbed = conditions[plain]
         return {
             "table": tidy(
                 {
-                    "walker": np.repeat(np.array(inputs.samples)[sweep.walkers], rows),
-                    **{name: every[name] for name in CONDITION},
-                    "error_mm": error.ravel(),
-                    "missing_dimension_error_mm": missing.ravel(),
-                    "frames": np.repeat(sweep.frames, rows),
+                    "walker": np.array(inputs.samples)[sweep.walkers, None],
+                    **{name: conditions[name] for name in CONDITION},
+                    "error_mm": error,
+                    "missing_dimension_error_mm": missing,
+                    "frames": sweep.frames[:, None],
                 },
                 by=["walker", *ORDER],
             ),
             "table_joints": tidy(
                 {
-                    **{name: undisturbed[name] for name in ("method", "camera", "view_angle_deg")},
-                    "joint": np.tile([WALKER15.joints[j] for j in CHILDREN], plain.sum()),
-                    "error_mm": of_joints[:, plain].mean(axis=0).ravel(),
-                    "error_sd_mm": sd(of_joints[:, plain], 0).ravel(),
+                    **{
+                        name: undisturbed[name].to_numpy()[:, None]
+                        for name in ("method", "camera", "view_angle_deg")
+                    },
+                    "joint": [WALKER15.joints[j] for j in CHILDREN],
+                    "error_mm": of_joints[:, plain].mean(axis=0),
+                    "error_sd_mm": sd(of_joints[:, plain], 0),
                 },
                 by=["camera", "method", "view_angle_deg"],
             ),
@@ -116,8 +117,8 @@ class FaceOffFigure(Figure):
                     "error_mm": error.mean(axis=0),
                     "error_sd_mm": sd(error, 0),
                     "missing_dimension_error_mm": missing.mean(axis=0),
-                    "walkers": np.full(rows, walkers),
-                    "people": np.full(rows, len(np.unique(person))),
+                    "walkers": len(error),
+                    "people": len(np.unique(person)),
                     **intervals,
                 },
                 by=ORDER,

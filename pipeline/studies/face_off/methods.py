@@ -6,7 +6,7 @@ the true lengths of the limbs; eigenwalkers get their model, learnt without this
 Eigenwalkers know only parallel projections of a direction that stays [zhang2007 3.5].  A still camera's image is read
 as one (weak perspective): offsets from the pelvis in px, times the pelvis's depth over the focal length, are offsets
 in mm along the image.  With the pelvis known, they are what `pipeline.core.camera.project` gives, up to perspective.
-Frequency and phase come from that view alone (`phase_source: observed2d`).  A moving camera has no such reading.
+Frequency and phase come from that view alone.  A moving camera has no such reading.
 The anatomical prior stands beside the eigenwalkers, with the phase that approach II finds.
 The model also has to be told where the walker heads; a wrong heading turns it about the vertical, not the camera.
 

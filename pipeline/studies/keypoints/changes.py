@@ -11,7 +11,7 @@ from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.headings import side
 from pipeline.studies.keypoints.measured import Case, FilmedClips
 from pipeline.studies.study import scaled
-from pipeline.validation import require_range
+from pipeline.validation import CountOrAll, Several
 
 
 @dataclass(kw_only=True)
@@ -19,14 +19,8 @@ class KeypointChanges(FilmedClips):
     """Simulated clips, each under every condition with the same random numbers."""
 
     changes: Changes
-    takes: int = scaled(value="takes")  # clips of the usual condition
-    levels: int = scaled(value="levels")  # of each kind of change, the last so many; 0: all
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_range("sweep.takes", self.takes, at_least=2, whole=True)
-        require_range("sweep.levels", self.levels, at_least=0, whole=True)
+    takes: Several = scaled(value="takes")  # clips of the usual condition
+    levels: CountOrAll = scaled(value="levels")  # of each kind of change, the last so many; 0: all
 
     @property
     def conditions(self) -> list[Condition]:

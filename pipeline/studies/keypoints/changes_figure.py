@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.changes import KeypointChanges
+from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.model import KeypointWalkersModel
 from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
-from pipeline.studies.keypoints.tables import clips_of, errors_by, people_of, verdicts_of, views_by
+from pipeline.studies.keypoints.tables import errors_by, views_by
 from pipeline.studies.study import Figure
 
 if TYPE_CHECKING:
@@ -40,24 +40,26 @@ class KeypointChangesFigure(Figure):
         """``table``: errors by condition and method; ``table_views``: view, cadence, coverage, verdicts, labels;
         ``table_clips``: clips.
         """
-        sweep, options = inputs.sweep, cast(KeypointChanges, inputs.experiment.sweep)
-        of_clip = [options.conditions[number] for number in sweep.condition.tolist()]
-        words = {"change": np.array([c.kind for c in of_clip]), "level": np.array([c.level for c in of_clip])}
-        number = pd.Series(sweep.condition, name="condition")
-        clips = clips_of(sweep).assign(condition=number, **words, **verdicts_of(sweep))
-        people = people_of(sweep, condition=sweep.condition, **words)
-        by = ["condition", "change", "level", "method"]
-        views = pd.DataFrame(views_by(clips, number))
-        named = clips.drop_duplicates("condition").set_index("condition")
-        for place, name in enumerate(words, start=1):
-            views.insert(place, name, named.loc[views["condition"], name].to_numpy())
+        options = cast(KeypointChanges, inputs.experiment.sweep)
+        changes = {"change": "kind", "level": "level"}
+
+        def with_words(rows: pd.DataFrame) -> pd.DataFrame:
+            of_row = [options.conditions[number] for number in rows["condition"]]
+            return rows.assign(**{n: [getattr(c, of) for c in of_row] for n, of in changes.items()})
+
+        clips, people = with_words(inputs.sweep.clips), with_words(inputs.sweep.people)
+        by = ["condition", *changes, "method"]
+        views = with_words(pd.DataFrame(views_by(clips, clips["condition"])))
+        views = views[["condition", *changes, *views.columns[1:-2]]]
+        moved = [*clips.columns[1:-2].difference(VERDICTS, sort=False), "condition", *changes, *VERDICTS]
+        columns = ["person", *by, *ERRORS]
         return {
             "table": tidy(errors_by(people, by), by=["condition", "method"]),
-            "table_views": tidy(views.to_dict("list"), by=["condition"]),
+            "table_views": tidy(views, by=["condition"]),
             "table_clips": tidy(
-                clips.to_dict("list"), by=["condition", "person", "walk", "heading_deg", "overground"]
+                clips[moved], by=["condition", "person", "walk", "heading_deg", "overground"]
             ),
-            "table_people": tidy(people.to_dict("list"), by=["person", "condition", "method"]),
+            "table_people": tidy(people[columns], by=["person", "condition", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:

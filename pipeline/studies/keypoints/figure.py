@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.headings import KeypointHeadings
+from pipeline.studies.keypoints.measured import ERRORS, LEVELS_PERCENT, VERDICTS
 from pipeline.studies.keypoints.model import KeypointWalkersModel
 from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
-from pipeline.studies.keypoints.tables import LEVELS_PERCENT, clips_of, errors_by, people_of, views_by
+from pipeline.studies.keypoints.tables import errors_by, views_by
 from pipeline.studies.study import Figure
 
 if TYPE_CHECKING:
@@ -34,15 +34,15 @@ class KeypointHeadingsFigure(Figure):
 
         Headings to either side are pooled; an angle's error is the mean over clips of its root mean square.
         """
-        sweep = inputs.sweep
-        clips = clips_of(sweep)
-        people = people_of(sweep, heading_deg=np.abs(sweep.heading_deg))
+        clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
         by = ["heading_deg", "method"]
+        people = inputs.sweep.people[["person", *by, *ERRORS]]
+        people = people.assign(heading_deg=people["heading_deg"].abs())
         return {
             "table": tidy(errors_by(people, by), by=by),
             "table_views": tidy(views_by(clips, clips["heading_deg"].abs()), by=["heading_deg"]),
-            "table_clips": tidy(clips.to_dict("list"), by=["person", "walk", "heading_deg", "overground"]),
-            "table_people": tidy(people.to_dict("list"), by=["person", *by]),
+            "table_clips": tidy(clips, by=["person", "walk", "heading_deg", "overground"]),
+            "table_people": tidy(people, by=["person", *by]),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -50,7 +50,7 @@ class KeypointHeadingsFigure(Figure):
         options = cast(KeypointHeadings, inputs.experiment.sweep)
         heading = partial(
             Chart, x="heading_deg", x_label="heading, 0 towards the camera", zero=True,
-            ticks=np.unique(tables["table"]["heading_deg"]).tolist(),
+            ticks=sorted(set(tables["table"]["heading_deg"].tolist())),
         )  # fmt: skip
         of_view = Lines(
             table="table_views",

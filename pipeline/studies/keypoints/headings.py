@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import Case, FilmedClips
 from pipeline.studies.study import scaled
 from pipeline.synthetic.keypoints import DetectorError
-from pipeline.validation import require_range
+from pipeline.validation import bounded
 
 HEADINGS_DEG = (0, 30, 60, 90, 180, -30, -60, -90)
 """0 is towards the camera, +90 to the image's right."""
@@ -27,14 +28,9 @@ def side(number: int) -> tuple[int, bool]:
 class KeypointHeadings(FilmedClips):
     """Simulated clips from all sides."""
 
-    clips: int = scaled(value="filmed")
-    bias_mm: float = 10.0  # of each joint of the simulated detector; what the model believes, too
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_range("sweep.clips", self.clips, at_least=len(HEADINGS_DEG), whole=True)
-        require_range("sweep.bias_mm", self.bias_mm, at_least=0, at_most=100)
+    clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(value="filmed")
+    # Of each joint of the simulated detector; what the model believes, too.
+    bias_mm: Annotated[float, bounded(at_least=0, at_most=100)] = 10.0
 
     @property
     def conditions(self) -> list[Condition]:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.clips.filmed import belt_speed_mm_s, film
 from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior, Reconstruction, errors
 from pipeline.core.keypoint_walk.calibration import (
+    ANGLE_KINDS,
     GROUP_OF,
     LEVELS,
     NORMAL,
@@ -19,6 +21,7 @@ from pipeline.core.keypoint_walk.calibration import (
     joint_half_widths,
     learn,
 )
+from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import project
 from pipeline.processes import map_processes
 from pipeline.studies.keypoints.clip import METHODS, ClipErrors, compare, reconstruct_clip
@@ -27,10 +30,17 @@ from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.model import KeypointWalkers
 from pipeline.studies.study import Sweep, SweepInputs
 from pipeline.synthetic.keypoints import Filming, SimulatedKeypoints
-from pipeline.validation import require_range
 
 Inputs = SweepInputs[Walks, FilmedWalkers, KeypointWalkers]
+LONGEST_S = 3.0
+"""Of a simulated clip."""
 _SCORED = GROUP_OF >= 0
+
+ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in ANGLE_KINDS)]
+LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
+LABELS = ("labels_right_percent", "labels_unsure_percent", "labels_wrong_unsaid_percent")
+VERDICTS = [*(f"{verdict}_percent" for verdict in Verdict), *LABELS]
+"""What is known of the walk and of left and right, as 0 or 100 per cent of a clip."""
 
 
 @dataclass(frozen=True)
@@ -39,23 +49,11 @@ class FilmedErrors:
 
     Attributes
     ----------
-    condition : (C,) int
-        Number of the condition; 0 is the usual one.
-    person, clip : (C,) text
-    heading_deg : (C,)
-    overground : (C,) bool
-    methods : (M,) text
-    view_error_deg, cadence_error_percent, residual_percent : (C,)
-    error_mm : (C, M)
-        Mean distance of the joints.
-    angle_error_deg : (C, M, 4)
-        Root mean square error of knees, hips, shanks and elbows.
-    covered, covered_raw : (C, 3)
-        Share of joint coordinates that bars of 50, 80 and 95 % hold: calibrated on other people under the usual
-        condition, and as computed.
-    verdict : (C,) text
-    labels_right, labels_unsure : (C,) bool
-        Whether left and right are the walker's; whether both labellings would be returned.
+    clips : DataFrame
+        A row to each; condition 0 is the usual one.  Bars hold shares of joint coordinates: calibrated
+        on other people under the usual condition, and as computed (raw).
+    people : DataFrame
+        A row to each clip and method: mean distance of the joints, root mean square errors of angles.
     shown : int
         The clip of median error, whose motion follows.
     shown_rate_hz : float
@@ -65,22 +63,8 @@ class FilmedErrors:
         About the pelvis, level camera axes; half widths of calibrated 95 % bars.
     """
 
-    condition: np.ndarray
-    person: np.ndarray
-    clip: np.ndarray
-    heading_deg: np.ndarray
-    overground: np.ndarray
-    methods: np.ndarray
-    view_error_deg: np.ndarray
-    cadence_error_percent: np.ndarray
-    residual_percent: np.ndarray
-    error_mm: np.ndarray
-    angle_error_deg: np.ndarray
-    covered: np.ndarray
-    covered_raw: np.ndarray
-    verdict: np.ndarray
-    labels_right: np.ndarray
-    labels_unsure: np.ndarray
+    clips: pd.DataFrame
+    people: pd.DataFrame
     shown: int
     shown_rate_hz: float
     shown_image_px: np.ndarray
@@ -113,16 +97,10 @@ class FilmedClips(Sweep):
 
     draws_random_numbers = True
 
-    longest_s: float = 3.0
-
     @property
     def reads_clips(self) -> bool:
         """Whether the clips are read: their motion is filmed."""
         return True
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("sweep.longest_s", self.longest_s, at_least=1.0, at_most=20.0)
 
     @property
     @abstractmethod
@@ -154,34 +132,35 @@ class FilmedClips(Sweep):
 
         parts = map_processes(one, sorted(set(models)), inputs.workers)
         measured = [item[1] for item in sorted((i for part in parts for i in part), key=lambda item: item[0])]
-        person = np.array([dataset.people[case.person] for case in cases])
-        condition = np.array([case.condition for case in cases])
-        usual = np.flatnonzero(condition == 0)
-        calibrations = calibrations_by_person(person[usual], [measured[k] for k in usual])
-        distances = np.stack([m.distance_mm for m in measured])
-        shown = int(usual[np.argsort(distances[usual, 0], kind="stable")[len(usual) // 2]])
+        who = [dataset.people[case.person] for case in cases]
+        usual = [number for number, case in enumerate(cases) if case.condition == 0]
+        calibrations = calibrations_by_person(np.array(who)[usual], [measured[number] for number in usual])
+        keys = [
+            {
+                "condition": case.condition,
+                "person": person,
+                "walk": dataset.clip[case.walk],
+                "heading_deg": float(case.heading_deg),
+                "overground": int(case.overground),
+            }
+            for case, person in zip(cases, who, strict=True)
+        ]
+        clips = [
+            {**key, **of_clip(m, calibrations[key["person"]])} for key, m in zip(keys, measured, strict=True)
+        ]
+        people = [
+            {**key, "method": method, "error_mm": distance, **dict(zip(ERRORS[1:], angles, strict=True))}
+            for key, m in zip(keys, measured, strict=True)
+            for method, distance, angles in zip(METHODS, m.distance_mm, m.angle_deg, strict=True)
+        ]
+        distances = [measured[number].distance_mm[0] for number in usual]
+        shown = usual[int(np.argsort(distances, kind="stable")[len(usual) // 2])]
         return FilmedErrors(
-            condition=condition,
-            person=person,
-            clip=np.array([str(dataset.clip[case.walk]) for case in cases]),
-            heading_deg=np.array([case.heading_deg for case in cases], dtype=float),
-            overground=np.array([case.overground for case in cases]),
-            methods=np.array(METHODS),
-            view_error_deg=np.array([m.view_error_deg for m in measured]),
-            cadence_error_percent=np.array([m.cadence_error_percent for m in measured]),
-            residual_percent=np.array([m.residual_percent for m in measured]),
-            error_mm=distances,
-            angle_error_deg=np.stack([m.angle_deg for m in measured]),
-            covered=np.stack([
-                covered(m, calibrations[who]) for who, m in zip(person.tolist(), measured, strict=True)
-            ]),
-            covered_raw=np.stack([covered(m, None) for m in measured]),
-            verdict=np.array([m.verdict for m in measured]),
-            labels_right=np.array([m.labels_right for m in measured]),
-            labels_unsure=np.array([m.labels_unsure for m in measured]),
+            clips=pd.DataFrame(clips),
+            people=pd.DataFrame(people),
             shown=shown,
-            **self._shown(cases[shown], calibrations[str(person[shown])], inputs),
-        )  # fmt: skip
+            **self._shown(cases[shown], calibrations[who[shown]], inputs),
+        )
 
     def _model(self, case: Case, inputs: Inputs) -> int:
         """Return the number of the model that does not know the walker."""
@@ -198,7 +177,7 @@ class FilmedClips(Sweep):
             **condition.filming,
         )
         return film(
-            generator, inputs.clips, case.walk, condition.error, filming, self.longest_s, condition.strides
+            generator, inputs.clips, case.walk, condition.error, filming, LONGEST_S, condition.strides
         )
 
     def _shown(self, case: Case, calibration: Calibration, inputs: Inputs) -> dict[str, Any]:
@@ -243,3 +222,25 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
         for level in range(len(LEVELS))
     ]
     return np.array([float((off <= h).mean()) for h in half])
+
+
+def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
+    """Errors of view and cadence, residual, coverage of bars, verdict and labels of one clip."""
+    labels = (
+        measured.labels_right,
+        measured.labels_unsure,
+        not (measured.labels_right or measured.labels_unsure),
+    )
+    return {
+        "view_error_deg": measured.view_error_deg,
+        "view_distance_deg": abs(measured.view_error_deg),
+        "cadence_error_percent": measured.cadence_error_percent,
+        "residual_percent": measured.residual_percent,
+        **{
+            f"covered_{percent}{end}": 100 * share
+            for end, bars in (("_percent", calibration), ("_raw_percent", None))
+            for percent, share in zip(LEVELS_PERCENT, covered(measured, bars), strict=True)
+        },
+        **{f"{verdict}_percent": 100.0 * (measured.verdict == verdict) for verdict in Verdict},
+        **{name: 100.0 * bool(held) for name, held in zip(LABELS, labels, strict=True)},
+    }

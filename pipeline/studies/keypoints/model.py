@@ -25,7 +25,7 @@ from pipeline.processes import map_processes
 from pipeline.studies.keypoints.conditions import Knowledge
 from pipeline.studies.keypoints.dataset import FilmedWalkers, FilmedWalkersDataset
 from pipeline.studies.study import Model
-from pipeline.validation import require_range
+from pipeline.validation import Count, Several
 
 NO_BONES = 1e3
 """Factor on the tolerances of lengths with which these say nothing."""
@@ -102,13 +102,8 @@ class KeypointWalkersModel(Model):
 
     dataset = FilmedWalkersDataset
 
-    components: int = 14
-    groups: int = 8  # people are left out in so many groups, each with everybody of it
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("model.components", self.components, at_least=1, whole=True)
-        require_range("model.groups", self.groups, at_least=2, whole=True)
+    components: Count = 14
+    groups: Several = 8  # people are left out in so many groups, each with everybody of it
 
     def learn(self, dataset: FilmedWalkers, *, workers: int) -> KeypointWalkers:
         """Return the models without each group, and without each source if there are two or more."""

@@ -32,8 +32,9 @@ def record_shown(inputs: Inputs, begin: Recorder) -> None:
     T = len(sweep.shown_true_mm)
     times = np.arange(T) / sweep.shown_rate_hz
     index = {"time": times}
+    shown = sweep.clips.iloc[sweep.shown]
     words = (
-        f"\nA clip of `{sweep.person[sweep.shown]}`, heading {sweep.heading_deg[sweep.shown]:g}°, of median error."
+        f"\nA clip of `{shown['person']}`, heading {shown['heading_deg']:g}°, of median error."
         " Image: keypoints (dots), reprojection (lines). 3D about the pelvis: light: truth, blue: reconstruction,"
         " grey: average walker with the heading and phase that were found.\n"
     )

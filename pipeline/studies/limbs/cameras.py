@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Annotated
 
 import numpy as np
 
 from pipeline.core import camera_paths
 from pipeline.core.pinhole import Pinhole
 from pipeline.studies.study import Sweep
-from pipeline.validation import require_distinct, require_range
+from pipeline.validation import Distinct, Finite, bounded
 
 
 class Camera(StrEnum):
@@ -84,17 +85,10 @@ class CameraSweep(Sweep):
 
     draws_random_numbers = True
 
-    cameras: list[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
-    distance_mm: float = 4000.0
-    focal_px: float = 1000.0
-    around_deg: float = 60.0  # how far a moving or shaky camera walks around
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_distinct("sweep.cameras", self.cameras)
-        require_range("sweep.distance_mm", self.distance_mm, at_least=1)
-        require_range("sweep.focal_px", self.focal_px, at_least=1)
-        require_range("sweep.around_deg", self.around_deg)
+    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
+    distance_mm: Annotated[float, bounded(at_least=1)] = 4000.0
+    focal_px: Annotated[float, bounded(at_least=1)] = 1000.0
+    around_deg: Finite = 60.0  # how far a moving or shaky camera walks around
 
     @property
     def px_per_mm(self) -> float:

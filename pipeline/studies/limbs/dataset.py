@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from pipeline.clips.kinds import VARIED, VariedClips
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.resampling import frames_at_rate, interpolate
 from pipeline.studies.study import Dataset
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput, Positive, bounded
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,9 @@ class LimbDataset(Dataset):
 
     corpus = VARIED
 
-    frames: int = 100
-    frame_rate_hz: float = 30.0
-    stretches: int = 2  # of each clip, evenly over it; fewer where it is too short
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("dataset.frames", self.frames, at_least=3)
-        require_range("dataset.frame_rate_hz", self.frame_rate_hz, above=0)
-        require_range("dataset.stretches", self.stretches, at_least=1)
+    frames: Annotated[int, bounded(at_least=3)] = 100
+    frame_rate_hz: Positive = 30.0
+    stretches: Count = 2  # of each clip, evenly over it; fewer where it is too short
 
     def build(self, clips: VariedClips, *, workers: int) -> LimbStretches:
         """Return the stretches of all clips that are long enough."""

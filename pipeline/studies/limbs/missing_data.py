@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.articulated_trajectory import Articulated, Options, TrajectoryBasis, prepared
 from pipeline.core.articulation import Adjustment
@@ -25,8 +26,8 @@ from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.scores import better_of_mirrors, distance
 from pipeline.studies.limbs.swept_errors import ErrorSweep
-from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked, wrong_trajectory
-from pipeline.validation import require_distinct, require_increasing, require_range
+from pipeline.studies.limbs.trials import ROOT, LimbInputs, wrong_trajectory
+from pipeline.validation import Distinct, Increasing, NonNegative, bounded
 
 MOST_MISSING = 0.9
 
@@ -38,6 +39,9 @@ HINGED_FRACTION = 0.05
 
 BETWEEN = 10
 """Instants to a frame at which lengths are looked at."""
+
+
+Missing = Annotated[float, bounded(at_least=0, at_most=MOST_MISSING)]
 
 
 class Pattern(StrEnum):
@@ -64,37 +68,15 @@ class Pattern(StrEnum):
 
 @dataclass(frozen=True)
 class MissingDataErrors:
-    """Errors of T skeletons for V fractions of missing points by P patterns.
+    """Errors of every skeleton for every fraction of missing points and pattern, and one skeleton to look at.
 
     Attributes
     ----------
-    fractions : (V,)
-    patterns : (P,) text
-    stretch : (T,) int
-        Of the data set.
-    camera : (T,) text
-    relative_error : (P, V, T)
-        ||X - X_hat|| / ||X|| in the world's coordinates, as in the paper.
-    limb_error : (P, V, T)
-        Mean distance of joints from the truth over the mean length of a limb.
-    joint_error_mm, imputed_error_mm, seen_error_mm : (P, V, T)
-        Mean distance of all joints, of missing points (NaN if there are none) and of the others, mm.
-    relative_error_up_to_mirror, limb_error_up_to_mirror : (P, V, T)
-        With of every limb and its mirror the better one, not refined.
-    missing_share : (P, V, T)
-    reprojection_error_px : (P, V, T)
-    length_violation, cartesian_length_violation : (P, V, T)
-        As `length_violations`.
-    hanging_relative_error, mean_pose_relative_error : (P, V, T)
-        As `relative_error`, of skeletons that do nothing (`nulls`) on the same wrong root.
-    hanging_error_mm, mean_pose_error_mm, hanging_imputed_error_mm, mean_pose_imputed_error_mm : (P, V, T)
-        As `joint_error_mm` and `imputed_error_mm`, of the same.
-    hinged_fraction : float
-        At which knees and elbows that flex one way are used as well, points missing by the first pattern.
-    hinged_relative_error, hinged_joint_error_mm : (T,)
-        As `relative_error` and `joint_error_mm`.
-    shown : (1,) int
-        The skeleton of median error at the fraction shown.
+    rows : DataFrame
+    hinged : DataFrame
+        The same with knees and elbows that flex one way as well, at one fraction, missing by the first pattern.
+    shown_clip : str
+        Of the skeleton of median error at the fraction shown.
     shown_true, shown_found : (F, 15, 3)
         mm.
     shown_imputed : (F, 15) bool
@@ -104,37 +86,15 @@ class MissingDataErrors:
     shown_pattern : str
     """
 
-    fractions: np.ndarray
-    patterns: np.ndarray
-    stretch: np.ndarray
-    camera: np.ndarray
-    relative_error: np.ndarray
-    limb_error: np.ndarray
-    joint_error_mm: np.ndarray
-    imputed_error_mm: np.ndarray
-    seen_error_mm: np.ndarray
-    relative_error_up_to_mirror: np.ndarray
-    limb_error_up_to_mirror: np.ndarray
-    missing_share: np.ndarray
-    reprojection_error_px: np.ndarray
-    length_violation: np.ndarray
-    cartesian_length_violation: np.ndarray
-    hanging_relative_error: np.ndarray
-    mean_pose_relative_error: np.ndarray
-    hanging_error_mm: np.ndarray
-    mean_pose_error_mm: np.ndarray
-    hanging_imputed_error_mm: np.ndarray
-    mean_pose_imputed_error_mm: np.ndarray
-    hinged_relative_error: np.ndarray
-    hinged_joint_error_mm: np.ndarray
-    shown: np.ndarray
+    rows: pd.DataFrame
+    hinged: pd.DataFrame
+    shown_clip: str
     shown_true: np.ndarray
     shown_found: np.ndarray
     shown_imputed: np.ndarray
     shown_image: np.ndarray
     shown_fraction: float
     shown_pattern: str
-    hinged_fraction: float
 
 
 @dataclass(frozen=True)
@@ -143,7 +103,8 @@ class Scene:
 
     Attributes
     ----------
-    number, stretch : int
+    number : int
+    clip : str
     camera : Camera
     view : Pinhole
     positions : (F, 15, 3)
@@ -157,7 +118,7 @@ class Scene:
     """
 
     number: int
-    stretch: int
+    clip: str
     camera: Camera
     view: Pinhole
     positions: np.ndarray
@@ -185,25 +146,16 @@ class MissingDataSweep(ErrorSweep):
 
     in_the_basis = True
 
-    cameras: list[Camera] = field(default_factory=lambda: [Camera.still])
-    fractions: list[float] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
-    patterns: list[Pattern] = field(default_factory=lambda: [Pattern.random, Pattern.block])
-    length_error: float = 0.02  # standard deviation over limbs, relative
-    root_error_mm: float = 20.0
-    noise_px: float = 1.0
+    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])
+    fractions: Increasing[Missing] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
+    patterns: Distinct[Pattern] = field(default_factory=lambda: [Pattern.random, Pattern.block])
+    length_error: NonNegative = 0.02  # standard deviation over limbs, relative
+    root_error_mm: NonNegative = 20.0
+    noise_px: NonNegative = 1.0
     use_hinges: bool = False  # ours, not the paper's
     adjust: Adjustment = Adjustment.per_frame
-    share: float = 0.3  # of the trials: each is a skeleton of fourteen limbs
-    time_limit_s: float = 0.0  # signs at once, without certificates
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_increasing("sweep.fractions", self.fractions, at_least=0, at_most=MOST_MISSING)
-        require_distinct("sweep.patterns", self.patterns)
-        for name in ("length_error", "root_error_mm", "noise_px"):
-            require_range(f"sweep.{name}", getattr(self, name), at_least=0)
-        require_range("sweep.share", self.share, above=0, at_most=1)
+    share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # of the trials: each is a skeleton
+    time_limit_s: NonNegative = 0.0  # signs at once, without certificates
 
     def measure(self, inputs: LimbInputs) -> MissingDataErrors:
         """Return the errors of every skeleton for every fraction of missing points and every pattern."""
@@ -215,56 +167,59 @@ class MissingDataSweep(ErrorSweep):
         first, hinged = self.patterns[0], replace(self.options(basis), use_hinges=True)
         beside = min(self.fractions, key=lambda fraction: abs(fraction - HINGED_FRACTION))
 
-        def one(
-            item: tuple[Pattern, float, int],
-        ) -> tuple[dict[str, Any], np.ndarray, dict[str, float] | None]:
+        def one(item: tuple[Pattern, float, int]) -> tuple[dict[str, Any], dict[str, Any], np.ndarray]:
             pattern, fraction, number = item
-            hidden = scenes[number].hidden(pattern, fraction, seed)
             scene = scenes[number]
-            left = scene.without(hidden)
-            skeleton = prepared(left, scene.view, scene.root, scene.lengths, self.options(basis))
-            found = skeleton.whole()
-            best = better_of_mirrors(scene.positions, skeleton)
-            with_hinges = None
+            hidden = scene.hidden(pattern, fraction, seed)
+            skeleton = prepared(
+                scene.without(hidden), scene.view, scene.root, scene.lengths, self.options(basis)
+            )
+            found, with_hinges = skeleton.whole(), {}
             if (pattern, fraction) == (first, beside):
                 off = skeleton.under(hinged).whole().positions - scene.positions
                 with_hinges = {
-                    "hinged_relative_error": _relative(off, scene.positions),
-                    "hinged_joint_error_mm": float(
-                        np.linalg.norm(np.delete(off, ROOT, axis=1), axis=-1).mean()
-                    ),
+                    "trial": number,
+                    "clip": scene.clip,
+                    "missing_fraction": fraction,
+                    "relative_error": _relative(off, scene.positions),
+                    "joint_error_mm": np.linalg.norm(np.delete(off, ROOT, axis=1), axis=-1).mean(),
                 }
-            return self._errors(scene, found, best, hidden, basis), found.positions, with_hinges
+            best = better_of_mirrors(scene.positions, skeleton)
+            return self._errors(scene, found, best, hidden, basis), with_hinges, found.positions
 
         points = [
-            (pattern if fraction else first, fraction, number)
+            (pattern, fraction, number)
             for pattern in self.patterns
             for fraction in self.fractions
             for number in range(trials)
         ]
-        distinct = list(dict.fromkeys(points))
+        keys = [(pattern if fraction else first, fraction, number) for pattern, fraction, number in points]
+        distinct = list(dict.fromkeys(keys))
         known = dict(zip(distinct, map_processes(one, distinct, inputs.workers), strict=True))
-        shape = (len(self.patterns), len(self.fractions), trials)
-        errors = stacked([known[point][0] for point in points], shape)
-        of_hinged = [row for number in range(trials) if (row := known[(first, beside, number)][2])]
-        value = int(np.abs(np.array(self.fractions) - SHOWN_FRACTION).argmin())
-        of_shown = errors["joint_error_mm"][0, value]
-        shown = int(np.argsort(of_shown, kind="stable")[trials // 2])
-        hidden = scenes[shown].hidden(first, self.fractions[value], seed)
+        rows = [
+            {
+                "trial": number,
+                "clip": scenes[number].clip,
+                "camera": scenes[number].camera,
+                "missing_fraction": fraction,
+                "pattern": pattern,
+                **known[key][0],
+            }
+            for key, (pattern, fraction, number) in zip(keys, points, strict=True)
+        ]
+        value = min(self.fractions, key=lambda fraction: abs(fraction - SHOWN_FRACTION))
+        errors = [known[(first, value, number)][0]["joint_error_mm"] for number in range(trials)]
+        shown = int(np.argsort(errors, kind="stable")[trials // 2])
+        hidden = scenes[shown].hidden(first, value, seed)
         return MissingDataErrors(
-            fractions=np.array(self.fractions),
-            patterns=np.array(self.patterns),
-            stretch=np.array([scene.stretch for scene in scenes]),
-            camera=np.array([scene.camera for scene in scenes]),
-            **errors,
-            hinged_fraction=beside,
-            **stacked(of_hinged, (trials,)),
-            shown=np.array([shown]),
+            rows=pd.DataFrame(rows),
+            hinged=pd.DataFrame([row for _, row, _ in known.values() if row]),
+            shown_clip=scenes[shown].clip,
             shown_true=scenes[shown].positions,
-            shown_found=known[(first, self.fractions[value], shown)][1],
+            shown_found=known[(first, value, shown)][2],
             shown_imputed=hidden,
             shown_image=scenes[shown].without(hidden),
-            shown_fraction=self.fractions[value],
+            shown_fraction=value,
             shown_pattern=str(first),
         )
 
@@ -279,7 +234,7 @@ class MissingDataSweep(ErrorSweep):
         wrong = wrong_trajectory(generator, len(body), self.root_error_mm, components=basis.components)
         return Scene(
             number=number,
-            stretch=stretch,
+            clip=str(stretches.clip[stretch]),
             camera=camera,
             view=view,
             positions=body,
@@ -312,6 +267,10 @@ class MissingDataSweep(ErrorSweep):
         limbs, size = np.arange(true.shape[1]) != ROOT, float(scene.true_lengths.mean())
         each = np.linalg.norm(positions - true, axis=-1)
         spherical, cartesian = length_violations(refined, basis)
+
+        def imputed(distances: np.ndarray) -> float:
+            return distances[hidden].mean() if hidden.any() else np.nan
+
         nothing = {
             "hanging": nulls.hanging(scene.root, scene.lengths),
             "mean_pose": nulls.mean_pose(scene.root, true),
@@ -319,22 +278,22 @@ class MissingDataSweep(ErrorSweep):
         apart = {name: np.linalg.norm(still - true, axis=-1) for name, still in nothing.items()}
         return {
             "relative_error": _relative(positions - true, true),
+            # Mean distance of joints from the truth over the mean length of a limb.
             "limb_error": distance(positions[:, limbs], true[:, limbs]) / size,
             "joint_error_mm": each[:, limbs].mean(),
-            "imputed_error_mm": each[hidden].mean() if hidden.any() else np.nan,
+            "imputed_error_mm": imputed(each),
             "seen_error_mm": each[limbs & ~hidden].mean(),
+            "missing_share": hidden[:, limbs].mean(),
+            # With of every limb and its mirror the better one, not refined.
             "relative_error_up_to_mirror": _relative(best - true, true),
             "limb_error_up_to_mirror": distance(best[:, limbs], true[:, limbs]) / size,
-            "missing_share": hidden[:, limbs].mean(),
             "reprojection_error_px": refined.reprojection_error_px,
             "length_violation": spherical,
             "cartesian_length_violation": cartesian,
+            # Of skeletons that do nothing on the same wrong root.
             **{f"{name}_relative_error": _relative(still - true, true) for name, still in nothing.items()},
             **{f"{name}_error_mm": off[:, limbs].mean() for name, off in apart.items()},
-            **{
-                f"{name}_imputed_error_mm": off[hidden].mean() if hidden.any() else np.nan
-                for name, off in apart.items()
-            },
+            **{f"{name}_imputed_error_mm": imputed(off) for name, off in apart.items()},
         }
 
 

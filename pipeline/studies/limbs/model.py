@@ -12,7 +12,7 @@ from pipeline.core.articulated_trajectory import TrajectoryBasis, TrajectoryBasi
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.studies.limbs.dataset import LimbDataset, LimbStretches
 from pipeline.studies.study import Model
-from pipeline.validation import require_range
+from pipeline.validation import CountOrAll, Positive, require_range
 
 
 class Basis(StrEnum):
@@ -48,14 +48,9 @@ class TrajectoryBasisModel(Model):
 
     dataset = LimbDataset
 
-    components: int = 20  # K; 0: each limb chooses its own, from its images
+    components: CountOrAll = 20  # K; 0: each limb chooses its own, from its images
     basis: Basis = Basis.hard
-    softness: float = 10.0  # of a soft basis
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("model.components", self.components, at_least=0)
-        require_range("model.softness", self.softness, above=0)
+    softness: Positive = 10.0  # of a soft basis
 
     @property
     def cutoff(self) -> float | None:

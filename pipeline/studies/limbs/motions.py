@@ -48,7 +48,7 @@ from pipeline.studies.limbs.scores import (
 )
 from pipeline.studies.limbs.trials import ROOT, LimbInputs, stacked
 from pipeline.studies.study import scaled
-from pipeline.validation import require_range
+from pipeline.validation import CountOrAll, NonNegative
 
 CHILDREN = WALKER14.ends[:, 1]
 """Places of the fourteen joints that are not the root, in the order of the limbs."""
@@ -84,26 +84,20 @@ class Root(StrEnum):
 class MotionsSweep(CameraSweep):
     """Whole skeletons of varied motion, from a still, a moving and a shaky camera."""
 
-    clips: int = scaled(
+    clips: CountOrAll = scaled(
         value="clips"
     )  # of the data set, evenly over all; 0: all.  Of each its liveliest stretch
-    noise_px: float = 1.0
+    noise_px: NonNegative = 1.0
     lengths: Lengths = Lengths.true
     root: Root = Root.true
     use_hinges: bool = True
     try_mirrors: bool = True  # beside: of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first
-    time_limit_s: float = 0.2  # nominal, of each certificate
+    time_limit_s: NonNegative = 0.2  # nominal, of each certificate
     papers_too: bool = True  # measure errors in the paper's conditions as well, which are:
     papers_lengths: Lengths = Lengths.anthropometric
     papers_root: Root = Root.unit_depth
     papers_hinges: bool = False
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        for name in ("clips", "noise_px", "time_limit_s"):
-            require_range(f"sweep.{name}", getattr(self, name), at_least=0)
 
     def measure(self, inputs: LimbInputs) -> MotionsOfBoth:
         """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""

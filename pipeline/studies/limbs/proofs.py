@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import Annotated, Any
 
-import numpy as np
+import pandas as pd
 
 from pipeline.core.articulated_trajectory import TrajectoryBasis
 from pipeline.core.articulation import Adjustment
@@ -14,88 +14,49 @@ from pipeline.core.binary_quadratic import compile_kernels
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs.cameras import Camera
-from pipeline.studies.limbs.scores import distance
-from pipeline.studies.limbs.trials import LimbInputs, LimbSweep, stacked
-from pipeline.validation import InvalidInput, require_increasing, require_range
+from pipeline.studies.limbs.scores import certificate, distance
+from pipeline.studies.limbs.trials import LimbInputs, LimbSweep
+from pipeline.validation import (
+    Count,
+    Distinct,
+    Increasing,
+    InvalidInput,
+    NonNegative,
+    Share,
+    bounded,
+    require_range,
+)
 
 LONG = 100
 """Frames above which a programme may take its whole limit, so that fewer are tried."""
 
 
 @dataclass(frozen=True)
-class Timing:
-    """What depends on the machine: seconds of N programmes.
-
-    Attributes
-    ----------
-    seconds, first_seconds : (N,)
-        Until the search ended, and until the first signs.
-    """
-
-    seconds: np.ndarray
-    first_seconds: np.ndarray
-
-
-@dataclass(frozen=True)
 class Proofs:
-    """Proofs of N programmes.
+    """Proofs of all programmes: a row to each."""
 
-    Attributes
-    ----------
-    frames, components, trial, stretch, limb : (N,) int
-    noise_px : (N,)
-    camera : (N,) text
-    proved : (N,) bool
-    objective, lower_bound, first_objective : (N,)
-        Of the best signs, their bound, and of the signs that are found at once, mm².
-    gap : (N,)
-        Between bound and objective, relative; 0 where proved.
-    limb_error : (N,)
-        Mean distance of relative trajectories over the limb's length.
-    boxes, steps : (N,) int
-        Nodes of the two searches.
-    timing : Timing
-    """
-
-    frames: np.ndarray
-    components: np.ndarray
-    noise_px: np.ndarray
-    trial: np.ndarray
-    stretch: np.ndarray
-    limb: np.ndarray
-    camera: np.ndarray
-    proved: np.ndarray
-    objective: np.ndarray
-    lower_bound: np.ndarray
-    gap: np.ndarray
-    first_objective: np.ndarray
-    limb_error: np.ndarray
-    boxes: np.ndarray
-    steps: np.ndarray
-    timing: Timing
+    rows: pd.DataFrame
 
 
 @dataclass(kw_only=True)
 class ProofSweep(LimbSweep):
     """Share of programmes that are proved, by frames and components."""
 
-    cameras: list[Camera] = field(  # in turn
+    cameras: Distinct[Camera] = field(  # in turn
         default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky]
     )
-    frames: list[int] = field(default_factory=lambda: [25, 50, 100, 200])
-    components: list[int] = field(default_factory=lambda: [10, 20])
-    noises_px: list[float] = field(default_factory=lambda: [0.0, 1.0])
+    frames: Increasing[Annotated[int, bounded(at_least=3)]] = field(
+        default_factory=lambda: [25, 50, 100, 200]
+    )
+    components: Increasing[Count] = field(default_factory=lambda: [10, 20])
+    noises_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0])
     adjust: Adjustment = Adjustment.per_frame
-    long_share: float = 0.2  # of the trials for over 100 frames, which may take the limit each
-    time_limit_s: float = 2.0  # nominal, of each search
+    long_share: Share = 0.2  # of the trials for over 100 frames, which may take the limit each
+    time_limit_s: NonNegative = 2.0  # nominal, of each search
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
         super().validate()
-        require_increasing("sweep.frames", self.frames, at_least=3)
-        require_increasing("sweep.components", self.components, at_least=1)
-        require_increasing("sweep.noises_px", self.noises_px, at_least=0)
-        require_range("sweep.long_share", self.long_share, at_least=0, at_most=1)
         if not self.programmes():
             raise InvalidInput(
                 "no programme is left",
@@ -152,24 +113,17 @@ class ProofSweep(LimbSweep):
                 "frames": frames,
                 "components": components,
                 "noise_px": noise,
-                "trial": number,
-                "stretch": trial.stretch,
-                "limb": trial.limb,
-                "camera": camera,
-                "proved": last.proved,
-                "objective": last.objective,
-                "lower_bound": last.lower_bound,
+                **trial.keys,
+                **certificate(choice),
+                # Between bound and objective, relative.
                 "gap": 0.0 if last.proved else 1.0 - max(last.lower_bound, 0.0) / last.objective,
-                "first_objective": first.objective,
+                "first_objective": first.objective,  # of the signs that are found at once
                 "limb_error": distance(choice.relative, trial.relative) / trial.length,
-                "boxes": last.boxes,
+                "boxes": last.boxes,  # nodes of the two searches
                 "steps": last.steps,
                 "first_seconds": seconds[0],
                 "seconds": seconds[1],
             }
 
         compile_kernels()  # or the first programmes would seem slow
-        programmes = self.programmes()
-        found = stacked(map_processes(one, programmes, inputs.workers), (len(programmes),))
-        seconds = {name: found.pop(name) for name in ("seconds", "first_seconds")}
-        return Proofs(**found, timing=Timing(**seconds))
+        return Proofs(pd.DataFrame(map_processes(one, self.programmes(), inputs.workers)))

@@ -12,27 +12,10 @@ from pipeline.core.articulation import Adjustment
 from pipeline.core.reconstructibility import reconstructibility
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import nulls
-from pipeline.studies.limbs.scores import distance, limb_score, true_signs
+from pipeline.studies.limbs.scores import certificate, distance, limb_errors, true_signs
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors, measured
 from pipeline.studies.limbs.trials import LimbInputs, LimbTrial, wrong_trajectory
-from pipeline.validation import require_increasing, require_range
-
-
-@dataclass(frozen=True, kw_only=True)
-class RootErrors(SweptErrors):
-    """Errors (C, V, T), the values those of the parent's error over the limb's length.
-
-    Attributes
-    ----------
-    child_error_ratio, parent_error_ratio : (C, V, T)
-        Mean distances from the true trajectories, over the limb's length.
-    reconstructibility : (C, V, T)
-        eta_a about the wrong parent.
-    """
-
-    child_error_ratio: np.ndarray
-    parent_error_ratio: np.ndarray
-    reconstructibility: np.ndarray
+from pipeline.validation import Increasing, NonNegative
 
 
 @dataclass(kw_only=True)
@@ -41,26 +24,21 @@ class RootErrorSweep(ErrorSweep):
 
     in_the_basis = True
 
-    ratios: list[float] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5])
+    ratios: Increasing[NonNegative] = field(
+        default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
+    )
     smooth: bool = True  # the error is in the trajectory basis; else it is white
-    noise_px: float = 0.0
+    noise_px: NonNegative = 0.0
     adjust: Adjustment = Adjustment.per_frame
 
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_increasing("sweep.ratios", self.ratios, at_least=0)
-        require_range("sweep.noise_px", self.noise_px, at_least=0)
-
-    def measure(self, inputs: LimbInputs) -> RootErrors:
+    def measure(self, inputs: LimbInputs) -> SweptErrors:
         """Return the errors of every trial for every error of its parent, whose course is the same at all sizes."""
         basis = inputs.model_options.fixed_basis()
 
         def errors_of(trial: LimbTrial) -> list[dict[str, Any]]:
             return [self._errors(trial, basis, ratio, inputs.seed) for ratio in self.ratios]
 
-        found = measured(self, inputs, [len(self.ratios)], errors_of)
-        return RootErrors(values=np.array(self.ratios), **found)
+        return measured(self, inputs, errors_of)
 
     def _errors(self, trial: LimbTrial, basis: TrajectoryBasis, ratio: float, seed: int) -> dict[str, Any]:
         generator = derive_generator(seed, f"sweep:root_error:{trial.number}")
@@ -72,10 +50,12 @@ class RootErrorSweep(ErrorSweep):
         signs = true_signs(choice, trial.child - parent)[used]
         eta = reconstructibility(basis.rows(len(used), used), hits.middle[used], hits.half_chord[used], signs)
         return {
-            **vars(limb_score(trial, choice, parent=parent)),
-            **nulls.limb_errors(trial, moved=wrong),
+            "root_error_ratio": ratio,
+            **limb_errors(trial, choice, parent=parent),
             "child_error_ratio": distance(parent + choice.relative, trial.child) / trial.length,
             "parent_error_ratio": distance(parent, trial.parent) / trial.length,
-            "reconstructibility": eta.ratio,
+            "reconstructibility": eta.ratio,  # about the wrong parent
+            **certificate(choice),
+            **nulls.limb_errors(trial, moved=wrong),
             "paths": np.stack([trial.relative, parent + choice.relative - trial.parent]) / trial.length,
         }

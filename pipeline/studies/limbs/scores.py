@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pipeline.core.articulated_trajectory import LimbChoice, LimbTree, Reconstruction
@@ -14,33 +12,10 @@ SUCCESS = 0.1
 """Of a limb's length: a mean error below it counts as success."""
 
 
-@dataclass(frozen=True)
-class LimbScore:
-    """Error of the choice for one limb, and what is known of the best signs.
-
-    Attributes
-    ----------
-    limb_error : float
-        Mean distance of relative trajectories, as part of the limb's true length.
-    relative_error : float
-        ||X - X_hat|| / ||X|| of the child in the world's coordinates, as in the paper; depends on their origin.
-    error_up_to_mirror : float
-        `limb_error` of the signs or of their mirror, whichever is smaller.
-    proved : bool
-    objective, lower_bound : float
-        As `BinarySolution`, square millimetres.
-    """
-
-    limb_error: float
-    relative_error: float
-    error_up_to_mirror: float
-    proved: bool
-    objective: float
-    lower_bound: float
-
-
-def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None) -> LimbScore:
-    """Return the error of a choice, beside that of the better one of it and its mirror.
+def limb_errors(
+    trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | None = None
+) -> dict[str, float]:
+    """Return the errors of a choice for one limb.
 
     Parameters
     ----------
@@ -48,17 +23,28 @@ def limb_score(trial: LimbTrial, choice: LimbChoice, *, parent: np.ndarray | Non
     choice : LimbChoice
     parent : (F, 3), optional
         Trajectory that was taken for the parent's, mm; the true one by default.
+
+    Returns
+    -------
+    dict
+        ``limb_error``: mean distance of relative trajectories, as part of the limb's true length; ``relative_error``:
+        ||X - X_hat|| / ||X|| of the child in the world's coordinates, as in the paper, which depends on their origin;
+        ``error_up_to_mirror``: `limb_error` of the signs or of their mirror, whichever is smaller.
     """
-    error, solution = distance(choice.relative, trial.relative) / trial.length, choice.solution
+    error = distance(choice.relative, trial.relative) / trial.length
     estimate = choice.relative + (trial.parent if parent is None else parent)
-    return LimbScore(
-        limb_error=error,
-        relative_error=round(float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)), 12),
-        error_up_to_mirror=min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
-        proved=solution.proved,
-        objective=solution.objective,
-        lower_bound=solution.lower_bound,
-    )
+    return {
+        "limb_error": error,
+        "relative_error": round(
+            float(np.linalg.norm(estimate - trial.child) / np.linalg.norm(trial.child)), 12
+        ),
+        "error_up_to_mirror": min(error, distance(choice.mirror().relative, trial.relative) / trial.length),
+    }
+
+
+def certificate(choice: LimbChoice) -> dict[str, float]:
+    """Return what is known of the best signs, as `BinarySolution`: objective and bound in mm²."""
+    return {name: getattr(choice.solution, name) for name in ("proved", "objective", "lower_bound")}
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from pipeline.studies.limbs.cameras import Camera, CameraSweep
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.study import SweepInputs, scaled
-from pipeline.validation import require_range
+from pipeline.validation import Distinct, NonNegative, bounded
 
 LimbInputs = SweepInputs[VariedClips, LimbStretches, BasisFit]
 
@@ -37,8 +37,9 @@ class LimbTrial:
 
     Attributes
     ----------
-    number, stretch, limb : int
-        Of the trial, of the stretch in the data set, and in ``WALKER14.limbs``.
+    number, limb : int
+        Of the trial, and in ``WALKER14.limbs``.
+    clip : str
     camera : Camera
     view : Pinhole
     images : (F, 2)
@@ -52,7 +53,7 @@ class LimbTrial:
     """
 
     number: int
-    stretch: int
+    clip: str
     limb: int
     camera: Camera
     view: Pinhole
@@ -61,6 +62,12 @@ class LimbTrial:
     parent: np.ndarray
     child: np.ndarray
     length: float
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """Which trial a row is of."""
+        limb = WALKER14.limbs[self.limb]
+        return {"trial": self.number, "clip": self.clip, "limb": limb, "camera": self.camera}
 
     @property
     def relative(self) -> np.ndarray:
@@ -80,15 +87,11 @@ class LimbTrial:
 class LimbSweep(CameraSweep):
     """A sweep over limbs, the same ones at every point."""
 
-    trials: int = scaled(value="trials")  # of every point of the sweep
-    cameras: list[Camera] = field(default_factory=lambda: [Camera.shaky, Camera.still])  # the first is drawn
-    time_limit_s: float = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        super().validate()
-        require_range("sweep.trials", self.trials, at_least=1, at_most=1_000_000)
-        require_range("sweep.time_limit_s", self.time_limit_s, at_least=0)
+    trials: Annotated[int, bounded(at_least=1, at_most=1_000_000)] = scaled(value="trials")  # of every point
+    cameras: Distinct[Camera] = field(
+        default_factory=lambda: [Camera.shaky, Camera.still]
+    )  # the first is drawn
+    time_limit_s: NonNegative = 5.0  # nominal, of each certificate: a count of operations, as `minimise` says
 
     def trial(self, stretches: LimbStretches, number: int, camera: Camera, seed: int) -> LimbTrial:
         """Return a trial by its number: stretch, limb and side are the same for every camera."""
@@ -103,7 +106,7 @@ class LimbSweep(CameraSweep):
         view = self.camera(camera, body[:, ROOT], path, azimuth_rad=side)
         return LimbTrial(
             number=number,
-            stretch=stretch,
+            clip=str(stretches.clip[stretch]),
             limb=limb,
             camera=camera,
             view=view,

@@ -14,7 +14,7 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
-from pipeline.studies.walks.phase_sources import Reconstruction
+from pipeline.studies.walks.seen_walker import Reconstruction
 from pipeline.studies.walks.sweeps.held_out import Fold, People, mirrored_grid
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
@@ -87,7 +87,7 @@ class AnatomicalApproach:
         again = camera.combine(seen, missing, turned)
         measured = ~self._data.unmeasured[walk]
         coefficients = linear_model.coefficients(model, linear_model.flatten(again), measured=measured)
-        return Reconstruction(camera.missing_dimension(walker, turned) - missing, missing, coefficients, {})
+        return Reconstruction(camera.missing_dimension(walker, turned) - missing, missing, coefficients)
 
     def estimate(self, walk: int, view_rad: np.ndarray) -> ViewEstimate:
         """The view angle of a walk from A views: the highest mode of its posterior.

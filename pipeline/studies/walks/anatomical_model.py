@@ -10,7 +10,7 @@ from pipeline.core.anatomical import Noise, Prior, Shrinkage, fit, person_weight
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierDataset, FourierSamples
 from pipeline.studies.study import Model
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, Positive, Share, require_range
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,13 @@ class AnatomicalModel(Model):
     dataset = FourierDataset
 
     mirror: bool = True
-    within_harmonic: float = 0.2
-    diagonal: float = 0.1
-    extra_variance_mm2: float = 20.0
-    noise_variance_mm2: float = 100.0
-    noise_share: float = 0.2
-    length_factor: float = 1.5  # on the standard deviation of a bone's length within the cycle
-    pair_factor: float = 2.0  # on that of the difference between left and right
+    within_harmonic: Share = 0.2
+    diagonal: Share = 0.1
+    extra_variance_mm2: Positive = 20.0
+    noise_variance_mm2: Positive = 100.0
+    noise_share: Share = 0.2
+    length_factor: Positive = 1.5  # on the standard deviation of a bone's length within the cycle
+    pair_factor: Positive = 2.0  # on that of the difference between left and right
 
     @property
     def shrinkage(self) -> Shrinkage:
@@ -66,13 +66,8 @@ class AnatomicalModel(Model):
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        for name in ("within_harmonic", "diagonal", "noise_share"):
-            require_range(f"model.{name}", getattr(self, name), at_least=0, at_most=1)
+        super().validate()
         require_range("model.diagonal", self.diagonal, at_most=1.0 - self.within_harmonic)
-        for name in ("extra_variance_mm2", "noise_variance_mm2"):
-            require_range(f"model.{name}", getattr(self, name), above=0, unit="mm²")
-        for name in ("length_factor", "pair_factor"):
-            require_range(f"model.{name}", getattr(self, name), above=0)
 
     def learn(self, dataset: FourierSamples, *, workers: int) -> AnatomicalWalkers:
         """Return the prior of the whole population."""

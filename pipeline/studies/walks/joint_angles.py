@@ -7,6 +7,7 @@ of `known_view`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -16,11 +17,11 @@ from pipeline.core.joint_angles import JOINT_ANGLES, angle_errors, flexion, join
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views, validate_methods
-from pipeline.studies.walks.phase_sources import Motion3d
-from pipeline.validation import require_range
+from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views
+from pipeline.studies.walks.seen_walker import SeenWalker
+from pipeline.validation import Distinct, Positive, bounded
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,10 @@ class JointAngleErrors:
         Whether all joints of the angle were measured.
     shown : (1,) int
         Walker of median error.
-    shown_view_deg : float
     shown_angle_rad : (M + 1, T, 4, 2)
         Over a cycle, the walker's own first.
     shown_joints_mm : (M + 1, T, 15, 3)
+        From the front.
     stride_hz : float
         Of the walker shown.
     """
@@ -53,7 +54,6 @@ class JointAngleErrors:
     offset_free_rad: np.ndarray
     measured: np.ndarray
     shown: np.ndarray
-    shown_view_deg: float
     shown_angle_rad: np.ndarray
     shown_joints_mm: np.ndarray
     stride_hz: float
@@ -63,18 +63,10 @@ class JointAngleErrors:
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
-    view_angle_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    methods: list[Method] = field(default_factory=lambda: list(Method))
-    noise_variance_mm2: float = 70.0
-    instants: int = 40  # of a cycle: twenty times the highest harmonic
-    shown_view_deg: float = 0.0  # of the recording
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2)
-        self.view_angle_deg.values("sweep.view_angle_deg")
-        require_range("sweep.instants", self.instants, at_least=5)
-        require_range("sweep.shown_view_deg", self.shown_view_deg)
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")
+    methods: Distinct[Method] = field(default_factory=lambda: list(Method))
+    noise_variance_mm2: Positive = 70.0
+    instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
 
     def coarser(self) -> JointAngles:
         """Return the sweep with every tenth degree of view, of the papers' approaches alone."""
@@ -95,13 +87,7 @@ class JointAngles(Sweep):
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
             """Reconstructed joints (M, A, T, 15, 3) of a walker."""
             view = np.radians(angles_deg)
-            source = Motion3d(
-                model.fold(r),
-                model.samples[r],
-                data.residual_covariance[r],
-                view,
-                measured=~data.unmeasured[r],
-            )
+            source = SeenWalker(model.fold(r), model.samples[r], data, r, view)
             found = [
                 third.missing(third.fold(r), r, view)
                 if method is Method.anatomical and third
@@ -136,7 +122,7 @@ class JointAngles(Sweep):
         chosen = whole if len(whole) else np.arange(len(measured))
         off = error[0, chosen].mean(axis=(1, 2))
         shown = int(chosen[np.argsort(off, kind="stable")[len(off) // 2]])
-        joints = np.concatenate([true(shown)[None], motions(shown, np.array([self.shown_view_deg]))[:, 0]])
+        joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
         return JointAngleErrors(
             methods=np.array([*(method.value for method in self.methods), Null.average_walker.value]),
             view_angle_deg=view_deg,
@@ -144,7 +130,6 @@ class JointAngles(Sweep):
             offset_free_rad=offset_free,
             measured=measured,
             shown=np.array([shown]),
-            shown_view_deg=self.shown_view_deg,
             shown_angle_rad=flexion(joints),
             shown_joints_mm=joints,
             stride_hz=float(data.frequency_hz[shown]),

@@ -5,31 +5,28 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 
-from pipeline.clips.kinds import Walks
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
     Null,
-    PhaseSource,
     coarser_views,
-    validate_methods,
 )
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
-from pipeline.studies.walks.phase_sources import Motion3d, Observed2d
-from pipeline.validation import InvalidInput
+from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
+from pipeline.validation import Distinct, Finite, Positive
 
 
 class Truth(StrEnum):
@@ -47,6 +44,10 @@ class MissingVariance(StrEnum):
     """The variance over time of each joint, averaged over joints."""
     overall = "overall"
     """The variance of all joints and instants about their common mean."""
+
+
+OF_WALKERS = ("missing_variance_mm2", "own_coefficients_beyond", "own_far_beyond")
+"""Of a walker, whatever the method."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +88,6 @@ class KnownViewErrors:
         Fourier representations of the walks that the demonstrations reconstruct.
     stride_hz : (R,)
         Their fundamental frequencies.
-    frequency_hz, phase_rad, phase_error_rad : (R, A), (M, R, A), (M, R, A), optional
-        As each view gives them, with ``sweep.phase_source=observed2d``: the frequency, the phase of the first frame,
-        and how far that is from the 3D motion's.
     """
 
     methods: np.ndarray
@@ -118,152 +116,52 @@ class KnownViewErrors:
     original: np.ndarray
     stride_hz: np.ndarray
     other_source_error_mm2: np.ndarray | None = None
-    frequency_hz: np.ndarray | None = None
-    phase_rad: np.ndarray | None = None
-    phase_error_rad: np.ndarray | None = None
 
 
 @dataclass(kw_only=True)
 class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 
-    view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
-    sigma2_mm2: Grid = scaled(start=1, stop=625, step="sigma2_step_mm2")
-    methods: list[Method] = field(default_factory=lambda: list(PUBLISHED))
-    noise_variance_mm2: float = 70.0
-    phase_source: PhaseSource = PhaseSource.motion3d
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
+    sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")
+    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))
+    noise_variance_mm2: Positive = 70.0
     truth: Truth = Truth.motion
     missing_variance: MissingVariance = MissingVariance.temporal
-    demonstration_views_deg: list[float] = field(default_factory=lambda: [0.0, 30.0, 90.0])
-
-    @property
-    def reads_clips(self) -> bool:
-        """Whether the views themselves are looked at, for their phase."""
-        return self.phase_source is PhaseSource.observed2d
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        validate_methods(self.methods, self.noise_variance_mm2, self.phase_source)
-        self.view_angle_deg.values("sweep.view_angle_deg")
-        self.sigma2_mm2.values("sweep.sigma2_mm2")
-        if not self.demonstration_views_deg:
-            raise InvalidInput(
-                "must name one view or more, e.g. [0,30,90]",
-                where="sweep.demonstration_views_deg",
-                received="none",
-            )
+    demonstration_views_deg: Distinct[Finite] = field(default_factory=lambda: [0.0, 30.0, 90.0])
 
     def coarser(self) -> KnownView:
         """Return the sweep with every tenth degree of view."""
         return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
 
-    def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> KnownViewErrors:
+    def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2")
-        view, shown = np.radians(view_deg), np.radians(self.demonstration_views_deg)
-        data, model = inputs.dataset, inputs.model
-        of_motion = self.truth is Truth.motion
-        observed = self.phase_source is PhaseSource.observed2d
-
-        def source(r: int, angles: np.ndarray) -> Motion3d | Observed2d:
-            if observed:
-                return Observed2d(model.fold(r), inputs.clips, data, r, angles)
-            return Motion3d(
-                model.fold(r),
-                model.samples[r],
-                data.residual_covariance[r],
-                angles,
-                measured=~data.unmeasured[r],
-            )
-
-        nulls = Null.beside(self.methods)
+        data, model, options = inputs.dataset, inputs.model, inputs.model_options
+        view, nulls = np.radians(view_deg), Null.beside(self.methods)
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
-
-        def one(r: int) -> dict[str, np.ndarray]:
-            everywhere, demonstration = source(r, view), source(r, shown)
-            power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
-            fold = model.fold(r)
-            training = model.samples[data.person != data.person[r]]
-            limit = linear_model.largest_coefficients(fold, training)
-            single = linear_model.truncated(fold, 1)
-            found: dict[str, list[np.ndarray]] = {}
-
-            def keep(**arrays: np.ndarray) -> None:
-                for name, array in arrays.items():
-                    found.setdefault(name, []).append(array)
-
-            for method in self.methods:
-                if method is Method.anatomical and third:
-                    here, there = (third.reconstruct(r, angles, fold) for angles in (view, shown))
-                else:
-                    noise = method.noise_variance(self.noise_variance_mm2)
-                    here, there = everywhere.reconstruct(noise), demonstration.reconstruct(noise)
-                over = np.abs(here.coefficients) / limit
-                keep(
-                    absolute_error_mm2=errors.absolute_error(here.delta, power),
-                    demonstration_error_mm2=errors.absolute_error(there.delta, shown_power),
-                    missing=there.missing,
-                    coefficients_beyond=(over > 1).mean(),
-                    views_far_beyond=(over > 2).any(axis=1).mean(),
-                    **here.phases,
-                )
-            for null in nulls:
-                noise = null.noise_variance(self.noise_variance_mm2)
-                here, there = (s.given(single).reconstruct(noise) for s in (everywhere, demonstration))
-                keep(
-                    null_error_mm2=errors.absolute_error(here.delta, power),
-                    null_demonstration_error_mm2=errors.absolute_error(there.delta, shown_power),
-                    null_missing=there.missing,
-                )
-            own = linear_model.coefficients(fold, model.samples[r : r + 1], measured=~data.unmeasured[r])
-            own = np.abs(own[0]) / limit
-            stacked: dict[str, Any] = {name: np.stack(arrays) for name, arrays in found.items()}
-            stacked |= {
-                "own_coefficients_beyond": np.float64((own > 1).mean()),
-                "own_far_beyond": np.float64((own > 2).any()),
-                "missing_variance_mm2": everywhere.missing_variance(
-                    data.temporal_covariance[r],
-                    data.coefficients[r, 0],
-                    self.missing_variance.value,
-                    of_motion,
-                ),
-            }
-            if isinstance(everywhere, Observed2d):
-                stacked["frequency_hz"] = everywhere.clip.frequency_hz
-            if Method.map in self.methods:
-                stacked["path"] = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
-            return stacked
-
-        folds = map_processes(one, range(len(model.samples)), inputs.workers)
-
-        def stack(name: str, axis: int = 1) -> np.ndarray:
-            return np.stack([found[name] for found in folds], axis=axis)
-
-        absolute, null_error = stack("absolute_error_mm2"), stack("null_error_mm2")
-        variance = stack("missing_variance_mm2", axis=0)
-        paths = [found["path"] for found in folds if "path" in found]
+        folds = map_processes(
+            lambda r: self._errors(inputs, r, third), range(len(model.samples)), inputs.workers
+        )
+        # Those of a walker come first, those of a method before them.
+        found = {
+            name: np.stack([fold[name] for fold in folds], axis=int(name not in OF_WALKERS))
+            for name in folds[0]
+            if name != "path"
+        }
+        variance = found["missing_variance_mm2"][..., None]
+        paths = [fold["path"] for fold in folds if "path" in fold]
         untried = np.empty((0, len(sigma2)))
-        options = inputs.model_options
         return KnownViewErrors(
             methods=np.array([method.value for method in self.methods]),
             nulls=np.array([null.value for null in nulls]),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,
-            absolute_error_mm2=absolute,
-            relative_error=errors.relative_error(absolute, variance[None, :, :, None]),
-            null_error_mm2=null_error,
-            null_relative_error=errors.relative_error(null_error, variance[None, :, :, None]),
-            missing_variance_mm2=variance,
+            **found,
+            relative_error=errors.relative_error(found["absolute_error_mm2"], variance),
+            null_relative_error=errors.relative_error(found["null_error_mm2"], variance),
             demonstration_view_deg=np.array(self.demonstration_views_deg),
-            demonstration_error_mm2=stack("demonstration_error_mm2"),
-            missing=stack("missing"),
-            null_demonstration_error_mm2=stack("null_demonstration_error_mm2"),
-            null_missing=stack("null_missing"),
-            coefficients_beyond=stack("coefficients_beyond"),
-            views_far_beyond=stack("views_far_beyond"),
-            own_coefficients_beyond=stack("own_coefficients_beyond", axis=0),
-            own_far_beyond=stack("own_far_beyond", axis=0),
             other_source_error_mm2=other_source_errors(
                 data, options, self.methods, self.noise_variance_mm2, view, third, inputs.workers
             ),
@@ -274,7 +172,56 @@ class KnownView(Sweep):
             path_walker_mm2=np.stack([path.mean(axis=0) for path in paths]) if paths else untried,
             path_view_mm2=np.asarray(sum(paths) / len(paths)) if paths else untried,
             nested=nested_choice(data, options, view, sigma2, inputs.workers) if paths else np.empty(0, int),
-            frequency_hz=stack("frequency_hz", axis=0) if observed else None,
-            phase_rad=stack("phase_rad") if observed else None,
-            phase_error_rad=stack("phase_error_rad") if observed else None,
         )
+
+    def _errors(
+        self,
+        inputs: SweepInputs[object, FourierSamples, Eigenwalkers],
+        r: int,
+        third: AnatomicalApproach | None,
+    ) -> dict[str, np.ndarray]:
+        """Return what `KnownViewErrors` holds of one walker, and the error of MAP (A, S) for every sigma²."""
+        data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
+        fold = model.fold(r)
+        views = [
+            np.radians(angles)
+            for angles in (self.view_angle_deg.values("sweep.view_angle_deg"), self.demonstration_views_deg)
+        ]
+        everywhere, demonstration = (SeenWalker(fold, model.samples[r], data, r, view) for view in views)
+        power, shown_power = (s.residual_power * of_motion for s in (everywhere, demonstration))
+        limit = linear_model.largest_coefficients(fold, model.samples[data.person != data.person[r]])
+        single = linear_model.truncated(fold, 1)
+        found: dict[str, list[np.ndarray]] = defaultdict(list)
+
+        def keep(here: Reconstruction, there: Reconstruction, prefix: str, error: str) -> None:
+            found[error].append(errors.absolute_error(here.delta, power))
+            found[f"{prefix}demonstration_error_mm2"].append(errors.absolute_error(there.delta, shown_power))
+            found[f"{prefix}missing"].append(there.missing)
+
+        for method in self.methods:
+            noise = method.noise_variance(self.noise_variance_mm2)
+            if method is Method.anatomical and third:
+                here, there = (third.reconstruct(r, angles, fold) for angles in views)
+            else:
+                here, there = everywhere.reconstruct(noise), demonstration.reconstruct(noise)
+            keep(here, there, "", "absolute_error_mm2")
+            over = np.abs(here.coefficients) / limit
+            found["coefficients_beyond"].append((over > 1).mean())
+            found["views_far_beyond"].append((over > 2).any(axis=1).mean())
+        for null in Null.beside(self.methods):
+            noise = null.noise_variance(self.noise_variance_mm2)
+            here, there = (s.given(single).reconstruct(noise) for s in (everywhere, demonstration))
+            keep(here, there, "null_", "null_error_mm2")
+        own = linear_model.coefficients(fold, model.samples[r : r + 1], measured=~data.unmeasured[r])
+        own = np.abs(own[0]) / limit
+        of_walker: dict[str, np.ndarray] = {
+            "own_coefficients_beyond": np.asarray((own > 1).mean()),
+            "own_far_beyond": np.asarray((own > 2).any(), dtype=float),
+            "missing_variance_mm2": everywhere.missing_variance(
+                data.temporal_covariance[r], data.coefficients[r, 0], self.missing_variance.value, of_motion
+            ),
+        }
+        if Method.map in self.methods:
+            path = everywhere.error_path(self.sigma2_mm2.values("sweep.sigma2_mm2"))
+            of_walker["path"] = path + errors.walker_error(power)[:, None]
+        return {**{name: np.stack(arrays) for name, arrays in found.items()}, **of_walker}

@@ -1,4 +1,4 @@
-"""Choices that both experiments on walks share: the approaches, and where phase and frequency come from."""
+"""Choices that both experiments on walks share: the approaches, and baselines beside them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import replace
 from enum import StrEnum
 
 from pipeline.studies.study import Grid
-from pipeline.validation import InvalidInput, require_range
 
 
 class Method(StrEnum):
@@ -51,15 +50,6 @@ class Null(StrEnum):
         return [Null.average_walker, *(Null(f"{method}_1") for method in methods if method in PUBLISHED)]
 
 
-class PhaseSource(StrEnum):
-    """Where frequency and phase of a walk come from."""
-
-    motion3d = "motion3d"
-    """The 3D motion before projection, as in the papers."""
-    observed2d = "observed2d"
-    """Each view alone: what a 2D input allows."""
-
-
 POPULATION_STEP_DEG = 10.0
 """Step of the view angle in further populations; the bands of frontal, oblique and profile views end on it."""
 
@@ -67,26 +57,3 @@ POPULATION_STEP_DEG = 10.0
 def coarser_views(views: Grid) -> Grid:
     """Return a grid of view angles with steps of ten degrees, or its own if they are wider."""
     return replace(views, step=max(views.step, POPULATION_STEP_DEG))
-
-
-def validate_methods(
-    methods: Sequence[Method], noise_variance_mm2: float, phase_source: PhaseSource = PhaseSource.motion3d
-) -> None:
-    """Validate the methods of a sweep.
-
-    Raises InvalidInput if there are none, one stands twice, or one cannot find the phase.
-    """
-    if not methods or len(set(methods)) < len(methods):
-        raise InvalidInput(
-            "must be one or more of " + ", ".join(Method),
-            where="sweep.methods",
-            received=", ".join(methods) or "none",
-        )
-    if Method.anatomical in methods and phase_source is not PhaseSource.motion3d:
-        raise InvalidInput(
-            "the anatomical method does not find the phase in the image",
-            where="sweep.phase_source",
-            expected="motion3d with sweep.methods=[anatomical]",
-            received=phase_source.value,
-        )
-    require_range("sweep.noise_variance_mm2", noise_variance_mm2, above=0, unit="mm²")

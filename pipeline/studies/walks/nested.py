@@ -46,8 +46,6 @@ def nested_choice(
 
     Fewer than four people choose for nobody, for two are left out of each model: the result is then empty.
 
-    Phase and frequency are those of the 3D motion, whatever the sweep's source.
-
     Parameters
     ----------
     data : FourierSamples

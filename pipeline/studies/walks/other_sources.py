@@ -12,7 +12,7 @@ from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import IMAGE_IGNORED_MM2, Method
-from pipeline.studies.walks.phase_sources import Motion3d
+from pipeline.studies.walks.seen_walker import SeenWalker
 
 LEAST_WALKERS = 3
 """Walkers of other sources that a model needs at least."""
@@ -29,7 +29,7 @@ def other_source_errors(
 ) -> np.ndarray | None:
     """Return errors (M + 1, R) in mm², mean over views, of each method and of the average walker; None for one source.
 
-    Phase and frequency are those of the 3D motion, and the truth is the motion, whatever the sweep's options.
+    The truth is the motion, whatever the sweep's options.
     """
     samples, how = options.training(data)
     sources = np.unique(data.source)
@@ -48,13 +48,7 @@ def other_source_errors(
 
     def one(r: int) -> list[float]:
         model = models[data.source[r]]
-        views = Motion3d(
-            model,
-            samples[r],
-            data.residual_covariance[r],
-            view_angles_rad,
-            measured=~data.unmeasured[r],
-        )
+        views = SeenWalker(model, samples[r], data, r, view_angles_rad)
         found = [
             third.reconstruct(r, view_angles_rad, model, without_source=True)
             if method is Method.anatomical and third

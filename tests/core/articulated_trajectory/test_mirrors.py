@@ -18,6 +18,7 @@ from pipeline.core.pinhole import Pinhole
 from pipeline.core.refinement import Refinement
 from pipeline.synthetic.limbs import angular_limb, smooth_series
 from pipeline.validation import InvalidInput
+from tests.core.cameras import still
 
 ARM = Chain(("shoulder", "elbow", "wrist", "hand"), (None, "shoulder", "elbow", "wrist"))
 FRAMES, LENGTHS = 60, np.array([320.0, 260.0, 120.0])
@@ -32,7 +33,7 @@ class Seen:
         self.root = 100.0 * smooth_series(generator, FRAMES, 3, bandwidth=3)
         limbs = [angular_limb(generator, FRAMES, length_mm=float(length)).relative for length in LENGTHS]
         self.truth = forward(ARM, self.root, np.stack(limbs, axis=1))
-        self.camera = camera or camera_paths.still(FRAMES, target=self.root.mean(axis=0), distance_mm=2500.0)
+        self.camera = camera or still(FRAMES, target=self.root.mean(axis=0), distance_mm=2500.0)
         images = self.camera.project(self.truth)
         self.images = images + noise_px * generator.standard_normal(images.shape)
 

@@ -30,6 +30,7 @@ from pipeline.core.reconstructibility import outside
 from pipeline.core.trajectory_basis import cosine_basis
 from pipeline.synthetic.limbs import angular_limb, smooth_series, synthetic_body
 from pipeline.validation import InvalidInput
+from tests.core.cameras import parallel, still
 from tests.strategies import seeds
 
 QUICK_S = 0.0
@@ -182,7 +183,7 @@ def test_a_chain_from_the_foot_upwards_is_reconstructed_too() -> None:
 
 def test_one_camera_for_all_frames_serves_as_its_copies_do() -> None:
     one = scene(3, sweep_rad=0.0)
-    camera = camera_paths.still(60, target=one.root.mean(axis=0))
+    camera = still(60, target=one.root.mean(axis=0))
     images = camera.project(one.positions)
     many = Scene(one.positions, one.lengths, camera, images)
     single = Scene(one.positions, one.lengths, camera.at(0), images)
@@ -354,7 +355,7 @@ def parallel_limb(seed: int, frames: int = 50) -> tuple[np.ndarray, np.ndarray, 
     generator = np.random.default_rng(seed)
     limb = angular_limb(generator, frames, length_mm=300.0, middle=np.array([0.3, 1.0, -0.2]))
     parents = 200.0 * smooth_series(generator, frames, 3, bandwidth=3)
-    cameras = camera_paths.parallel(frames, target=parents.mean(axis=0))
+    cameras = parallel(frames, target=parents.mean(axis=0))
     homogeneous = np.concatenate([parents + limb.relative, np.ones((frames, 1))], axis=1)
     pixels = np.einsum("fij,fj->fi", cameras[:, :2], homogeneous)
     return cameras, pixels, parents, limb.relative
@@ -386,7 +387,7 @@ def test_the_mirror_is_there_whatever_the_margin() -> None:
 
 def test_a_far_still_camera_leaves_every_limb_in_doubt() -> None:
     one = scene(11)
-    camera = camera_paths.still(60, target=one.root.mean(axis=0), distance_mm=1e7)
+    camera = still(60, target=one.root.mean(axis=0), distance_mm=1e7)
     found = one.reconstructed(images=camera.project(one.positions), camera=camera, refine=False)
     assert all(choice.undecided for choice in found.limbs.values())
     assert max(choice.solution.margin for choice in found.limbs.values()) < 1.5
@@ -425,7 +426,7 @@ def stepping(seed: int, *, chain: Chain = LEG, frames: int = 60) -> Scene:
     }
     relative = np.stack([limbs[limb] for limb in chain.limbs], axis=1)
     positions = forward(chain, np.stack(walk, axis=1), relative)
-    camera = camera_paths.still(frames, target=positions[:, 0].mean(axis=0), azimuth_rad=0.5)
+    camera = still(frames, target=positions[:, 0].mean(axis=0), azimuth_rad=0.5)
     lengths = np.linalg.norm(relative[0], axis=1)
     return Scene(positions, lengths, camera, camera.project(positions), chain)
 
@@ -608,7 +609,7 @@ def _unknown_camera(one: Scene) -> dict[str, Any]:
         (lambda one: {"root": one.root[:50]}, r"root must have shape \(60, 3\)"),
         (lambda one: {"lengths": one.lengths[:3]}, r"lengths must have shape \(14,\)"),
         (
-            lambda one: {"camera": camera_paths.still(59, target=one.root[0])},
+            lambda one: {"camera": still(59, target=one.root[0])},
             r"camera must be one, or one for each frame \(got 59\)",
         ),
     ],

@@ -13,9 +13,10 @@ from scipy.linalg import block_diag
 
 from pipeline.core.articulation import ROBUST_QUANTILE, RayHits, RayStatus, ray_sphere
 from pipeline.core.articulation.rays import cast_rays
-from pipeline.core.camera_paths import around, hand_held, parallel, still
+from pipeline.core.camera_paths import around, hand_held
 from pipeline.core.pinhole import Pinhole, project_by_matrix
 from pipeline.validation import InvalidInput
+from tests.core.cameras import parallel, still
 from tests.strategies import seeds
 
 AT_ORIGIN = np.array([[1.0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]])

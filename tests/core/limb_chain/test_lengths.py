@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.core.camera_paths import around, still
+from pipeline.core.camera_paths import around
 from pipeline.core.limb_chain import WALKER14, Chain, true_lengths
 from pipeline.core.limb_chain.lengths import (
     LENGTH_RATIOS,
@@ -18,6 +18,7 @@ from pipeline.core.limb_chain.lengths import (
 from pipeline.synthetic.limbs import angular_limb
 from pipeline.synthetic.walkers import walking_population
 from pipeline.validation import InvalidInput
+from tests.core.cameras import still
 from tests.strategies import seeds
 
 

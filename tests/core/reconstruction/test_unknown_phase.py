@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from pipeline.core import errors, fourier, observation, reconstruction, walking
 from pipeline.core.linear_model import LinearModel, fit, flatten, leave_one_out, unflatten
 from pipeline.core.reconstruction import (
-    error_path_unknown_phase,
     from_known_views_unknown_phase,
     lowest_phase,
 )
@@ -146,14 +145,12 @@ def test_where_the_clip_starts_moves_the_phase_and_nothing_else() -> None:
     for first in (0, 37, 111):
         clip = observation.observe(motion[first : first + 400], RATE_HZ, VIEWS)
         found = from_known_views_unknown_phase(model, clip.image, VIEWS, noise_variance=70.0)
-        path = error_path_unknown_phase(model, clip, np.array([1.0, 70.0]))
         error = errors.absolute_error(clip.missing - found.missing)
-        results.append((found.phase_rad - 2 * np.pi * 0.9 * first / RATE_HZ, found.coefficients, error, path))
-    for phase, k, error, path in results[1:]:
+        results.append((found.phase_rad - 2 * np.pi * 0.9 * first / RATE_HZ, found.coefficients, error))
+    for phase, k, error in results[1:]:
         assert np.abs(wrapped(phase - results[0][0])).max() < 1e-6
         assert np.allclose(k, results[0][1], rtol=1e-5, atol=1e-3)
         assert np.allclose(error, results[0][2], rtol=1e-5)
-        assert np.allclose(path, results[0][3], rtol=1e-5)
 
 
 def test_noisy_clips_that_are_not_whole_cycles_give_frequency_and_phase() -> None:
@@ -187,20 +184,6 @@ def test_walkers_whom_the_model_has_not_seen_give_frequency_and_phase() -> None:
         off.append(np.degrees(wrapped(ours - series[r].phase_rad - series[r].frequency_hz * middle)))
     assert np.median(np.abs(off)) < 1.5
     assert np.abs(off).max() < 12.0
-
-
-@given(fold=folds())
-@settings(max_examples=15, deadline=None)
-def test_the_path_holds_the_error_of_each_noise_variance_at_its_own_phase(fold: Fold) -> None:
-    clip, sigma2 = watched(fold), np.array([1.0, 9.0, 70.0, 625.0])
-    path = error_path_unknown_phase(fold.model, clip, sigma2)
-    assert path.shape == (len(VIEWS), len(sigma2))
-    for s, noise in enumerate(sigma2):
-        found = from_known_views_unknown_phase(
-            fold.model, clip.image, VIEWS, noise_variance=float(noise), frequency_hz=clip.frequency_hz
-        )
-        naive = errors.walker_error(errors.absolute_error(clip.missing - found.missing))
-        assert np.allclose(path[:, s], naive, rtol=1e-6, atol=1e-5)
 
 
 def test_an_eigenwalker_that_the_view_does_not_show_stays_at_zero() -> None:
@@ -243,11 +226,3 @@ def test_observations_that_do_not_fit_the_model_are_refused(words: str, argument
     image = given_.pop("image")
     with pytest.raises(InvalidInput, match=words):
         from_known_views_unknown_phase(model, image, np.zeros(2), **given_)
-
-
-def test_a_bad_path_is_refused() -> None:
-    people = walkers(np.random.default_rng(0), 6)
-    model = fit(people.reshape(6, -1), 3)
-    clip = observation.observe(played(people[0], 0.9, 0.0, 3.0), RATE_HZ, VIEWS)
-    with pytest.raises(InvalidInput, match="noise variance"):
-        error_path_unknown_phase(model, clip, np.array([70.0, -1.0]))

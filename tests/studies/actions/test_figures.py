@@ -384,9 +384,9 @@ def make_refused(store: Store) -> Callable[[str, str], str]:
     [
         ("model.smoothness=0", r"model.smoothness must be above 0 \(got 0\)"),
         ("model.smoothness=-1", r"model.smoothness must be above 0 \(got -1\)"),
-        ("model.max_disparity=100", r"model.max_disparity must be at least 1 and below 100 \(got 100\)"),
+        ("model.max_disparity=100", r"model.max_disparity must be below 100 \(got 100\)"),
         ("model.max_disparity=0", r"model.max_disparity must be at least 1"),
-        ("model.samples=30", r"model.max_disparity must be at least 1 and below 30 \(got 49\)"),
+        ("model.samples=30", r"model.max_disparity must be below 30 \(got 49\)"),
         ("model.variance=0", r"model.variance must be above 0 and at most 1"),
         ("model.dimensions=40", r"model.dimensions must be at least 0 and at most 37 \(got 40\)"),
         ("model.key_frames=0", r"model.key_frames must be at least 1"),

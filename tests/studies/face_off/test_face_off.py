@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from pipeline.cli.summary import Outcome
 from pipeline.core import camera as parallel
 from pipeline.core import fourier
-from pipeline.core.camera_paths import still
 from pipeline.core.linear_model import LinearModel
 from pipeline.storage import tables
 from pipeline.studies.face_off.comparison import KEEP_THE_IMAGE, METHODS
 from pipeline.studies.face_off.methods import SeenWalk, mean_walker, series_of_seen
+from tests.core.cameras import still
 from tests.recordings import reading, viewer
 
 Columns = dict[str, np.ndarray]

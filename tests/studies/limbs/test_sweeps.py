@@ -26,7 +26,7 @@ from pipeline.studies.limbs.proofs import ProofSweep
 from pipeline.studies.limbs.radius_scale import REFINED, RadiusScaleSweep
 from pipeline.studies.limbs.reconstructibility import LimbReconstructibilities, ReconstructibilitySweep
 from pipeline.studies.limbs.root_error import RootErrorSweep
-from pipeline.studies.limbs.scores import limb_score, true_signs
+from pipeline.studies.limbs.scores import limb_errors, true_signs
 from pipeline.studies.limbs.trials import ROOT, wrong_trajectory
 from pipeline.studies.study import Sweep
 from pipeline.validation import InvalidInput
@@ -58,13 +58,13 @@ def test_the_candidates_of_a_trial_hold_its_truth(limbs: LimbStretches, number: 
     nearest = choice.hits.middle + signs[:, None] * choice.hits.half_chord
     # Synthetic bodies keep their lengths to a hundredth; where a ray is nearly tangent that moves the candidates.
     assert np.median(np.linalg.norm(nearest - trial.relative, axis=1)) < 0.05 * trial.length
-    score = limb_score(trial, choice)
-    assert 0 <= score.error_up_to_mirror <= score.limb_error
+    errors = limb_errors(trial, choice)
+    assert 0 <= errors["error_up_to_mirror"] <= errors["limb_error"]
 
 
 def test_a_trial_is_the_same_limb_before_every_camera(limbs: LimbStretches) -> None:
     trials = {camera: ANY.trial(limbs, 3, camera, 1) for camera in Camera}
-    assert len({(t.stretch, t.limb, t.length) for t in trials.values()}) == 1
+    assert len({(t.clip, t.limb, t.length) for t in trials.values()}) == 1
     still, moving, shaky = (trials[camera] for camera in (Camera.still, Camera.moving, Camera.shaky))
     np.testing.assert_array_equal(still.noise, shaky.noise)
     assert not np.array_equal(still.images, moving.images)
@@ -111,8 +111,8 @@ def test_sweeps_reproduce_over_workers_and_not_over_seeds(limbs: LimbStretches) 
         for name, values in one.items():
             np.testing.assert_array_equal(values, other[name], err_msg=name)
     again = measure(ANY, limbs, HARD, seed=6)
-    assert not np.array_equal(first[1]["limb_error"], again.limb_error)
-    assert first[0]["proved"].all()
+    assert not np.array_equal(first[1]["rows.limb_error"], again.rows["limb_error"])
+    assert first[0]["rows.proved"].all()
 
 
 @pytest.fixture(scope="module")
@@ -123,56 +123,58 @@ def scatter(limbs: LimbStretches) -> LimbReconstructibilities:
 
 
 def test_no_signs_cost_less_than_those_that_are_proved(scatter: LimbReconstructibilities) -> None:
-    proved = scatter.proved
-    assert proved.mean() > 0.8
-    least = scatter.objective * (1 - 1e-5) - 1e-6
-    assert (scatter.truth_objective >= least)[proved].all()
-    assert (scatter.lower_bound <= scatter.objective).all()
-    eta = np.sqrt(scatter.impostor_objective / scatter.truth_objective)
-    np.testing.assert_allclose(eta, scatter.reconstructibility_vector, rtol=1e-6)
+    rows = scatter.rows
+    assert rows["proved"].mean() > 0.8
+    least = rows["objective"] * (1 - 1e-5) - 1e-6
+    assert (rows["truth_objective"] >= least)[rows["proved"]].all()
+    assert (rows["lower_bound"] <= rows["objective"]).all()
+    eta = np.sqrt(rows["impostor_objective"] / rows["truth_objective"])
+    np.testing.assert_allclose(eta, rows["reconstructibility_vector"], rtol=1e-6)
 
 
 def test_reconstructibility_predicts_error_and_the_impostor(scatter: LimbReconstructibilities) -> None:
-    eta, error = scatter.reconstructibility_vector.ravel(), scatter.limb_error.ravel()
+    eta, error = (scatter.rows[name].to_numpy() for name in ("reconstructibility_vector", "limb_error"))
     assert rank_correlation(eta, error) < -0.4
     assert (error[eta > 2] < 0.1).all()
-    taken = scatter.taken_impostor.ravel()
+    taken = scatter.rows["taken_impostor"].to_numpy()
     assert taken[eta < 0.9].all()
     assert not taken[eta > 2].any()
 
 
 def test_the_programme_starts_nearer_than_other_starts(scatter: LimbReconstructibilities) -> None:
-    by_start = np.median(scatter.refined_px, axis=(0, 1))
-    assert by_start[0] == by_start.min()
+    by_start = scatter.starts.groupby("start")["reprojection_error_px"].median()
+    assert by_start["programme"] == by_start.min()
 
 
 def test_a_wrong_parent_makes_the_child_wrong(limbs: LimbStretches) -> None:
     options = RootErrorSweep(trials=10, ratios=[0.0, 0.1, 0.5], cameras=SHAKY, time_limit_s=1.0)
     found = measure(options, limbs, HARD, workers=2, seed=1)
-    np.testing.assert_allclose(found.parent_error_ratio[0].T - options.ratios, 0.0, atol=1e-9)
-    middle = np.median(found.child_error_ratio[0], axis=1)
-    assert middle[0] < middle[1] < middle[2]
+    rows = found.rows
+    np.testing.assert_allclose(rows["parent_error_ratio"] - rows["root_error_ratio"], 0.0, atol=1e-9)
+    assert rows.groupby("root_error_ratio")["child_error_ratio"].median().is_monotonic_increasing
     assert found.paths.shape == (3, 2, 100, 3)
 
 
 def test_a_radius_too_small_is_harmless_and_too_large_is_not(limbs: LimbStretches) -> None:
     options = RadiusScaleSweep(trials=6, scales=[0.01, 0.1, 1.0, 10.0, 100.0], cameras=SHAKY)
     found = measure(options, limbs, HARD, workers=2, seed=1)
-    error, ways = found.limb_error[0], found.adjusts.tolist()
-    assert ways == [REFINED, "global", "per_frame", "robust"]
-    way = ways.index("global")
+    assert options.ways == [REFINED, "global", "per_frame", "robust"]
+    error, ratio, share = (
+        found.rows.pivot(index=["adjust", "radius_scale"], columns="trial", values=name)
+        for name in ("limb_error", "radius_ratio", "adjusted_share")
+    )
     # Adjusted to the same rays, the radius is the same however small it was.
-    np.testing.assert_array_equal(error[0, way], error[1, way])
-    assert (error[3:, 1:] > 5.0).all()
-    assert np.median(error[0, way]) < 1.0
+    np.testing.assert_array_equal(error.loc["global", 0.01], error.loc["global", 0.1])
+    assert (error.drop(REFINED).query("radius_scale >= 10") > 5.0).all(axis=None)
+    assert np.median(error.loc["global", 0.01]) < 1.0
     # Refined with the trajectory, it finds back from ten times its length, as in the paper's figure.
-    refined = np.median(error[:, 0], axis=-1)
+    refined = error.loc[REFINED].median(axis=1)
     assert (refined[:4] < 0.5).all()
-    assert refined[3] < 0.1 * np.median(error[3, way])
-    assert (np.abs(np.median(found.radius_ratio[0, :4, 0], axis=-1) - 1.0) < 0.1).all()
-    assert (found.radius_ratio[0, 2:, way] >= 1.0).all()
-    assert (found.adjusted_share[0, 0] > 0.9).all()
-    assert not found.adjusted_share[0, 3:].any()
+    assert refined[10.0] < 0.1 * np.median(error.loc["global", 10.0])
+    assert (np.abs(ratio.loc[REFINED].median(axis=1)[:4] - 1.0) < 0.1).all()
+    assert (ratio.loc["global"].query("radius_scale >= 1") >= 1.0).all(axis=None)
+    assert (share.query("radius_scale == 0.01") > 0.9).all(axis=None)
+    assert not share.query("radius_scale >= 10").any(axis=None)
 
 
 def test_what_is_missing_is_as_much_as_was_asked_for_and_never_the_root(limbs: LimbStretches) -> None:
@@ -193,29 +195,30 @@ def test_what_is_missing_is_as_much_as_was_asked_for_and_never_the_root(limbs: L
 def test_lengths_hold_between_frames_on_the_sphere_and_not_in_coordinates(limbs: LimbStretches) -> None:
     options = MissingDataSweep(trials=1, fractions=[0.2], patterns=[Pattern.random], share=1.0)
     found = measure(options, limbs, SOFT, seed=1)
-    assert found.length_violation.max() < 1e-11
-    assert found.cartesian_length_violation.min() > 1e-3
-    assert (found.relative_error_up_to_mirror <= found.relative_error * 1.1).all()
+    rows = found.rows
+    assert rows["length_violation"].max() < 1e-11
+    assert rows["cartesian_length_violation"].min() > 1e-3
+    assert (rows["relative_error_up_to_mirror"] <= rows["relative_error"] * 1.1).all()
 
 
 def test_proofs_are_of_the_frames_that_were_asked_for(limbs: LimbStretches) -> None:
     options = ProofSweep(trials=3, frames=[8, 20], components=[5, 10], noises_px=[0.0, 1.0])
-    found = measure(options, limbs, HARD, workers=2, seed=1)
+    found = measure(options, limbs, HARD, workers=2, seed=1).rows
     # Ten cosines of eight frames are none.
-    assert len(found.frames) == len(found.timing.seconds) == 3 * 2 * (1 + 2)
-    assert found.proved.all()
-    assert (found.gap == 0.0).all()
-    assert (found.first_objective >= found.objective * (1 - 1e-9)).all()
-    fewer = measure(replace(options, frames=[20], long_share=0.0), limbs, HARD, seed=1)
-    np.testing.assert_array_equal(fewer.objective, found.objective[found.frames == 20])
+    assert len(found) == 3 * 2 * (1 + 2)
+    assert found["proved"].all()
+    assert (found["gap"] == 0.0).all()
+    assert (found["first_objective"] >= found["objective"] * (1 - 1e-9)).all()
+    fewer = measure(replace(options, frames=[20], long_share=0.0), limbs, HARD, seed=1).rows
+    np.testing.assert_array_equal(fewer["objective"], found["objective"][found["frames"] == 20])
 
 
 def test_limbs_choose_their_components_where_the_basis_has_none(limbs: LimbStretches) -> None:
     options = ReconstructibilitySweep(trials=2, refined=1, cameras=SHAKY, noise_px=1.0, time_limit_s=0.0)
     by_rule = TrajectoryBasisModel(components=0)
-    found, fixed = (measure(options, limbs, model) for model in (by_rule, HARD))
-    assert np.isfinite(found.limb_error).all()
-    assert not np.array_equal(found.objective, fixed.objective)
+    found, fixed = (measure(options, limbs, model).rows for model in (by_rule, HARD))
+    assert np.isfinite(found["limb_error"]).all()
+    assert not found["objective"].equals(fixed["objective"])
     trials = [options.trial(limbs, number, Camera.shaky, 7) for number in range(4)]
     chosen = {options.choose(trial, by_rule.limb_basis(), noise_px=1.0).basis.components for trial in trials}
     assert len(chosen) > 1

@@ -220,10 +220,6 @@ def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None
     ("sweep", "changes", "where"),
     [
         (Structure, {"partners": 1}, "sweep.partners"),
-        (Structure, {"length_factors": []}, "sweep.length_factors"),
-        (Structure, {"noise_variances_mm2": [-1.0]}, "sweep.noise_variances_mm2"),
-        (Structure, {"pair_factors": [0.0]}, "sweep.pair_factors"),
-        (Structure, {"shrinkages": [0.2, 0.9]}, "sweep.shrinkages"),
         (Occlusion, {"hidden": ["moustache"]}, "sweep.hidden"),
         (Occlusion, {"hidden": []}, "sweep.hidden"),
         (Occlusion, {"joints": ["tail"]}, "a joint of WALKER15"),

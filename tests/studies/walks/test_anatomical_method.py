@@ -13,7 +13,7 @@ from pipeline.studies.study import Grid, SweepInputs
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
-from pipeline.studies.walks.methods import Method, PhaseSource, validate_methods
+from pipeline.studies.walks.methods import Method
 from pipeline.studies.walks.unknown_view import UnknownView
 from pipeline.validation import InvalidInput
 from tests.studies.walks.test_anatomical import samples, spoiled
@@ -77,11 +77,6 @@ def test_unknown_views_and_joint_angles_have_it_too() -> None:
     angles = JointAngles(view_angle_deg=GRID, methods=[Method.anatomical]).measure(given)
     assert angles.methods.tolist() == ["anatomical", "average_walker"]
     assert np.isfinite(angles.error_rad).all()
-
-
-def test_it_does_not_find_the_phase_in_the_image() -> None:
-    with pytest.raises(InvalidInput, match="does not find the phase"):
-        validate_methods([Method.anatomical], 70.0, PhaseSource.observed2d)
 
 
 def test_joints_that_were_not_measured_are_hidden_not_read() -> None:

@@ -31,12 +31,11 @@ from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, Action, ActionSpaceModel
 from pipeline.studies.actions.timing import Timing, Timings
 from pipeline.studies.actions.without_mistiming import without_mistiming
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import entity_name, interval_words
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
-from pipeline.validation import require_range
+from pipeline.validation import Count
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
@@ -63,11 +62,7 @@ class ActionModelFigure(Figure):
     model = ActionSpaceModel
     sweep = Timing
 
-    dimensions: int = 4
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("figure.dimensions", self.dimensions, at_least=1)
+    dimensions: Count = 4
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pandas as pd
@@ -25,10 +25,9 @@ from pipeline.seeding import derive_generator
 from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_of
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
 from pipeline.studies.actions.model import ActionSpaceModel
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.study import Figure
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, bounded
 
 if TYPE_CHECKING:
     from pipeline.pictures import Picture
@@ -48,13 +47,8 @@ class OptimalPath(Figure):
 
     model = ActionSpaceModel
 
-    performance: int = (
-        -1
-    )  # brought to the rate of the median sequence; -1: the one with the largest disparity
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("figure.performance", self.performance, at_least=-1)
+    # Brought to the rate of the median sequence; -1: the one with the largest disparity.
+    performance: Annotated[int, bounded(at_least=-1)] = -1
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: E of every node; ``table_path``: the path; ``table_pair``: its distance, that of others."""

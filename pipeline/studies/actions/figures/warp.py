@@ -24,10 +24,9 @@ from pipeline.studies.actions.figures.alignments import (
 from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.actions.without_mistiming import WithoutMistiming, without_mistiming
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.study import Figure
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
@@ -48,13 +47,8 @@ class Warp(Figure):
 
     model = ActionSpaceModel
 
-    dimension: int = 1
-    performances: int = 6  # drawn; the table has all
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("figure.dimension", self.dimension, at_least=1)
-        require_range("figure.performances", self.performances, at_least=1)
+    dimension: Count = 1
+    performances: Count = 6  # drawn; the table has all
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: all performances in one dimension; ``table_rates``: how far their rates are from constant;

@@ -91,15 +91,15 @@ class WarpError(Figure):
             if sweep.starts[s] == options_of(inputs).start:
                 rows.append({"stage": "synchronized", **row})
         performances = {
-            "performance": np.tile(inputs.samples, len(moving)),
-            "person": np.tile(inputs.dataset.person, len(moving)),
-            "stage": np.repeat(list(moving), len(inputs.samples)),
-            "error_moving_frames": np.concatenate(list(moving.values())),
-            "is_median": np.tile(np.arange(len(inputs.samples)) == action.median, len(moving)),
+            "performance": inputs.samples,
+            "person": inputs.dataset.person,
+            "stage": np.array(list(moving))[:, None],
+            "error_moving_frames": list(moving.values()),
+            "is_median": np.arange(len(inputs.samples)) == action.median,
         }
         return {
-            "table": tidy(pd.DataFrame(rows), by=["stage", "penalty", "smoothness"]),
-            "table_starts": tidy(pd.DataFrame(starts), by=["start", "penalty", "smoothness"]),
+            "table": tidy(rows, by=["stage", "penalty", "smoothness"]),
+            "table_starts": tidy(starts, by=["start", "penalty", "smoothness"]),
             "table_performances": tidy(performances, by=["performance"]),
         }
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
@@ -25,22 +24,20 @@ from pipeline.studies.limbs.figures.presentation import (
     ADJUST_NAMES,
     LEAST,
     NULL_LABELS,
-    median_intervals,
     quartile_columns,
-    trial_columns,
 )
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
-from pipeline.studies.limbs.radius_scale import RadiusErrors, RadiusScaleSweep
-from pipeline.studies.limbs.root_error import RootErrors, RootErrorSweep
+from pipeline.studies.limbs.radius_scale import RadiusScaleSweep
+from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
 from pipeline.studies.presentation import interval_words
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
 
-RootInputs = FigureInputs[LimbStretches, BasisFit, RootErrors]
-RadiusInputs = FigureInputs[LimbStretches, BasisFit, RadiusErrors]
+Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 
 NULLS = ("hanging_error", "mean_pose_error")
 """Errors of limbs that do nothing, as `nulls.limb_errors`."""
@@ -48,9 +45,7 @@ NULLS = ("hanging_error", "mean_pose_error")
 ADJUSTED_NULL = "adjusted_hanging_error"
 """The first of them with the length that rays ask for, as the figure of the radius gives it to the method."""
 
-NULL_MEDIANS = {f"{name}_median": name for name in NULLS}
-
-RADIUS_NULL_MEDIANS = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": ADJUSTED_NULL}
+NULL_MEDIANS = {f"{name}_median": (name, "median") for name in NULLS}
 
 ROOT = "root_error_ratio"
 
@@ -107,32 +102,27 @@ class RootErrorFigure(Figure):
     model = TrajectoryBasisModel
     sweep = RootErrorSweep
 
-    def tables(self, inputs: RootInputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
-        measured = (
-            "limb_error", "relative_error", "error_up_to_mirror", "child_error_ratio", "parent_error_ratio",
-            "reconstructibility", "proved", "objective", "lower_bound", *NULLS,
-        )  # fmt: skip
-        swept = {"root_error_ratio": inputs.sweep.values[:, None]}
-        every = _every_trial(inputs, swept, measured)
-        every["above_parent"] = every["child_error_ratio"] > every["parent_error_ratio"]
-        return _tables(
-            inputs.sweep,
-            every.drop(columns="above_parent"),
-            every.groupby(["camera", *swept]).agg(
-                trials=("trial", "size"),
+        rows = inputs.sweep.rows
+        above = rows.assign(above_parent=rows["child_error_ratio"] > rows["parent_error_ratio"])
+        cameras = aggregate(
+            above,
+            ["camera", "root_error_ratio"],
+            {
                 **quartile_columns("child_error", "child_error_ratio"),
-                child_error_sd=("child_error_ratio", lambda ratios: sd(ratios.to_numpy(), 0)),
-                share_above_parent_error=("above_parent", "mean"),
-                limb_error_median=("limb_error", "median"),
-                error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **{name: (column, "median") for name, column in NULL_MEDIANS.items()},
-            ),
-            {"child_error_median": "child_error_ratio", **NULL_MEDIANS},
-            ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"],
+                "child_error_sd": ("child_error_ratio", lambda ratios: sd(ratios.to_numpy(), 0)),
+                "share_above_parent_error": ("above_parent", "mean"),
+                "limb_error_median": ("limb_error", "median"),
+                "error_up_to_mirror_median": ("error_up_to_mirror", "median"),
+                **NULL_MEDIANS,
+            },
+            ["child_error_median", *NULL_MEDIANS],
         )
+        errors = ["child_error_ratio", "parent_error_ratio", "limb_error", "error_up_to_mirror"]
+        return _tables(rows, cameras, ["root_error_ratio"], errors)
 
-    def charts(self, inputs: RootInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """The error against that of the parent, and its standard deviation over trials."""
         options = cast(RootErrorSweep, inputs.experiment.sweep)
         first, *others = options.cameras
@@ -169,9 +159,9 @@ class RootErrorFigure(Figure):
             f" {NULL_WORDS.format(length='assumed')} (b) Over trials.",
         )
 
-    def record(self, inputs: RootInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median error from every camera and the error of the parent, and the limb that is shown."""
-        record_on_sphere(inputs, begin, "root_error_per_mille")
+        record_on_sphere(inputs, begin, "root_error_per_mille", ROOT)
 
 
 @dataclass(kw_only=True)
@@ -181,30 +171,25 @@ class RadiusScaleFigure(Figure):
     model = TrajectoryBasisModel
     sweep = RadiusScaleSweep
 
-    def tables(self, inputs: RadiusInputs) -> dict[str, pd.DataFrame]:
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``, ``table_points``: before the first camera; ``table_cameras``: before all."""
-        measured = (
-            "limb_error", "relative_error", "error_up_to_mirror", "adjusted_share", "radius_ratio", "proved",
-            "objective", "lower_bound", *NULLS, ADJUSTED_NULL,
-        )  # fmt: skip
-        sweep = inputs.sweep
-        swept = {"radius_scale": sweep.values[:, None, None], "adjust": sweep.adjusts[:, None]}
-        every = _every_trial(inputs, swept, measured)
-        return _tables(
-            sweep,
-            every,
-            every.groupby(["camera", *swept]).agg(
-                trials=("trial", "size"),
+        rows, swept = inputs.sweep.rows, ["radius_scale", "adjust"]
+        medians = {**NULL_MEDIANS, f"{ADJUSTED_NULL}_median": (ADJUSTED_NULL, "median")}
+        cameras = aggregate(
+            rows,
+            ["camera", *swept],
+            {
                 **quartile_columns("limb_error", "limb_error"),
-                adjusted_share=("adjusted_share", "mean"),
-                error_up_to_mirror_median=("error_up_to_mirror", "median"),
-                **{name: (column, "median") for name, column in RADIUS_NULL_MEDIANS.items()},
-            ),
-            {"limb_error_median": "limb_error", **RADIUS_NULL_MEDIANS},
-            ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL],
+                "adjusted_share": ("adjusted_share", "mean"),
+                "error_up_to_mirror_median": ("error_up_to_mirror", "median"),
+                **medians,
+            },
+            ["limb_error_median", *medians],
         )
+        errors = ["limb_error", "error_up_to_mirror", "radius_ratio", ADJUSTED_NULL]
+        return _tables(rows, cameras, swept, errors)
 
-    def charts(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """The error against the scale of the radius, a panel to a camera."""
         options = cast(RadiusScaleSweep, inputs.experiment.sweep)
         first = options.ways[0]
@@ -238,42 +223,16 @@ class RadiusScaleFigure(Figure):
             f" first. {_interval_words(tables)} {NULL_WORDS.format(length='adjusted')}",
         )
 
-    def record(self, inputs: RadiusInputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the median error before the first camera over the scale, and the limb that is shown."""
-        record_on_sphere(inputs, begin, "log10_scale_per_mille")
-
-
-def _every_trial(
-    inputs: RootInputs | RadiusInputs, swept: Mapping[str, np.ndarray], measured: Sequence[str]
-) -> pd.DataFrame:
-    """Every trial before every camera; the shapes of `swept` broadcast with the trials as the last axis."""
-    sweep: SweptErrors = inputs.sweep
-    shape = sweep.limb_error.shape
-    cameras = sweep.cameras.reshape(-1, *[1] * (len(shape) - 1))
-    columns = {"camera": cameras, **swept, **{name: getattr(sweep, name) for name in measured}}
-    return tidy(
-        {
-            **trial_columns(inputs.samples, sweep.stretch, sweep.limb, shape),
-            **{name: np.broadcast_to(values, shape).ravel() for name, values in columns.items()},
-        },
-        by=["trial", *swept],
-    )
+        record_on_sphere(inputs, begin, "log10_scale_per_mille", "radius_scale")
 
 
 def _tables(
-    sweep: SweptErrors,
-    every: pd.DataFrame,
-    over_trials: pd.DataFrame,
-    medians: Mapping[str, str],
-    errors: Sequence[str],
+    rows: pd.DataFrame, cameras: pd.DataFrame, swept: Sequence[str], errors: Sequence[str]
 ) -> dict[str, pd.DataFrame]:
-    """Every trial before the first camera, errors before all; over trials before the first, and before all.
-
-    Of those medians that are named, by the column that they are of, with intervals over clips.
-    """
-    swept = [name for name in over_trials.index.names if name != "camera"]
-    intervals = median_intervals(every, over_trials.index.names, medians)
-    first, cameras = sweep.cameras[0], over_trials.join(intervals).reset_index()
+    """Every trial before the first camera, errors before all; over trials before the first, and before all."""
+    every, first = tidy(rows, by=["trial", *swept]), rows["camera"][0]
     return {
         "table": every[every["camera"] == first],
         "table_trials": every[["trial", "clip", "limb", "camera", *swept, *errors, *NULLS]],

@@ -7,38 +7,35 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.charts import on_timeline
-from pipeline.core.limb_chain import WALKER14
 from pipeline.scenes import Columns, Notes, Rows, Space3D
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import EYE_MM, OUTSIDE, RADIUS_MM, path_bones, sphere
 from pipeline.studies.limbs.model import BasisFit
-from pipeline.studies.limbs.radius_scale import RadiusErrors
-from pipeline.studies.limbs.root_error import RootErrors
+from pipeline.studies.limbs.swept_errors import SweptErrors
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
 
 
 def record_on_sphere(
-    inputs: FigureInputs[LimbStretches, BasisFit, RootErrors]
-    | FigureInputs[LimbStretches, BasisFit, RadiusErrors],
+    inputs: FigureInputs[LimbStretches, BasisFit, SweptErrors],
     begin: Recorder,
     timeline: str,
+    swept: str,
 ) -> None:
-    """Log the charts over what is swept, on a timeline, and the limb that is shown."""
+    """Log the charts over a column that is swept, on a timeline, and the limb that is shown."""
     sweep = inputs.sweep
-    shown = int(sweep.shown[0])
+    shown = sweep.rows[sweep.rows["trial"] == sweep.shown].iloc[0]
     truth, found = RADIUS_MM * sweep.paths[:, 0], RADIUS_MM * OUTSIDE * sweep.paths[:, 1]
     globe, wires = sphere()
-    at = np.unique(on_timeline(timeline, sweep.values))
+    at = np.unique(on_timeline(timeline, sweep.rows[swept].to_numpy()))
     bones, index = path_bones(truth.shape[1]), {timeline: at}
     with begin(
-        f"\nThe limb shown is `{WALKER14.limbs[sweep.limb[shown]]}` of "
-        f"`{inputs.samples[sweep.stretch[shown]]}`, {Camera(sweep.cameras[0]).words}: the trial whose errors are "
-        "nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre: green "
-        "the truth, orange the estimate at the value at the cursor, drawn "
+        f"\nThe limb shown is `{shown['limb']}` of `{shown['clip']}`, {Camera(shown['camera']).words}: the trial whose"
+        " errors are nearest to the medians. Its end moves on the sphere of the limb, drawn with a radius of one metre:"
+        " green the truth, orange the estimate at the value at the cursor, drawn "
         f"{100 * (OUTSIDE - 1):.0f} % outside. Drag the cursor.\n",
         timeline=timeline,
     ) as rec:

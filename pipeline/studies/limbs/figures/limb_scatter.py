@@ -11,7 +11,6 @@ import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.bootstrap import weighted_medians
-from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import GREEN_ABOVE, MARGIN_GREEN_ABOVE, Reading
 from pipeline.core.statistics import rank_correlation
 from pipeline.palette import Style
@@ -28,11 +27,9 @@ from pipeline.studies.limbs.figures.presentation import (
     path_bones,
     quartile_columns,
     sphere,
-    trial_columns,
 )
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.reconstructibility import (
-    STARTS,
     LimbReconstructibilities,
     ReconstructibilitySweep,
 )
@@ -49,9 +46,6 @@ EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
 
 WINDOW = 8
 """The running median is over the n / 8 trials that are nearest in rank, 5 at least."""
-
-ROUNDING = 1e-8
-"""Smallest to largest eigenvalue below which a matrix is singular: the root of the machine's precision, about."""
 
 PUBLISHED = Reference(x="park2011_accuracy_is_high_above_one", label="η = 1")
 
@@ -78,68 +72,32 @@ class LimbScatter(Figure):
         optimisation from other starts, ``table_starts``: its trials; ``table_matrices``: whether the programmes'
         matrices are positive definite.
         """
-        sweep = inputs.sweep
-        cameras, trials = sweep.limb_error.shape
-        given = sweep.by(_options(inputs).reading).ravel()
-        eta, error = np.minimum(given, EDGES[-1]), sweep.limb_error.ravel()
-        scores = (
-            "mirror_margin", "limb_error", "relative_error", "error_up_to_mirror", "proved", "objective",
-            "lower_bound", "truth_objective", "impostor_objective", "confidence", "taken_impostor", "hanging_error",
-            "mean_pose_error", "limb_error_shuffled", "positive_off_diagonal",
-        )  # fmt: skip
-        refined = sweep.refined_error.shape  # (C, R, 3)
-        starts = {
-            "start": STARTS,
-            "limb_error_median": np.median(sweep.refined_error, axis=(0, 1)),
-            "reprojection_error_px_median": np.median(sweep.refined_px, axis=(0, 1)),
-            "converged_share": sweep.refined_converged.mean(axis=(0, 1)),
-            "success": (sweep.refined_error < SUCCESS).mean(axis=(0, 1)),
-            "trials": np.full(len(STARTS), sweep.refined_px[..., 0].size),
-        }
+        rows, starts = inputs.sweep.rows, inputs.sweep.starts
+        eta = rows["reconstructibility"].clip(upper=EDGES[-1]).to_numpy()
+        error = rows["limb_error"].to_numpy()
+        refinement = starts.groupby("start", sort=False).agg(
+            limb_error_median=("limb_error", "median"),
+            reprojection_error_px_median=("reprojection_error_px", "median"),
+            converged_share=("converged", "mean"),
+            success=("limb_error", lambda errors: (errors < SUCCESS).mean()),
+            trials=("limb_error", "size"),
+        )
+        singular = rows.groupby("camera")["numerically_singular"]
         return {
-            "table": tidy(
-                {
-                    **trial_columns(inputs.samples, sweep.stretch, sweep.limb, (cameras, trials)),
-                    "camera": np.repeat(sweep.cameras, trials),
-                    "reconstructibility": given,
-                    "reconstructibility_angle": sweep.reconstructibility_angle.ravel(),
-                    **{name: getattr(sweep, name).ravel() for name in scores},
-                    "numerically_singular": (sweep.eigenvalue_ratio < ROUNDING).ravel(),
-                },
-                by=["camera", "trial"],
-            ),
-            "table_starts": tidy(
-                {
-                    "start": np.broadcast_to(STARTS, refined).ravel(),
-                    "camera": np.broadcast_to(sweep.cameras[:, None, None], refined).ravel(),
-                    "trial": np.broadcast_to(np.arange(refined[1])[:, None], refined).ravel(),
-                    "clip": np.broadcast_to(
-                        np.array(inputs.samples)[sweep.stretch[: refined[1]], None], refined
-                    ).ravel(),
-                    "limb_error": sweep.refined_error.ravel(),
-                    "converged": sweep.refined_converged.ravel(),
-                },
-                by=["camera", "trial"],
-            ),
-            "table_bins": _bins(eta, error, sweep.taken_impostor.ravel()),
-            "table_running": _running(eta, error, np.tile(np.array(inputs.samples)[sweep.stretch], cameras)),
-            "table_correlation": _correlations(sweep),
-            "table_refinement": pd.DataFrame(starts),
-            "table_matrices": tidy(
-                {
-                    "camera": sweep.cameras,
-                    "numerically_singular_share": (sweep.eigenvalue_ratio < ROUNDING).mean(axis=1),
-                    "trials": np.full(cameras, trials),
-                },
-                by=["camera"],
-            ),
+            "table": tidy(rows.drop(columns="reconstructibility_vector"), by=["camera", "trial"]),
+            "table_starts": tidy(starts.drop(columns="reprojection_error_px"), by=["camera", "trial"]),
+            "table_bins": _bins(eta, error, rows["taken_impostor"].to_numpy()),
+            "table_running": _running(eta, error, rows["clip"].to_numpy()),
+            "table_correlation": _correlations(rows),
+            "table_refinement": refinement.reset_index(),
+            "table_matrices": singular.agg(numerically_singular_share="mean", trials="size").reset_index(),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """The error of every trial against reconstructibility and the mirror margin; the running median."""
         options = _options(inputs)
         table, correlation = tables["table"], tables["table_correlation"]
-        cameras = [Camera(name) for name in inputs.sweep.cameras]
+        cameras = options.cameras
         reading = "" if options.reading is Reading.vector else " of angles, as printed"
         overall = correlation[correlation["camera"] == "all"].iloc[0]
         error: dict[str, Any] = {"label": "3D error / limb length", "log_x": True}
@@ -189,10 +147,9 @@ class LimbScatter(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the running median over log eta, and the limb at the cursor, a good and a bad one on their spheres."""
-        sweep = inputs.sweep
-        eta = np.clip(sweep.by(_options(inputs).reading), *RANGE).ravel()
-        paths = RADIUS_MM * sweep.paths.reshape(eta.size, *sweep.paths.shape[2:])
-        error = sweep.limb_error.ravel()
+        trials = inputs.sweep.rows
+        eta = trials["reconstructibility"].clip(*RANGE).to_numpy()
+        paths, error = RADIUS_MM * inputs.sweep.paths, trials["limb_error"].to_numpy()
         at, rows = increasing(1000.0 * np.log10(eta))
         bones = path_bones(paths.shape[2])
         # The good one has the lowest error of those that are clearly reconstructible, or of all where none is.
@@ -202,12 +159,11 @@ class LimbScatter(Figure):
             "impostor": int(np.argmax(error)),
         }
 
-        def words(trial: int) -> str:
-            camera, number = divmod(trial, sweep.limb_error.shape[1])
+        def words(number: int) -> str:
+            trial = trials.iloc[number]
             return (
-                f"{WALKER14.limbs[sweep.limb[number]]} of {inputs.samples[sweep.stretch[number]]}, "
-                f"{Camera(sweep.cameras[camera]).words}, eta {eta[trial]:.2f}, error {error[trial]:.2f}, margin "
-                f"{sweep.mirror_margin.ravel()[trial]:.2f} ({sweep.confidence.ravel()[trial]})"
+                f"{trial['limb']} of {trial['clip']}, {Camera(trial['camera']).words}, eta {eta[number]:.2f}, error "
+                f"{error[number]:.2f}, margin {trial['mirror_margin']:.2f} ({trial['confidence']})"
             )
 
         with begin(
@@ -295,24 +251,23 @@ def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.Data
     )
 
 
-def _correlations(sweep: LimbReconstructibilities) -> pd.DataFrame:
+def _correlations(rows: pd.DataFrame) -> pd.DataFrame:
     """One row to each camera, and one to all."""
     predictors = {
-        "spearman_vector": sweep.reconstructibility_vector,
-        "spearman_angle": sweep.reconstructibility_angle,
-        "spearman_margin": sweep.mirror_margin,
+        "spearman_vector": "reconstructibility_vector",
+        "spearman_angle": "reconstructibility_angle",
+        "spearman_margin": "mirror_margin",
     }
-    rows: list[dict[str, Any]] = []
-    for camera in [*map(str, sweep.cameras), "all"]:
-        here = (sweep.cameras == camera) | (camera == "all")
-        error = sweep.limb_error[here].ravel()
-        rows.append(
-            {
-                "camera": camera,
-                **{name: rank_correlation(by[here].ravel(), error) for name, by in predictors.items()},
-                "success": (error < SUCCESS).mean(),
-                "success_up_to_mirror": (sweep.error_up_to_mirror[here] < SUCCESS).mean(),
-                "trials": error.size,
-            }
-        )
-    return pd.DataFrame(rows).sort_values("camera", ignore_index=True)
+    return pd.DataFrame(
+        {
+            "camera": camera,
+            **{
+                name: rank_correlation(here[by].to_numpy(), here["limb_error"].to_numpy())
+                for name, by in predictors.items()
+            },
+            "success": (here["limb_error"] < SUCCESS).mean(),
+            "success_up_to_mirror": (here["error_up_to_mirror"] < SUCCESS).mean(),
+            "trials": len(here),
+        }
+        for camera, here in sorted([("all", rows), *rows.groupby("camera")], key=lambda pair: pair[0])
+    )

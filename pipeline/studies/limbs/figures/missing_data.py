@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
-from pipeline.core.bootstrap import weighted_means, weighted_medians
 from pipeline.palette import Style
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
 from pipeline.skeleton import WALKER15
@@ -21,7 +20,7 @@ from pipeline.studies.limbs.missing_data import MissingDataErrors, MissingDataSw
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import interval_words, lift
-from pipeline.studies.replicated import interval_over_clusters
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
 if TYPE_CHECKING:
@@ -33,21 +32,11 @@ PATTERN_COLOURS = {Pattern.random: "blue", Pattern.block: "orange"}
 
 PUBLISHED = Reference(x=0.05, y="park2011_error_with_missing_data", label="published")
 
-OF_SKELETONS = (
-    "relative_error", "limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm", "missing_share",
-    "relative_error_up_to_mirror", "limb_error_up_to_mirror", "reprojection_error_px", "length_violation",
-    "cartesian_length_violation", "hanging_relative_error", "mean_pose_relative_error", "hanging_error_mm",
-    "mean_pose_error_mm", "hanging_imputed_error_mm", "mean_pose_imputed_error_mm",
-)  # fmt: skip
-"""What the table takes from the sweep as it is."""
-
-DRAWN = (
+BANDED = (
     "relative_error_mean", "relative_error_up_to_mirror_mean", "hanging_relative_error_mean",
     "mean_pose_relative_error_mean", "imputed_error_mm_median", "seen_error_mm_median",
 )  # fmt: skip
 """Means and medians over skeletons that have an interval over clips."""
-
-STATISTICS = {"mean": weighted_means, "median": weighted_medians}
 
 Inputs = FigureInputs[LimbStretches, BasisFit, MissingDataErrors]
 
@@ -64,59 +53,24 @@ class MissingDataFigure(Figure):
 
         ``table_hinges``: with knees and elbows that flex one way, at the paper's fraction.
         """
-        sweep = inputs.sweep
-        shape = sweep.limb_error.shape
-        patterns, fractions, trials = shape
-        rows = {
-            "trial": np.arange(trials),
-            "clip": np.array(inputs.samples)[sweep.stretch],
-            "camera": sweep.camera,
-            "missing_fraction": sweep.fractions[:, None],
-            "pattern": sweep.patterns[:, None, None],
-        }
-        points = {
-            "missing_fraction": np.tile(sweep.fractions, patterns),
-            "pattern": np.repeat(sweep.patterns, fractions),
-            "trials": np.full(patterns * fractions, trials),
-            "relative_error_mean": sweep.relative_error.mean(axis=2).ravel(),
-            "relative_error_sd": sd(sweep.relative_error, 2).ravel(),
-            **{
-                f"{name}_median": np.median(getattr(sweep, name), axis=2).ravel()
-                for name in ("limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm")
+        rows = inputs.sweep.rows
+        medians = ("limb_error", "joint_error_mm", "imputed_error_mm", "seen_error_mm")
+        means = ("relative_error_up_to_mirror", "hanging_relative_error", "mean_pose_relative_error")
+        points = aggregate(
+            rows,
+            ["missing_fraction", "pattern"],
+            {
+                "relative_error_mean": ("relative_error", "mean"),
+                "relative_error_sd": ("relative_error", lambda errors: sd(errors.to_numpy(), 0)),
+                **{f"{name}_median": (name, "median") for name in medians},
+                **{f"{name}_mean": (name, "mean") for name in means},
+                "limb_error_up_to_mirror_median": ("limb_error_up_to_mirror", "median"),
             },
-            **{
-                f"{name}_mean": getattr(sweep, name).mean(axis=2).ravel()
-                for name in (
-                    "relative_error_up_to_mirror",
-                    "hanging_relative_error",
-                    "mean_pose_relative_error",
-                )
-            },
-            "limb_error_up_to_mirror_median": np.median(sweep.limb_error_up_to_mirror, axis=2).ravel(),
-        }
-        for name in DRAWN:
-            column, _, statistic = name.rpartition("_")
-            values = np.moveaxis(getattr(sweep, column), 2, 0)
-            low, high = interval_over_clusters(rows["clip"], values, STATISTICS[statistic])
-            points |= {f"{name}_low": low.ravel(), f"{name}_high": high.ravel()}
+            BANDED,
+        )
         return {
-            "table_hinges": tidy(
-                {
-                    "trial": np.arange(trials),
-                    "clip": np.array(inputs.samples)[sweep.stretch],
-                    "missing_fraction": np.full(trials, sweep.hinged_fraction),
-                    "relative_error": sweep.hinged_relative_error,
-                    "joint_error_mm": sweep.hinged_joint_error_mm,
-                },
-                by=["trial"],
-            ),
-            "table": tidy(
-                {
-                    **{name: np.broadcast_to(values, shape).ravel() for name, values in rows.items()},
-                    **{name: getattr(sweep, name).ravel() for name in OF_SKELETONS},
-                },
-                by=["pattern", "missing_fraction", "trial"],
-            ),
+            "table_hinges": inputs.sweep.hinged,
+            "table": tidy(rows, by=["pattern", "missing_fraction", "trial"]),
             "table_points": tidy(points, by=["pattern", "missing_fraction"]),
         }
 
@@ -191,7 +145,7 @@ class MissingDataFigure(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log one skeleton with its missing points imputed, and errors over time and fractions."""
         sweep, table = inputs.sweep, tables["table_points"]
-        patterns = [Pattern(name) for name in sweep.patterns]
+        patterns = cast(MissingDataSweep, inputs.experiment.sweep).patterns
         true, found, imputed = sweep.shown_true, sweep.shown_found, sweep.shown_imputed
         times = np.arange(len(true)) / inputs.dataset.frame_rate_hz
         index = {"time": times}
@@ -199,9 +153,8 @@ class MissingDataFigure(Figure):
         ground = lift(true) - true[:, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
         error = np.linalg.norm(found - true, axis=-1)
         seen = ~imputed & (np.arange(true.shape[1]) != ROOT)
-        name = inputs.samples[sweep.stretch[sweep.shown[0]]]
         with begin(
-            f"\n`{name}` with {100 * sweep.shown_fraction:g} % of its points missing "
+            f"\n`{sweep.shown_clip}` with {100 * sweep.shown_fraction:g} % of its points missing "
             f"({PATTERN_NAMES[Pattern(sweep.shown_pattern)]}), the one of median error. Grey: recorded; blue: "
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",

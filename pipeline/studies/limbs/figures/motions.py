@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, cast
 
@@ -26,7 +25,7 @@ from pipeline.studies.limbs.scores import acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import Count, InvalidInput
 
 if TYPE_CHECKING:
     from pipeline.pictures import Picture
@@ -60,14 +59,14 @@ class MotionsFigure(Figure):
     sweep = MotionsSweep
 
     mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
-    instants: int = 4
+    instants: Count = 4
     shown: list[str] = field(  # the first clip whose action says so is drawn
         default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
     )
 
     def validate(self, experiment: Experiment) -> None:
         """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
-        require_range("figure.instants", self.instants, at_least=1)
+        super().validate(experiment)
         if self.mirrors and not cast(MotionsSweep, experiment.sweep).try_mirrors:
             raise InvalidInput(
                 "no mirrors are tried",
@@ -90,13 +89,10 @@ class MotionsFigure(Figure):
         """
         shown = self._of(inputs)
         sweep = shown.sweep
-        grid = sweep.error_mm.shape[:2]
-        of_limbs = (*grid, len(LIMBS))
         error = sweep.error_mm[..., CHILDREN]
         mean = error.mean(axis=-1)  # (N, C, F)
         margin = np.minimum(sweep.mirror_margin, MOST)
         middle_margin = np.median(margin, axis=-1)
-        limbs = np.tile(LIMBS, int(np.prod(grid)))
         order = ["clip", "camera"]
         of_paper = {
             "error_mm": sweep.papers_error_mm,
@@ -109,54 +105,53 @@ class MotionsFigure(Figure):
             "camera_outside_basis": sweep.camera_outside_basis,
             "mean_pose_error_mm": sweep.mean_pose_error_mm,
         }
-        papers = {name: values.ravel() for name, values in of_paper.items()}
-        beside = {"table_papers": tidy({**_keys(shown, grid), **papers}, by=order)}
+        beside = {"table_papers": tidy({**_keys(shown), **of_paper}, by=order)}
         return {
             **(beside if _options(shown).papers_too and not self.mirrors else {}),
             "table": tidy(
                 {
-                    **_keys(shown, of_limbs),
-                    "joint": limbs,
-                    "error_mm": error.mean(axis=2).ravel(),
-                    "error_sd_mm": error.std(axis=2, ddof=1).ravel(),
-                    "imputed_share": sweep.imputed[..., CHILDREN].mean(axis=2).ravel(),
+                    **_keys(shown, 1),
+                    "joint": LIMBS,
+                    "error_mm": error.mean(axis=2),
+                    "error_sd_mm": error.std(axis=2, ddof=1),
+                    "imputed_share": sweep.imputed[..., CHILDREN].mean(axis=2),
                 },
                 by=order,
             ),
             "table_clips": tidy(
                 {
-                    **_keys(shown, grid),
-                    "lengths": np.full(np.prod(grid), str(_options(shown).lengths)),
-                    "error_mm": mean.mean(axis=-1).ravel(),
-                    "error_sd_mm": mean.std(axis=-1, ddof=1).ravel(),
-                    "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm.ravel(),
-                    "length_change_max": sweep.length_change.max(axis=-1).ravel(),
-                    "acceleration_ratio": acceleration_ratio(sweep.positions, sweep.truth[:, None]).ravel(),
-                    "hanging_error_mm": sweep.hanging_error_mm.ravel(),
-                    "mean_pose_error_mm": sweep.mean_pose_error_mm.ravel(),
-                    "reprojection_error_px": sweep.reprojection_error_px.ravel(),
-                    "proved_share": sweep.proved.mean(axis=-1).ravel(),
-                    "confidence": confidences(middle_margin).ravel(),
-                    "mirror_margin_median": middle_margin.ravel(),
-                    "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST).ravel(),
+                    **_keys(shown),
+                    "lengths": str(_options(shown).lengths),
+                    "error_mm": mean.mean(axis=-1),
+                    "error_sd_mm": mean.std(axis=-1, ddof=1),
+                    "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm,
+                    "length_change_max": sweep.length_change.max(axis=-1),
+                    "acceleration_ratio": acceleration_ratio(sweep.positions, sweep.truth[:, None]),
+                    "hanging_error_mm": sweep.hanging_error_mm,
+                    "mean_pose_error_mm": sweep.mean_pose_error_mm,
+                    "reprojection_error_px": sweep.reprojection_error_px,
+                    "proved_share": sweep.proved.mean(axis=-1),
+                    "confidence": confidences(middle_margin),
+                    "mirror_margin_median": middle_margin,
+                    "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST),
                 },
                 by=order,
             ),
             "table_limbs": tidy(
                 {
-                    **_keys(shown, of_limbs),
-                    "limb": limbs,
-                    "reconstructibility": np.minimum(sweep.reconstructibility, MOST).ravel(),
-                    "mirror_margin": margin.ravel(),
-                    "confidence": confidences(margin).ravel(),
-                    "mirrored": sweep.mirrored.ravel(),
-                    "proved": sweep.proved.ravel(),
-                    "objective": sweep.objective.ravel(),
-                    "best_objective": sweep.best_objective.ravel(),
-                    "lower_bound": sweep.lower_bound.ravel(),
-                    "limb_error": sweep.limb_error.ravel(),
-                    "components": sweep.components.ravel(),
-                    "length_ratio": sweep.length_ratio.ravel(),
+                    **_keys(shown, 1),
+                    "limb": LIMBS,
+                    "reconstructibility": np.minimum(sweep.reconstructibility, MOST),
+                    "mirror_margin": margin,
+                    "confidence": confidences(margin),
+                    "mirrored": sweep.mirrored,
+                    "proved": sweep.proved,
+                    "objective": sweep.objective,
+                    "best_objective": sweep.best_objective,
+                    "lower_bound": sweep.lower_bound,
+                    "limb_error": sweep.limb_error,
+                    "components": sweep.components,
+                    "length_ratio": sweep.length_ratio,
                 },
                 by=order,
             ),
@@ -294,16 +289,14 @@ def _options(inputs: Shown) -> MotionsSweep:
     return cast(MotionsSweep, inputs.experiment.sweep)
 
 
-def _keys(inputs: Shown, shape: Sequence[int]) -> dict[str, np.ndarray]:
-    """Columns that say which clip and camera a row of (N, C, …) is of."""
-    further = [1] * (len(shape) - 2)
-    stretch = inputs.sweep.stretch
-    columns = {
-        "clip": inputs.dataset.clip[stretch].reshape(-1, 1, *further),
-        "action": inputs.dataset.action[stretch].reshape(-1, 1, *further),
-        "camera": inputs.sweep.cameras.reshape(-1, *further),
+def _keys(inputs: Shown, further: int = 0) -> dict[str, np.ndarray]:
+    """Columns that say which clip and camera a value of (N, C) is of, or with so many further axes."""
+    stretch, more = inputs.sweep.stretch, (None,) * further
+    return {
+        "clip": inputs.dataset.clip[stretch][:, None, *more],
+        "action": inputs.dataset.action[stretch][:, None, *more],
+        "camera": inputs.sweep.cameras[:, *more],
     }
-    return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}
 
 
 def _without_help(tables: dict[str, pd.DataFrame]) -> str:

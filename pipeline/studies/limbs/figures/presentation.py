@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pipeline.core.bootstrap import weighted_medians
-from pipeline.core.limb_chain import WALKER14
 from pipeline.core.reconstructibility import confidence_of_mirror_margin
-from pipeline.studies.replicated import interval_over_clusters
 
 ADJUST_NAMES = {
     "refined": "refined with the trajectory",
@@ -75,36 +71,11 @@ def quartile_columns(name: str, column: str) -> dict[str, Any]:
     column : str
         What is aggregated.
     """
-    ends = {"median": 0.5, "low": 0.25, "high": 0.75}
-    return {f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in ends.items()}
-
-
-def median_intervals(trials: pd.DataFrame, by: Sequence[str], medians: Mapping[str, str]) -> pd.DataFrame:
-    """Return 95 % intervals over clips of medians over trials: all trials of a clip are drawn together.
-
-    Parameters
-    ----------
-    trials : DataFrame
-        With a column ``clip``.
-    by : sequence of str
-        Columns that tell apart what is aggregated; the index of the result.
-    medians : mapping of str to str
-        Name of a median → column that it is of.
-
-    Returns
-    -------
-    DataFrame
-        Columns ``<name>_low`` and ``<name>_high`` of every median; NaN where all trials are of one clip.
-    """
-    ends = {}
-    for key, rows in trials.groupby(list(by)):
-        values = rows[list(medians.values())].to_numpy(dtype=float)
-        low, high = interval_over_clusters(rows["clip"].to_numpy(), values, weighted_medians)
-        ends[key] = np.stack([low, high], axis=1).ravel()
-    columns = [f"{name}_{end}" for name in medians for end in ("low", "high")]
-    return pd.DataFrame.from_dict(ends, orient="index", columns=columns).set_axis(
-        pd.MultiIndex.from_tuples(list(ends), names=list(by))
-    )
+    quartiles = {"low": 0.25, "high": 0.75}
+    return {
+        f"{name}_median": (column, "median"),
+        **{f"{name}_{end}": (column, partial(pd.Series.quantile, q=q)) for end, q in quartiles.items()},
+    }
 
 
 def increasing(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,25 +89,3 @@ def confidences(margins: np.ndarray) -> np.ndarray:
     """Return green, amber or red for each mirror margin, of any shape."""
     flat = [confidence_of_mirror_margin(float(margin)) for margin in np.ravel(margins)]
     return np.array(flat).reshape(np.shape(margins))
-
-
-def trial_columns(
-    samples: Sequence[str], stretch: np.ndarray, limb: np.ndarray, shape: Sequence[int]
-) -> dict[str, np.ndarray]:
-    """Return the columns that say which trial a row is of.
-
-    Parameters
-    ----------
-    samples : sequence of str
-        Clip of each stretch.
-    stretch, limb : (T,) int
-        Of each trial.
-    shape : sequence of int
-        Of the rows before they are flattened, trials last.
-    """
-    columns = {
-        "trial": np.arange(len(stretch)),
-        "clip": np.array(samples)[stretch],
-        "limb": np.array(WALKER14.limbs)[limb],
-    }
-    return {name: np.broadcast_to(values, tuple(shape)).ravel() for name, values in columns.items()}

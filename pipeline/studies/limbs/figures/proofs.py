@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
-from pipeline.core.limb_chain import WALKER14
 from pipeline.palette import Style
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -47,21 +46,8 @@ class ProofsFigure(Figure):
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: share proved; ``table_trials``: all; ``table_timing``: seconds of this machine."""
-        sweep = inputs.sweep
-        measured = (
-            "camera", "proved", "objective", "lower_bound", "gap", "first_objective", "limb_error", "boxes", "steps",
-        )  # fmt: skip
-        each = tidy(
-            {
-                **{name: getattr(sweep, name) for name in [*KEYS, "trial"]},
-                "clip": np.array(inputs.samples)[sweep.stretch],
-                "limb": np.array(WALKER14.limbs)[sweep.limb],
-                **{name: getattr(sweep, name) for name in measured},
-                "seconds": sweep.timing.seconds,
-                "first_seconds": sweep.timing.first_seconds,
-            },
-            by=[*KEYS, "trial"],
-        )
+        each = tidy(inputs.sweep.rows, by=[*KEYS, "trial"])
+        trials = each.drop(columns=["seconds", "first_seconds"])
         each["first_best"] = each["first_objective"] <= each["objective"] * (1 + SAME)
         each["seconds_to_proof"] = each["seconds"].where(each["proved"])
         groups = each.groupby(KEYS)
@@ -82,7 +68,7 @@ class ProofsFigure(Figure):
         return {
             "table": shares.reset_index(),
             "table_timing": timing.reset_index(),
-            "table_trials": each.loc[:, : measured[-1]],
+            "table_trials": trials,
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:

@@ -21,10 +21,11 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES
-from pipeline.studies.walks.figures.presentation import BARS, VIEW
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.coverage import Bars, Coverage
+from pipeline.studies.walks.sweeps.coverage import SAMPLE_VIEW_DEG, Bars, Coverage
+from pipeline.studies.walks.sweeps.held_out import BARS
+from pipeline.studies.walks.sweeps.ladder import STYLES
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
@@ -114,7 +115,7 @@ class BarCoverage(Figure):
             "_walkers_views": ["walker", "method", "bars", "view_angle_deg"],
             "_walkers_joints": ["walker", "method", "bars", "joint_group"],
         }
-        return {f"table{end}": tidy(pd.DataFrame(rows[end]).to_dict("list"), by=by[end]) for end in rows}
+        return {f"table{end}": tidy(rows[end], by=by[end]) for end in rows}
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
@@ -168,7 +169,7 @@ class BarCoverage(Figure):
         sweep, data = inputs.sweep, inputs.dataset
         sample = int(inputs.model.tested[sweep.sample_person])
         walker = data.coefficients[sample]
-        angle = np.radians(sweep.sample_view_deg)
+        angle = np.radians(SAMPLE_VIEW_DEG)
         seen = camera.project(walker, angle)
         seconds = 1.0 / float(data.frequency_hz[sample])
         times = np.arange(0.0, seconds, 1.0 / _PLAYED_HZ)
@@ -181,7 +182,7 @@ class BarCoverage(Figure):
 
         who = inputs.model.people[sweep.sample_person]
         with begin(
-            f"\nThe walker shown is {who}, the one of median error, seen from {sweep.sample_view_deg:g}°. Thin: "
+            f"\nThe walker shown is {who}, the one of median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
             f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
         ) as rec:
             rec.skeleton("world/original", original + ground, WALKER15.bones, index=index)
@@ -211,7 +212,7 @@ class BarCoverage(Figure):
             rec.blueprint(
                 Columns(
                     space,
-                    Image2D(name=f"observed at {sweep.sample_view_deg:g}°", beside=space),
+                    Image2D(name=f"observed at {SAMPLE_VIEW_DEG:g}°", beside=space),
                     Notes(),
                     shares=(4, 3, 2),
                 ),

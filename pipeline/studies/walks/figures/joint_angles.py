@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
@@ -42,47 +42,42 @@ class JointAngleFigure(Figure):
         Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
         worst walker, over all views.
         """
-        sweep, person = inputs.sweep, np.asarray(inputs.dataset.person)
-        errors = ("rmse_deg", "offset_free_rmse_deg")
-        both = np.degrees(np.stack([sweep.error_rad, sweep.offset_free_rad]))
-        over, walkers, summary = [], [], []
-        for k, angle in enumerate(JOINT_ANGLES):
-            who = np.flatnonzero(sweep.measured[:, k])
-            if not len(who):
-                continue
-            by_view = both[..., k][:, :, who]
-            of_walker = by_view.mean(axis=3, keepdims=True)
-            found = np.moveaxis(np.concatenate([by_view, of_walker], axis=3), 2, 0)  # (R, 2, M, A + 1)
-            low, high = interval_over_people(person[who], found)
-            mean, spread = found.mean(axis=0), sd(found, 0)
-            for m, method in enumerate(sweep.methods.tolist()):
-                which = {"method": method, "angle": angle}
-                views: dict[str, object] = {**which, "view_angle_deg": sweep.view_angle_deg}
-                each: dict[str, object] = {
-                    **which,
-                    "person": person[who],
-                    "walker": np.array(inputs.samples)[who],
-                }
-                row: dict[str, object] = {**which, "walkers": len(who)}
-                for e, name in enumerate(errors):
-                    at = (e, m, slice(None, -1))
-                    views |= {name: mean[at], name.replace("_deg", "_sd_deg"): spread[at]}
-                    views |= {f"{name}_low": low[at], f"{name}_high": high[at]}
-                    each[name] = of_walker[e, m, :, 0]
-                    row |= {
-                        name: mean[e, m, -1],
-                        f"{name}_low": low[e, m, -1],
-                        f"{name}_high": high[e, m, -1],
-                    }
-                    row |= {name.replace("_deg", "_median_deg"): np.median(of_walker[e, m])}
-                    row |= {name.replace("_deg", "_worst_deg"): of_walker[e, m].max()}
-                over.append(pd.DataFrame(views))
-                walkers.append(pd.DataFrame(each))
-                summary.append(row)
+        sweep, which = inputs.sweep, ["method", "angle"]
+        errors = ["rmse_deg", "offset_free_rmse_deg"]
+        rows = tidy(
+            {
+                "method": sweep.methods[:, None, None, None],
+                "angle": JOINT_ANGLES,
+                "person": inputs.dataset.person[:, None, None],
+                "walker": np.array(inputs.samples)[:, None, None],
+                "view_angle_deg": sweep.view_angle_deg[:, None],
+                errors[0]: np.degrees(sweep.error_rad),
+                errors[1]: np.degrees(sweep.offset_free_rad),
+            },
+            by=[],
+        ).dropna()
+        walkers = rows.groupby([*which, "person", "walker"], sort=False)[errors].mean().reset_index()
+
+        def over(of: pd.DataFrame, by: list[str], **further: Any) -> pd.DataFrame:
+            columns = {name: (name, "mean") for name in errors} | {
+                name.replace("_deg", f"_{end}_deg"): (name, how)
+                for name in errors
+                for end, how in further.items()
+            }
+            return aggregate(of, by, columns, errors, cluster="person", count="walkers")
+
+        def ordered(*patterns: str) -> list[str]:
+            return [pattern.format(stem) for stem in ("rmse", "offset_free_rmse") for pattern in patterns]
+
+        by_view = over(rows, [*which, "view_angle_deg"], sd=lambda values: sd(values.to_numpy(), 0))
+        summary = over(walkers, which, median="median", worst="max")
+        ends = ("{}_deg_low", "{}_deg_high")
         return {
-            "table": tidy(pd.concat(over), by=["method", "angle", "view_angle_deg"]),
-            "table_walkers": tidy(pd.concat(walkers), by=["walker", "method", "angle"]),
-            "table_summary": tidy(pd.DataFrame(summary), by=["method", "angle"]),
+            "table": by_view[[*which, "view_angle_deg", *ordered("{}_deg", "{}_sd_deg", *ends)]],
+            "table_walkers": tidy(walkers, by=["walker", *which]),
+            "table_summary": summary[
+                [*which, "walkers", *ordered("{}_deg", *ends, "{}_median_deg", "{}_worst_deg")]
+            ],
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -116,7 +111,7 @@ class JointAngleFigure(Figure):
         shown = {"truth": Style("original", "original"), **{m: CURVES[m] for m in methods}}
         with begin(
             f"\nThe walker of median error, {inputs.samples[int(sweep.shown[0])]}, over one cycle: original and "
-            f"reconstructed from {sweep.shown_view_deg:g} degrees (0 is the frontal view). Curves: flexion of the left "
+            "reconstructed from the frontal view. Curves: flexion of the left "
             "side in degrees.\n",
         ) as rec:
             for number, (name, style) in enumerate(shown.items()):

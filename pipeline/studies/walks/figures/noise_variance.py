@@ -71,18 +71,18 @@ class NoiseVariance(Figure):
             ),
             "table_people": tidy(
                 {
-                    "person": np.repeat(person, len(sigma2)),
-                    "walker": np.repeat(inputs.samples, len(sigma2)),
-                    "sigma2_mm2": np.tile(sigma2, len(path)),
-                    "absolute_error_mm2": path.ravel(),
+                    "person": person[:, None],
+                    "walker": np.array(inputs.samples)[:, None],
+                    "sigma2_mm2": sigma2,
+                    "absolute_error_mm2": path,
                 },
                 by=["walker", "sigma2_mm2"],
             ),
             "table_views": tidy(
                 {
-                    "view_angle_deg": np.repeat(views, len(sigma2)),
-                    "sigma2_mm2": np.tile(sigma2, len(views)),
-                    "absolute_error_mm2": sweep.path_view_mm2.ravel(),
+                    "view_angle_deg": views[:, None],
+                    "sigma2_mm2": sigma2,
+                    "absolute_error_mm2": sweep.path_view_mm2,
                 },
                 by=["view_angle_deg", "sigma2_mm2"],
             ),

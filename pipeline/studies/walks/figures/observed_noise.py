@@ -16,9 +16,10 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES, one_row
+from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.noise import NoiseErrors, ObservedNoise
+from pipeline.studies.walks.sweeps.ladder import STYLES
+from pipeline.studies.walks.sweeps.noise import CONDITIONS, NoiseErrors, ObservedNoise
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
@@ -50,52 +51,34 @@ class NoiseTolerance(Figure):
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by condition and method; ``table_walkers``: by walker."""
-        sweep = inputs.sweep
-        methods = sweep.methods.tolist()
+        sweep = inputs.sweep.rows
         people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
-        square = sweep.absolute_error_mm2.mean(axis=-1)  # (M, S, P)
-        rows, walkers = [], []
-        for s, condition in enumerate(sweep.conditions.tolist()):
-            for m, method in enumerate(methods):
-                mine, than = square[m, s], square[methods.index("map_tuned"), s]
-                share = 100.0 * sweep.covered[m, s].mean(axis=-1)
-                rows.append(
-                    {
-                        "condition": condition,
-                        "method": method,
-                        "white_mm": float(sweep.white_mm[s]),
-                        "bias_mm": float(sweep.bias_mm[s]),
-                        "slow_mm": float(sweep.slow_mm[s]),
-                        **one_row(people.mean(mine), "absolute_error_mm2"),
-                        **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                        **one_row(people.mean(share), "covered_percent"),
-                        "half_width_mm": float(sweep.half_width_mm[m, s].mean()),
-                        "walkers_better": int((mine < than).sum()),
-                    }
-                )
-                walkers += [
-                    {
-                        "person": who,
-                        "walker": who,
-                        "condition": condition,
-                        "method": method,
-                        "absolute_error_mm2": float(error),
-                        "covered_percent": float(covered),
-                    }
-                    for who, error, covered in zip(inputs.model.people, mine, share, strict=True)
-                ]
+        rows = []
+        for keys, of in sweep.groupby(["condition", "method", "white_mm", "bias_mm", "slow_mm"], sort=False):
+            baseline = sweep[(sweep["condition"] == keys[0]) & (sweep["method"] == "map_tuned")]
+            mine, than = (each["absolute_error_mm2"].to_numpy() for each in (of, baseline))
+            rows.append(
+                {
+                    **dict(zip(("condition", "method", "white_mm", "bias_mm", "slow_mm"), keys, strict=True)),
+                    **one_row(people.mean(mine), "absolute_error_mm2"),
+                    **one_row(people.reduction_percent(mine, than), "below_map_percent"),
+                    **one_row(people.mean(of["covered_percent"].to_numpy()), "covered_percent"),
+                    "half_width_mm": of["half_width_mm"].mean(),
+                    "walkers_better": int((mine < than).sum()),
+                }
+            )
+        columns = ["person", "walker", "condition", "method", "absolute_error_mm2", "covered_percent"]
+        walkers = sweep.assign(walker=sweep["person"])[columns]
         return {
-            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["condition", "method"]),
-            "table_walkers": tidy(
-                pd.DataFrame(walkers).to_dict("list"), by=["walker", "condition", "method"]
-            ),
+            "table": tidy(rows, by=["condition", "method"]),
+            "table_walkers": tidy(walkers, by=["walker", "condition", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error and coverage under each condition."""
         table = tables["table"]
         top = 1.3 * float(table.loc[table["method"] == "map_tuned", "absolute_error_mm2_high"].max())
-        words = {name: WORDS[name] for name in inputs.sweep.conditions.tolist()}
+        words = {name: WORDS[name] for name in list(CONDITIONS)}
         by_condition = partial(
             Chart, x="condition", x_label="error of the image", words=words, by="method", styles=METHODS
         )
@@ -113,13 +96,13 @@ class NoiseTolerance(Figure):
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Error of every walker under every condition, walkers down and conditions across."""
         walkers = tables["table_walkers"]
-        conditions = inputs.sweep.conditions.tolist()
+        conditions = list(CONDITIONS)
         with begin(
             f"\nMatrices: a row to each of {len(inputs.model.people)} people, a column to each condition: "
             f"{', '.join(WORDS[name] for name in conditions)}.\n",
             timeline="condition",
         ) as rec:
-            for method in inputs.sweep.methods.tolist():
+            for method in METHODS:
                 of = walkers[walkers["method"] == method]
                 wide = of.pivot(index="walker", columns="condition", values="absolute_error_mm2")[conditions]
                 rec.matrix(f"matrices/{method}", wide.to_numpy())

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
@@ -15,10 +15,12 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES, one_row
-from pipeline.studies.walks.figures.presentation import BARS, VIEW
+from pipeline.studies.walks.figures.ladder import one_row
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.occlusion import AXES, WITH_BARS, HiddenJoints, Occlusion
+from pipeline.studies.walks.sweeps.held_out import BARS
+from pipeline.studies.walks.sweeps.ladder import STYLES
+from pipeline.studies.walks.sweeps.occlusion import METHODS, WITH_BARS, HiddenJoints, Occlusion
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, HiddenJoints]
 
@@ -45,80 +47,64 @@ class HiddenJointErrors(Figure):
 
         ``table_bars`` is over the three axes of the hidden joints, ``table_axes`` has each of them.
         """
-        sweep = inputs.sweep
-        methods, views = sweep.methods.tolist(), sweep.view_angle_deg
+        rows, bars = inputs.sweep.rows, inputs.sweep.bars
         people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
-        away = np.sqrt(sweep.hidden_error_mm2)  # (M, S, P, A)
-        seen = sweep.seen_error_mm2
-        of_map = methods.index("map_tuned")
+        which = ["hidden", "method"]
 
-        def row(share: np.ndarray, half: np.ndarray) -> dict[str, float]:
-            """Per cent covered, with its interval, and mean half width, of numbers (P, …)."""
-            each = people.mean(share.reshape(len(share), -1).mean(axis=1))
-            return {**one_row(each, "covered_percent"), "half_width_mm": float(half.mean())}
+        def groups(table: pd.DataFrame, by: list[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+            for keys, of in table.groupby(by, sort=False):
+                yield dict(zip(by, keys, strict=True)), of
 
-        by_view, whole, bars, of_axes, walkers, covered = [], [], [], [], [], []
-        for s, hidden in enumerate(sweep.conditions.tolist()):
-            for m, method in enumerate(methods):
-                keys = {"hidden": hidden, "method": method}
-                by_view += [
-                    {
-                        **keys,
-                        "view_angle_deg": view,
-                        **one_row(people.mean(away[m, s, :, a]), "hidden_error_mm"),
-                    }
-                    for a, view in enumerate(views.tolist())
-                ]
-                mine, than = away[m, s].mean(axis=1), away[of_map, s].mean(axis=1)
-                whole.append(
-                    {
-                        **keys,
-                        **one_row(people.mean(mine), "hidden_error_mm"),
-                        **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                        **one_row(people.mean(seen[m, s].mean(axis=1)), "seen_error_mm2"),
-                        "walkers_better": int((mine < than).sum()),
-                    }
-                )
-                walkers += [
-                    {"person": who, "walker": who, **keys, "hidden_error_mm": float(error)}
-                    for who, error in zip(inputs.model.people, mine, strict=True)
-                ]
-            for m, method in enumerate(WITH_BARS):
-                for k, kind in enumerate(BARS):
-                    keys = {"hidden": hidden, "method": method, "bars": kind}
-                    share, half = 100.0 * sweep.covered[k, m, s], sweep.half_width_mm[k, m, s]  # (P, A, 3)
-                    bars.append({**keys, **row(share, half)})
-                    of_axes += [
-                        {**keys, "axis": axis, **row(share[..., x], half[..., x])}
-                        for x, axis in enumerate(AXES)
-                    ]
-                covered += [
-                    {
-                        "person": who,
-                        "walker": who,
-                        "hidden": hidden,
-                        "method": method,
-                        "bars": kind,
-                        "covered_percent": float(share),
-                    }
-                    for k, kind in enumerate(BARS)
-                    for who, share in zip(
-                        inputs.model.people, 100.0 * sweep.covered[k, m, s].mean(axis=(1, 2)), strict=True
-                    )
-                ]
+        def mean(of: pd.DataFrame, column: str) -> dict[str, float]:
+            return one_row(people.mean(of[column].to_numpy()), column)
+
+        def covering(table: pd.DataFrame, by: list[str]) -> pd.DataFrame:
+            """Per cent covered, with its interval, and mean half width."""
+            found = [
+                {**keys, **mean(of, "covered_percent"), "half_width_mm": of["half_width_mm"].mean()}
+                for keys, of in groups(table, by)
+            ]
+            return tidy(found, by=by)
+
+        by_view = [
+            {**keys, **mean(of, "hidden_error_mm")} for keys, of in groups(rows, [*which, "view_angle_deg"])
+        ]
+        each = rows.groupby(["person", *which], sort=False).mean().reset_index()
+        whole = []
+        for keys, of in groups(each, which):
+            baseline = each[(each["hidden"] == keys["hidden"]) & (each["method"] == "map_tuned")]
+            mine, than = (table["hidden_error_mm"].to_numpy() for table in (of, baseline))
+            whole.append(
+                {
+                    **keys,
+                    **mean(of, "hidden_error_mm"),
+                    **one_row(people.reduction_percent(mine, than), "below_map_percent"),
+                    **mean(of, "seen_error_mm2"),
+                    "walkers_better": int((mine < than).sum()),
+                }
+            )
+        kinds = [*which, "bars"]
+        numbers = ["covered_percent", "half_width_mm"]
+        over_axes = bars.groupby(["person", *kinds], sort=False)[numbers].mean().reset_index()
+        who = ["person", "walker"]
         return {
-            "table": _sorted(by_view, ["hidden", "method", "view_angle_deg"]),
-            "table_hidden": _sorted(whole, ["hidden", "method"]),
-            "table_bars": _sorted(bars, ["hidden", "method", "bars"]),
-            "table_axes": _sorted(of_axes, ["hidden", "method", "bars", "axis"]),
-            "table_walkers": _sorted(walkers, ["walker", "hidden", "method"]),
-            "table_walkers_bars": _sorted(covered, ["walker", "hidden", "method", "bars"]),
+            "table": tidy(by_view, by=[*which, "view_angle_deg"]),
+            "table_hidden": tidy(whole, by=which),
+            "table_bars": covering(over_axes, kinds),
+            "table_axes": covering(bars, [*kinds, "axis"]),
+            "table_walkers": tidy(
+                each.assign(walker=each["person"])[[*who, *which, "hidden_error_mm"]], by=["walker", *which]
+            ),
+            "table_walkers_bars": tidy(
+                over_axes.assign(walker=over_axes["person"])[[*who, *kinds, "covered_percent"]],
+                by=["walker", *kinds],
+            ),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Distance by hidden joints, and by view; what the bars cover; the error of what is seen."""
-        conditions = inputs.sweep.conditions.tolist()
-        styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
+        conditions = inputs.sweep.rows["hidden"].unique().tolist()
+        styles = {name: STYLES[name] for name in METHODS}
         distance = partial(
             Chart,
             y="hidden_error_mm",
@@ -156,7 +142,3 @@ class HiddenJointErrors(Figure):
             " cycle. Bars:"
             " 95 % intervals over people.",
         )
-
-
-def _sorted(rows: list[dict], by: list[str]) -> pd.DataFrame:
-    return tidy(pd.DataFrame(rows).to_dict("list"), by=by)

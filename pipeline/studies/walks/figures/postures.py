@@ -16,14 +16,13 @@ from pipeline.scenes import Columns, Image2D, Notes, PostureRow, Space3D, Tabs
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
-from pipeline.validation import require_range
+from pipeline.validation import Count, CountOrAll, require_range
 
 if TYPE_CHECKING:
     from pipeline.pictures import Picture
@@ -52,15 +51,9 @@ class Postures(Figure):
     sweep = KnownView
     over_people = ("table_demonstrations", "table_identification")
 
-    walker: int = 0
-    instants: int = 5
-    recorded: int = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
-
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_range("figure.walker", self.walker, at_least=0)
-        require_range("figure.instants", self.instants, at_least=1)
-        require_range("figure.recorded", self.recorded, at_least=1)
+    walker: CountOrAll = 0
+    instants: Count = 5
+    recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: joints of one walker at each instant; ``table_demonstrations``: every walker, every view.
@@ -73,36 +66,27 @@ class Postures(Figure):
         views = sweep.demonstration_view_deg
         times = np.arange(self.instants) / self.instants  # fractions of a cycle, at one hertz
         original = fourier.synthesise(data.coefficients[self.walker], 1.0, times)
-        rows: dict[str, list[np.ndarray]] = {}
-        joints = np.tile(WALKER15.joints, self.instants)
-        for m, method in enumerate(methods):
-            for v, view in enumerate(views):
-                again = fourier.synthesise(reconstructed(inputs, m, self.walker, v), 1.0, times)
-                block = {
-                    "walker": np.full(joints.size, inputs.samples[self.walker]),
-                    "view_angle_deg": np.full(joints.size, view),
-                    "method": np.full(joints.size, method),
-                    "instant": np.repeat(np.arange(self.instants), len(WALKER15.joints)),
-                    "joint": joints,
-                }
-                for which, motion in (("original", original), ("reconstructed", again)):
-                    for axis, name in enumerate("xyz"):
-                        block[f"{which}_{name}_mm"] = motion[..., axis].ravel()
-                for name, values in block.items():
-                    rows.setdefault(name, []).append(values)
+        every = np.stack(
+            [
+                [
+                    fourier.synthesise(reconstructed(inputs, m, self.walker, v), 1.0, times)
+                    for v in range(len(views))
+                ]
+                for m in range(len(methods))
+            ]
+        )  # (M, V, T, 15, 3)
         squared = errors.walker_error(sweep.demonstration_error_mm2)
-        demonstrations = {
-            "person": np.repeat(data.person, len(views)),
-            "walker": np.repeat(inputs.samples, len(views)),
-            "view_angle_deg": np.tile(views, len(inputs.samples)),
+        demonstrations: dict[str, np.ndarray] = {
+            "person": data.person[:, None],
+            "walker": np.array(inputs.samples)[:, None],
+            "view_angle_deg": views,
         }
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
-        untried = np.full(squared[0].size, np.nan)
+        untried = np.array(np.nan)
         for method in TRIED:
             if method in methods:
-                errors_of_method = np.sqrt(squared[methods.index(method)]).ravel()
-                demonstrations[f"rms_error_{method}_mm"] = errors_of_method
+                demonstrations[f"rms_error_{method}_mm"] = np.sqrt(squared[methods.index(method)])
             elif method in published:
                 demonstrations[f"rms_error_{method}_mm"] = untried
         both = set(METHODS) <= set(methods)
@@ -110,21 +94,32 @@ class Postures(Figure):
             apart = untried
             if both:
                 one, other = (sweep.missing[methods.index(method)] for method in METHODS)
-                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other))).ravel()
+                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other)))
             demonstrations["rms_between_methods_mm"] = apart
         nothing = sweep.nulls.tolist().index(Null.average_walker)
         average = np.sqrt(errors.walker_error(sweep.null_demonstration_error_mm2[nothing]))
-        demonstrations["rms_error_average_walker_mm"] = average.ravel()
+        demonstrations["rms_error_average_walker_mm"] = average
         for method in TRIED:
             if method in methods:
                 away = sweep.missing[methods.index(method)] - sweep.null_missing[nothing]
                 squares = errors.walker_error(errors.absolute_error(away))
-                demonstrations[f"rms_{method}_from_average_walker_mm"] = np.sqrt(squares).ravel()
+                demonstrations[f"rms_{method}_from_average_walker_mm"] = np.sqrt(squares)
             elif method in published:
                 demonstrations[f"rms_{method}_from_average_walker_mm"] = untried
         return {
             "table": tidy(
-                {name: np.concatenate(values) for name, values in rows.items()},
+                {
+                    "walker": inputs.samples[self.walker],
+                    "view_angle_deg": views[:, None, None],
+                    "method": np.array(methods)[:, None, None, None],
+                    "instant": np.arange(self.instants)[:, None],
+                    "joint": WALKER15.joints,
+                    **{
+                        f"{which}_{axis}_mm": motion[..., number]
+                        for which, motion in (("original", original), ("reconstructed", every))
+                        for number, axis in enumerate("xyz")
+                    },
+                },
                 by=["view_angle_deg", "method", "instant"],
             ),
             "table_demonstrations": tidy(demonstrations, by=["walker", "view_angle_deg"]),

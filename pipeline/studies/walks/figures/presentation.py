@@ -25,8 +25,5 @@ TRIED = {**METHODS, "anatomical": Style("anatomical", "green")}
 
 CURVES = {**TRIED, **NULLS}
 
-BARS = ("as computed", "calibrated")
-"""Error bars by the textbook, and with multipliers learnt from other people."""
-
 VIEW: dict[str, Any] = {"x": "view_angle_deg", "ticks": 30}
 """The abscissa of charts over the view angle."""

@@ -44,7 +44,6 @@ class Spectrum(Figure):
         """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""
         model, data = inputs.model, inputs.dataset
         share = model.eigenvalues / model.total_variance
-        walks, harmonics = data.variance_fractions.shape
         return {
             "table": tidy(
                 {
@@ -57,13 +56,13 @@ class Spectrum(Figure):
             ),
             "table_harmonics": tidy(
                 {
-                    "person": np.repeat(data.person, harmonics),
-                    "walker": np.repeat(inputs.samples, harmonics),
-                    "harmonic": np.tile(np.arange(1, harmonics + 1), walks),
-                    "variance_fraction": data.variance_fractions.ravel(),
-                    "residual_fraction": np.repeat(data.residual_fraction, harmonics),
-                    "frequency_hz": np.repeat(data.frequency_hz, harmonics),
-                    "legs_apart_periods": np.repeat(_legs_apart(data.coefficients), harmonics),
+                    "person": data.person[:, None],
+                    "walker": np.array(inputs.samples)[:, None],
+                    "harmonic": np.arange(1, data.variance_fractions.shape[1] + 1),
+                    "variance_fraction": data.variance_fractions,
+                    "residual_fraction": data.residual_fraction[:, None],
+                    "frequency_hz": data.frequency_hz[:, None],
+                    "legs_apart_periods": _legs_apart(data.coefficients)[:, None],
                 },
                 by=["walker", "harmonic"],
             ),

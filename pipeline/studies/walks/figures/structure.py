@@ -16,24 +16,18 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import STYLES, WORDS, one_row
+from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.structure import (
-    ADDED,
-    REMOVED,
-    SETTLED,
-    VARIED,
-    Structure,
-    StructureErrors,
-)
+from pipeline.studies.walks.sweeps.ladder import METHODS, STYLES, of_part
+from pipeline.studies.walks.sweeps.structure import Structure, StructureErrors
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, StructureErrors]
 
 BASELINE = "map_tuned"
 """What every method is compared with."""
 
-SHOWN = ("average_walker", "map_70", "map_tuned", "anatomical")
+SHOWN = {name: style for name, style in STYLES.items() if METHODS[name].part}
 
 
 @dataclass(kw_only=True)
@@ -75,7 +69,7 @@ class StructureLadder(Figure):
             ladder.append(
                 {
                     "method": method,
-                    "part": _KINDS[method],
+                    "part": METHODS[method].part,
                     "views": len(views),
                     "walkers": len(mine),
                     **one_row(people.mean(mine), "absolute_error_mm2"),
@@ -91,23 +85,23 @@ class StructureLadder(Figure):
                 {"person": who, "walker": who, "method": method, "absolute_error_mm2": float(error)}
                 for who, error in zip(model.people, mine, strict=True)
             ]
-        chosen = [sweep.methods.tolist().index(name) for name in _CHOSEN]
+        chosen = sweep.methods.tolist()[2:]  # the first two have no setting
         return {
-            "table": tidy(pd.DataFrame(of_view).to_dict("list"), by=["method", "view_angle_deg"]),
+            "table": tidy(of_view, by=["method", "view_angle_deg"]),
             "table_ladder": pd.DataFrame(ladder),
-            "table_walkers": tidy(pd.DataFrame(walkers).to_dict("list"), by=["walker", "method"]),
+            "table_walkers": tidy(walkers, by=["walker", "method"]),
             "table_settings": tidy(
                 {
-                    "walker": np.tile(model.people, len(chosen)),
-                    "method": np.repeat(_CHOSEN, len(model.people)),
-                    "noise_variance_mm2": sweep.noise_variance_mm2[chosen].ravel(),
+                    "walker": list(model.people),
+                    "method": np.array(chosen)[:, None],
+                    "noise_variance_mm2": sweep.noise_variance_mm2[2:],
                     **{
-                        name: np.where(np.isfinite(of), of, 0.0).ravel()  # 0: lengths say nothing
+                        name: np.where(np.isfinite(of), of, 0.0)  # 0: lengths say nothing
                         for name, of in (
-                            ("length_factor", sweep.length_factor[chosen]),
-                            ("pair_factor", sweep.pair_factor[chosen]),
-                            ("shrinkage", sweep.shrinkage[chosen]),
-                            ("harmonics", sweep.harmonics[chosen]),
+                            ("length_factor", sweep.length_factor[2:]),
+                            ("pair_factor", sweep.pair_factor[2:]),
+                            ("shrinkage", sweep.shrinkage[2:]),
+                            ("harmonics", sweep.harmonics[2:]),
                         )
                     },
                 },
@@ -141,33 +135,32 @@ class StructureLadder(Figure):
                             "absolute_error_worst_mm2": float(values.max()),
                         }
                     )
-        return tidy(pd.DataFrame(rows).to_dict("list"), by=["source", "left_out", "method"])
+        return tidy(rows, by=["source", "left_out", "method"])
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""
-        shown = {name: style for name, style in STYLES.items() if name in SHOWN}
         error = partial(Chart, y="absolute_error_mm2", by="method", label="mean square error")
         step = partial(error, table="table_ladder", x="method")
         walkers = tables["table_walkers"].pivot(index="walker", columns="method", values="absolute_error_mm2")
         pairs = {name: walkers[name].tolist() for name in (BASELINE, "anatomical")}
         top = 1.05 * max(max(values) for values in pairs.values())
 
-        def steps(names: tuple[str, ...]) -> dict[str, Any]:
-            words = {name: WORDS[name] for name in names}
-            return {"words": words, "styles": {name: STYLES.get(name, Style("", "black")) for name in names}}
+        def steps(*parts: str) -> dict[str, Any]:
+            words = {name: METHODS[name].words for name in of_part(*parts)}
+            return {"words": words, "styles": {name: STYLES.get(name, Style("", "black")) for name in words}}
 
         charts = [
-            error(**VIEW, styles=shown, zero=True),
+            error(**VIEW, styles=SHOWN, zero=True),
             Chart(
                 table=pairs, x=BASELINE, x_label="MAP, σ² chosen by others", x_unit="mm²", y="anatomical",
                 label="anatomical", unit="mm²", styles=Style("", "green", line="points"), x_limits=(0.0, top),
                 limits=(0.0, top), note="a point to each person", references=[Reference(slope=1.0)],
             ),
-            step(**steps(ADDED), zero=True),
-            step(**{**steps((*SETTLED, *REMOVED, *VARIED)), "y": "below_whole_percent", "label": "below the whole",
+            step(**steps("added"), zero=True),
+            step(**{**steps("settings", "taken away", "varied"), "y": "below_whole_percent", "label": "below the whole",
                     "unit": "%"}, references=[Reference(y=0.0)]),
-            error(**VIEW, styles={n: Style(w) for n, w in WORDS.items() if n not in SHOWN}, picture=False,
-                  name="absolute_error_of_parts_mm2", title="with one part less or more", page=False),
+            error(**VIEW, styles={n: Style(m.words) for n, m in METHODS.items() if m.part and not m.style},
+                  picture=False, name="absolute_error_of_parts_mm2", title="with one part less or more", page=False),
         ]  # fmt: skip
         return Sheet(
             charts=charts,
@@ -175,12 +168,3 @@ class StructureLadder(Figure):
             caption="The whole has four. Bands and bars: 95 % intervals over people; settings of each person chosen by"
             " others.",
         )
-
-
-_KINDS = (
-    dict.fromkeys(ADDED, "added")
-    | dict.fromkeys(SETTLED, "settings")
-    | dict.fromkeys(REMOVED, "taken away")
-    | dict.fromkeys(VARIED, "varied")
-)
-_CHOSEN = (*ADDED[2:], *SETTLED)

@@ -41,43 +41,42 @@ class ViewAngleEstimates(Figure):
         views, estimated = sweep.view_angle_deg, np.concatenate([sweep.angle_deg, sweep.null_angle_deg])
         error = statistics.angle_difference_deg(estimated, views)
         failed = np.abs(error) > sweep.failure_deg
-        methods, walkers, angles = estimated.shape
         mean_error = statistics.circular_mean_deg(error, axis=1)
         low, high = interval_over_people(person, np.swapaxes(error, 0, 1))
-        approaches = len(sweep.methods)
         of_published = {}
         if len(sweep.published_view_deg):
             of_published["table_published"] = _errors_of_people(
                 inputs, names, sweep.published_view_deg, sweep.published_angle_deg
             )
+        own, own_failed = error[: len(sweep.methods)], failed[: len(sweep.methods)]
         return {
             **of_published,
             "table": tidy(
                 {
-                    "method": np.repeat(names, angles),
-                    "view_angle_deg": np.tile(views, methods),
-                    "estimated_mean_deg": (views + mean_error).ravel(),
-                    "estimated_mean_deg_low": (views + low).ravel(),
-                    "estimated_mean_deg_high": (views + high).ravel(),
-                    "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1).ravel(),
-                    "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1).ravel(),
-                    "failures": failed.sum(axis=1).ravel(),
-                    "walkers": np.full(methods * angles, walkers),
+                    "method": np.array(names)[:, None],
+                    "view_angle_deg": views,
+                    "estimated_mean_deg": views + mean_error,
+                    "estimated_mean_deg_low": views + low,
+                    "estimated_mean_deg_high": views + high,
+                    "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1),
+                    "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1),
+                    "failures": failed.sum(axis=1),
+                    "walkers": len(person),
                 },
                 by=["method", "view_angle_deg"],
             ),
             "table_people": _errors_of_people(inputs, names, views, estimated),
             "table_walkers": tidy(
                 {
-                    "person": np.tile(person, approaches),
-                    "walker": np.tile(inputs.samples, approaches),
-                    "method": np.repeat(sweep.methods.tolist(), walkers),
-                    "mean_error_deg": statistics.circular_mean_deg(error[:approaches], axis=2).ravel(),
-                    "absolute_angle_error_median_deg": np.median(np.abs(error[:approaches]), axis=2).ravel(),
-                    "absolute_angle_error_max_deg": np.abs(error[:approaches]).max(axis=2).ravel(),
-                    "failures": failed[:approaches].sum(axis=2).ravel(),
-                    "runner_up_cost_ratio_min": (sweep.runner_up_cost / sweep.cost).min(axis=2).ravel(),
-                    "not_converged": (~sweep.converged).sum(axis=2).ravel(),
+                    "person": person,
+                    "walker": inputs.samples,
+                    "method": sweep.methods[:, None],
+                    "mean_error_deg": statistics.circular_mean_deg(own, axis=2),
+                    "absolute_angle_error_median_deg": np.median(np.abs(own), axis=2),
+                    "absolute_angle_error_max_deg": np.abs(own).max(axis=2),
+                    "failures": own_failed.sum(axis=2),
+                    "runner_up_cost_ratio_min": (sweep.runner_up_cost / sweep.cost).min(axis=2),
+                    "not_converged": (~sweep.converged).sum(axis=2),
                 },
                 by=["walker", "method"],
             ),
@@ -123,15 +122,14 @@ def _errors_of_people(
 ) -> pd.DataFrame:
     """Return a row for every walker, method (M,) and view (A,), from the estimated angles (M, R, A)."""
     error = statistics.angle_difference_deg(estimated_deg, views)
-    many, walkers, angles = error.shape
     return tidy(
         {
-            "person": np.tile(np.repeat(inputs.dataset.person, angles), many),
-            "walker": np.tile(np.repeat(inputs.samples, angles), many),
-            "method": np.repeat(methods, walkers * angles),
-            "view_angle_deg": np.tile(views, many * walkers),
-            "error_deg": error.ravel(),
-            "failed": (np.abs(error) > inputs.sweep.failure_deg).ravel().astype(int),
+            "person": inputs.dataset.person[:, None],
+            "walker": np.array(inputs.samples)[:, None],
+            "method": np.array(methods)[:, None, None],
+            "view_angle_deg": views,
+            "error_deg": error,
+            "failed": (np.abs(error) > inputs.sweep.failure_deg).astype(int),
         },
         by=["walker", "method", "view_angle_deg"],
     )

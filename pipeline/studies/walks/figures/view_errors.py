@@ -62,7 +62,7 @@ class ViewErrors(Figure):
         per_joint = np.concatenate([sweep.absolute_error_mm2, sweep.null_error_mm2])
         absolute = errors.walker_error(per_joint)
         relative = errors.walker_error(np.concatenate([sweep.relative_error, sweep.null_relative_error]))
-        variance = np.broadcast_to(sweep.missing_variance_mm2, absolute.shape)
+        variance = np.tile(sweep.missing_variance_mm2, (len(names), 1, 1))
         averaged = {
             "absolute_error_mm2": absolute,
             "rms_error_mm": np.sqrt(absolute),
@@ -137,8 +137,7 @@ class ViewErrors(Figure):
         ground = lift(posture)
         with begin(
             f"\nThe walker shown is {inputs.samples[walker]}, the one of median error. Drag the cursor: the image "
-            "is what the camera at that angle sees, the coloured skeletons what each approach makes of it"
-            + (" (at the phase of the 3D motion).\n" if sweep.phase_rad is not None else ".\n"),
+            "is what the camera at that angle sees, the coloured skeletons what each approach makes of it.\n",
             timeline="view_angle_deg",
         ) as rec:
             for method in sweep.methods.tolist():
@@ -187,10 +186,9 @@ def summary_over_walkers(person: np.ndarray, values: np.ndarray) -> dict[str, np
 
 def _over_walkers(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
     """Mean over walkers of each quantity (M, R, A), with its interval, and standard deviations."""
-    views = inputs.sweep.view_angle_deg
     columns: dict[str, np.ndarray] = {
-        "method": np.repeat(names, len(views)),
-        "view_angle_deg": np.tile(views, len(names)),
+        "method": np.array(names)[:, None],
+        "view_angle_deg": inputs.sweep.view_angle_deg,
     }
     deviations = {
         "absolute_error_mm2": "absolute_error_sd_mm2",
@@ -198,25 +196,24 @@ def _over_walkers(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarr
         "missing_variance_mm2": "missing_variance_sd_mm2",
     }
     for name, values in averaged.items():
-        columns[name] = values.mean(axis=1).ravel()
+        columns[name] = values.mean(axis=1)
         if name in deviations:
-            columns[deviations[name]] = sd(values, 1).ravel()
+            columns[deviations[name]] = sd(values, 1)
         if not name.endswith(SIDES_AT_RANDOM):
             low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
-            columns |= {f"{name}_low": low.ravel(), f"{name}_high": high.ravel()}
+            columns |= {f"{name}_low": low, f"{name}_high": high}
     return tidy(columns, by=["method", "view_angle_deg"])
 
 
 def _every_walker(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
     """Each quantity (M, R, A) of every walker."""
-    methods, walkers, angles = averaged["absolute_error_mm2"].shape
     return tidy(
         {
-            "person": np.tile(np.repeat(inputs.dataset.person, angles), methods),
-            "walker": np.tile(np.repeat(inputs.samples, angles), methods),
-            "method": np.repeat(names, walkers * angles),
-            "view_angle_deg": np.tile(inputs.sweep.view_angle_deg, methods * walkers),
-            **{name: values.ravel() for name, values in averaged.items()},
+            "person": inputs.dataset.person[:, None],
+            "walker": np.array(inputs.samples)[:, None],
+            "method": np.array(names)[:, None, None],
+            "view_angle_deg": inputs.sweep.view_angle_deg,
+            **averaged,
         },
         by=["walker", "method", "view_angle_deg"],
     )
@@ -246,11 +243,11 @@ def _walkers(inputs: Inputs, names: list[str], absolute: np.ndarray, relative: n
     """Mean over views of the errors (M, R) of every walker."""
     return tidy(
         {
-            "person": np.tile(inputs.dataset.person, len(names)),
-            "walker": np.tile(inputs.samples, len(names)),
-            "method": np.repeat(names, len(inputs.samples)),
-            "absolute_error_mm2": absolute.ravel(),
-            "relative_error": relative.ravel(),
+            "person": inputs.dataset.person,
+            "walker": inputs.samples,
+            "method": np.array(names)[:, None],
+            "absolute_error_mm2": absolute,
+            "relative_error": relative,
         },
         by=["walker", "method"],
     )
@@ -258,16 +255,16 @@ def _walkers(inputs: Inputs, names: list[str], absolute: np.ndarray, relative: n
 
 def _coefficients(inputs: Inputs) -> pd.DataFrame:
     """How often coefficients leave the range of training: those found, and those of the walker seen whole."""
-    sweep, methods = inputs.sweep, len(inputs.sweep.methods)
+    sweep = inputs.sweep
     return tidy(
         {
-            "person": np.tile(inputs.dataset.person, methods),
-            "walker": np.tile(inputs.samples, methods),
-            "method": np.repeat(sweep.methods.tolist(), len(inputs.samples)),
-            "coefficients_beyond": sweep.coefficients_beyond.ravel(),
-            "own_coefficients_beyond": np.tile(sweep.own_coefficients_beyond, methods),
-            "views_far_beyond": sweep.views_far_beyond.ravel(),
-            "own_far_beyond": np.tile(sweep.own_far_beyond, methods),
+            "person": inputs.dataset.person,
+            "walker": inputs.samples,
+            "method": sweep.methods[:, None],
+            "coefficients_beyond": sweep.coefficients_beyond,
+            "own_coefficients_beyond": sweep.own_coefficients_beyond,
+            "views_far_beyond": sweep.views_far_beyond,
+            "own_far_beyond": sweep.own_far_beyond,
         },
         by=["walker", "method"],
     )
@@ -277,16 +274,15 @@ def _joints(inputs: Inputs, names: list[str], per_joint: np.ndarray) -> pd.DataF
     """Mean over walkers and views of the errors (M, R, A, 15) of every joint, with its interval over people."""
     values = per_joint.mean(axis=2)
     low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
-    joints = len(WALKER15.joints)
     return tidy(
         {
-            "method": np.repeat(names, joints),
-            "joint": np.tile(WALKER15.joints, len(names)),
-            "absolute_error_mm2": values.mean(axis=1).ravel(),
-            "absolute_error_mm2_low": low.ravel(),
-            "absolute_error_mm2_high": high.ravel(),
-            "absolute_error_median_mm2": np.median(values, axis=1).ravel(),
-            "absolute_error_worst_mm2": values.max(axis=1).ravel(),
+            "method": np.array(names)[:, None],
+            "joint": WALKER15.joints,
+            "absolute_error_mm2": values.mean(axis=1),
+            "absolute_error_mm2_low": low,
+            "absolute_error_mm2_high": high,
+            "absolute_error_median_mm2": np.median(values, axis=1),
+            "absolute_error_worst_mm2": values.max(axis=1),
         },
         by=["method", "joint"],
     )

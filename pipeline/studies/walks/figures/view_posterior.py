@@ -20,8 +20,9 @@ from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.ladder import one_row
-from pipeline.studies.walks.figures.presentation import BARS, VIEW
+from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
+from pipeline.studies.walks.sweeps.held_out import BARS
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars, ViewPosteriors
 
 if TYPE_CHECKING:
@@ -97,9 +98,9 @@ class ViewPosterior(Figure):
                 for p, who in enumerate(inputs.model.people)
             ]
         return {
-            "table": tidy(pd.DataFrame(rows).to_dict("list"), by=["method", "view_angle_deg"]),
-            "table_bars": tidy(pd.DataFrame(bars).to_dict("list"), by=["method", "bars", "level_percent"]),
-            "table_walkers": tidy(pd.DataFrame(walkers).to_dict("list"), by=["walker", "method"]),
+            "table": tidy(rows, by=["method", "view_angle_deg"]),
+            "table_bars": tidy(bars, by=["method", "bars", "level_percent"]),
+            "table_walkers": tidy(walkers, by=["walker", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:

@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.core import anatomical, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.held_out import (
+    NOISE_VARIANCES_MM2,
     PHASES,
+    Choosers,
     Fold,
+    MirroredViews,
     People,
-    require_choosers,
-    require_mirrored_grid,
 )
 from pipeline.studies.walks.sweeps.setting import anatomical_setting, approach_two
-from pipeline.validation import require_range
 
 METHODS = ("least_squares", "map_70", "map_tuned", "anatomical")
 COMPONENTS = 30
 """Eigenwalkers of least squares [zhang2007 4.1]."""
+SAMPLE_VIEW_DEG, SAMPLES = 30.0, 12
+"""View whose posterior is sampled, and how often."""
 _LEAST_SD_MM = 1e-6
 
 
@@ -39,7 +41,6 @@ class Bars:
         True less estimated, and as computed.
     sample_person : int
         Whose posterior is sampled: the one of median error.
-    sample_view_deg : float
     estimate : (1 + 2H, 15)
         Missing dimension of that person from that view.
     samples : (N, 1 + 2H, 15)
@@ -51,7 +52,6 @@ class Bars:
     error_mm: np.ndarray
     sd_mm: np.ndarray
     sample_person: int
-    sample_view_deg: float
     estimate: np.ndarray
     samples: np.ndarray
 
@@ -62,18 +62,8 @@ class Coverage(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
-    sample_view_deg: float = 30.0
-    samples: int = 12
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
-        require_choosers(self.partners, self.noise_variances_mm2)
-        require_range("sweep.samples", self.samples, at_least=1, at_most=200, whole=True)
-        require_range("sweep.sample_view_deg", self.sample_view_deg, at_least=-180, at_most=180)
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:
         """Return errors and standard deviations of every method."""
@@ -81,7 +71,7 @@ class Coverage(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
+        tuned = people.tuned_map(NOISE_VARIANCES_MM2, self.partners, inputs.workers)
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
@@ -110,7 +100,6 @@ class Coverage(Sweep):
             error_mm=error,
             sd_mm=sd,
             sample_person=person,
-            sample_view_deg=self.sample_view_deg,
             estimate=estimate,
             samples=samples,
         )
@@ -125,10 +114,10 @@ class Coverage(Sweep):
         """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)
         found = fold.reconstruct(
-            setting, people.walker(person)[None], np.radians([self.sample_view_deg]), with_covariance=True
+            setting, people.walker(person)[None], np.radians([SAMPLE_VIEW_DEG]), with_covariance=True
         )
         factor = np.linalg.cholesky(found.covariance[0, 0])
-        drawn = inputs.generator("posterior samples").standard_normal((self.samples, len(factor)))
+        drawn = inputs.generator("posterior samples").standard_normal((SAMPLES, len(factor)))
         rows = np.concatenate([found.estimated[0], found.estimated[0, 0] + drawn @ factor.T])
         missing = rows.reshape(len(rows), -1, 1 + 2 * setting.harmonics).swapaxes(1, 2)
         return missing[0], missing[1:]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -17,12 +18,18 @@ from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.study import Grid
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.setting import Setting, approach_two
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, Several
 
 PHASES = 8
 """Instants of the cycle at which bars are looked at."""
+
+BARS = ("as computed", "calibrated")
+"""Error bars by the textbook, and with multipliers learnt from other people."""
+NOISE_VARIANCES_MM2 = (70.0, 150.0, 300.0, 500.0, 700.0, 1000.0, 1500.0)
+"""sigma² of MAP that others choose among; joints that are hidden or noisy leave out both ends."""
 
 NORMAL_95 = 1.959963984540054
 """Half width of the 95 % interval of a normal distribution, standard deviations."""
@@ -216,15 +223,6 @@ class People:
         return self.chosen([approach_two(value) for value in noise_variances], partners, workers)
 
 
-def require_choosers(partners: int, noise_variances_mm2: Sequence[float]) -> None:
-    """Require two people or more to choose among one positive sigma² or more."""
-    require_range("sweep.partners", partners, at_least=2, whole=True)
-    if not noise_variances_mm2:
-        raise InvalidInput("must name one value or more", where="sweep.noise_variances_mm2", received="none")
-    for value in noise_variances_mm2:
-        require_range("a value of sweep.noise_variances_mm2", value, above=0)
-
-
 class Fold:
     """What is learnt without some people; settings that learn or look alike share their priors and conditionals."""
 
@@ -379,8 +377,9 @@ def mirrored_grid(view_rad: np.ndarray) -> bool:
     return bool(np.allclose(view_rad, -view_rad[::-1], atol=1e-9) and len(view_rad) % 2)
 
 
-def require_mirrored_grid(name: str, values: np.ndarray) -> None:
+def require_mirrored_grid(name: str, grid: Grid) -> None:
     """Require view angles that are symmetric about the frontal view, which is one of them."""
+    values = grid.values(name)
     if not mirrored_grid(values):
         raise InvalidInput(
             "views must lie alike on both sides of the frontal one",
@@ -388,3 +387,8 @@ def require_mirrored_grid(name: str, values: np.ndarray) -> None:
             expected="start -90, stop 90 and a step that divides 90",
             received=", ".join(f"{value:g}" for value in values[:4]),
         )
+
+
+MirroredViews = Annotated[Grid, require_mirrored_grid]
+Choosers = Several
+"""People who choose settings for each person."""

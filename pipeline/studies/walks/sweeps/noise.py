@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, Fold, People, require_choosers
+from pipeline.studies.walks.sweeps.held_out import (
+    NOISE_VARIANCES_MM2,
+    NORMAL_95,
+    PHASES,
+    Choosers,
+    Fold,
+    People,
+)
 from pipeline.studies.walks.sweeps.setting import Setting, anatomical_setting
 
 CONDITIONS = {
@@ -31,26 +39,12 @@ FRAMES = 100
 
 @dataclass(frozen=True)
 class NoiseErrors:
-    """Errors and coverage under each condition.
+    """Errors under each condition, a row to each person, condition and method; means over views.
 
-    Attributes
-    ----------
-    conditions, methods : (S,), (M,) text
-    white_mm, bias_mm, slow_mm : (S,)
-    view_angle_deg : (A,)
-    absolute_error_mm2, covered, half_width_mm : (M, S, P, A)
-        E_abs; share that 95 % bars cover as computed; their mean half width.
+    Share that 95 % bars cover as computed, and their mean half width.
     """
 
-    conditions: np.ndarray
-    methods: np.ndarray
-    white_mm: np.ndarray
-    bias_mm: np.ndarray
-    slow_mm: np.ndarray
-    view_angle_deg: np.ndarray
-    absolute_error_mm2: np.ndarray
-    covered: np.ndarray
-    half_width_mm: np.ndarray
+    rows: pd.DataFrame
 
 
 @dataclass(kw_only=True)
@@ -59,14 +53,8 @@ class ObservedNoise(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: Grid = scaled(start=0, stop=90, step="few_views_step_deg")
-    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        self.seen_from_deg.values("sweep.seen_from_deg")
-        require_choosers(self.partners, self.noise_variances_mm2)
+    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:
         """Return errors and coverage of every method under each condition."""
@@ -74,7 +62,7 @@ class ObservedNoise(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
+        tuned = people.tuned_map(NOISE_VARIANCES_MM2[1:-1], self.partners, inputs.workers)
         blocks = 1 + 2 * people.harmonics
         rng = inputs.generator("detector")
         shape = (people.count, len(view), anatomical.JOINTS, 3, blocks)
@@ -114,21 +102,24 @@ class ObservedNoise(Sweep):
                 for setting in dict.fromkeys(settings):
                     alike = [s for s, other in enumerate(settings) if other == setting]
                     found[m, alike] = _measured(fold, people, person, setting, view, off[:, alike])
-            return found
+            return found.mean(axis=-1)
 
-        found = np.stack(map_processes(one, range(people.count), inputs.workers))  # (P, M, S, 3, A)
-        found = np.moveaxis(found, (3, 1, 2, 0), (0, 1, 2, 3))
-        white_mm, bias_mm, slow_mm = np.array(list(CONDITIONS.values())).T
+        found = map_processes(one, range(people.count), inputs.workers)
         return NoiseErrors(
-            conditions=np.array(list(CONDITIONS)),
-            methods=np.array(METHODS),
-            white_mm=white_mm,
-            bias_mm=bias_mm,
-            slow_mm=slow_mm,
-            view_angle_deg=view_deg,
-            absolute_error_mm2=found[0],
-            covered=found[1],
-            half_width_mm=found[2],
+            pd.DataFrame(
+                {
+                    "person": who,
+                    "condition": condition,
+                    "method": method,
+                    **dict(zip(("white_mm", "bias_mm", "slow_mm"), sizes, strict=True)),
+                    "absolute_error_mm2": error,
+                    "covered_percent": 100.0 * covered,
+                    "half_width_mm": half,
+                }
+                for who, of_person in zip(inputs.model.people, found, strict=True)
+                for s, (condition, sizes) in enumerate(CONDITIONS.items())
+                for method, (error, covered, half) in zip(METHODS, of_person[:, s], strict=True)
+            )
         )
 
 

@@ -8,14 +8,22 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core import anatomical, errors
 from pipeline.processes import map_processes
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES, People, require_choosers
+from pipeline.studies.walks.sweeps.held_out import (
+    BARS,
+    NOISE_VARIANCES_MM2,
+    NORMAL_95,
+    PHASES,
+    Choosers,
+    People,
+)
 from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput, require_choice
 
@@ -41,39 +49,30 @@ class HiddenJoints:
 
     Attributes
     ----------
-    conditions, methods : (S,), (M,) text
-    view_angle_deg : (A,)
-    hidden_error_mm2 : (M, S, P, A)
-        Squared distance, mean over the cycle and the hidden joints.
-    seen_error_mm2 : (M, S, P, A)
-        E_abs of the joints that are seen.
-    covered, half_width_mm : (2, M - 1, S, P, A, 3)
-        Of the 95 % bars of the hidden joints' coordinates by `AXES`, as computed and calibrated; share and mean.
+    rows : DataFrame
+        A row to each set of hidden joints, method, person and view: root of the squared distance, mean over the cycle
+        and the hidden joints, and E_abs of the joints that are seen.
+    bars : DataFrame
+        A row to each set, method, kind of bars, person and axis, over views: what 95 % bars of the hidden joints'
+        coordinates cover, and their mean half width.
     """
 
-    conditions: np.ndarray
-    methods: np.ndarray
-    view_angle_deg: np.ndarray
-    hidden_error_mm2: np.ndarray
-    seen_error_mm2: np.ndarray
-    covered: np.ndarray
-    half_width_mm: np.ndarray
+    rows: pd.DataFrame
+    bars: pd.DataFrame
 
 
 @dataclass(kw_only=True)
 class Occlusion(Sweep):
     """Hidden joints at known views."""
 
-    seen_from_deg: Grid = scaled(start=0, stop=90, step="few_views_step_deg")
-    partners: int = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [150, 300, 500, 700, 1000])
+    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
     hidden: list[str] = field(default_factory=lambda: list(HIDDEN))
     joints: list[str] = field(default_factory=list)  # hides these joints, too, as the condition "own"
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        self.seen_from_deg.values("sweep.seen_from_deg")
-        require_choosers(self.partners, self.noise_variances_mm2)
+        super().validate()
         for name in self.hidden:
             require_choice("sweep.hidden", name, HIDDEN)
         for joint in self.joints:
@@ -89,7 +88,7 @@ class Occlusion(Sweep):
         view = np.radians(view_deg)
         people = People(inputs.dataset, inputs.model)
         whole = anatomical_setting(inputs.model_options, people.harmonics)
-        tuned = people.tuned_map(self.noise_variances_mm2, self.partners, inputs.workers)
+        tuned = people.tuned_map(NOISE_VARIANCES_MM2[1:-1], self.partners, inputs.workers)
         conditions = {name: HIDDEN[name] for name in self.hidden}
         if self.joints:
             conditions["own"] = tuple(self.joints)
@@ -134,21 +133,39 @@ class Occlusion(Sweep):
 
         folds = map_processes(one, range(people.count), inputs.workers)
         square = np.stack([np.stack([square for square, _ in fold]) for fold in folds])  # (P, S, M, 2, A)
-        covered, width = [], []
-        for s in range(len(masks)):
-            bars = np.stack([fold[s][1] for fold in folds])  # (P, M', 2, A, hidden, 3, K)
-            per_method = [covered_by_bars(bars[:, m]) for m in range(len(WITH_BARS))]
-            covered.append([part[0] for part in per_method])
-            width.append([part[1] for part in per_method])
-        return HiddenJoints(
-            conditions=np.array(list(conditions)),
-            methods=np.array(METHODS),
-            view_angle_deg=view_deg,
-            hidden_error_mm2=np.moveaxis(square[:, :, :, 0], (2, 1, 0), (0, 1, 2)),
-            seen_error_mm2=np.moveaxis(square[:, :, :, 1], (2, 1, 0), (0, 1, 2)),
-            covered=np.moveaxis(np.array(covered), 2, 0).swapaxes(1, 2),
-            half_width_mm=np.moveaxis(np.array(width), 2, 0).swapaxes(1, 2),
-        )
+        rows, bars = [], []
+        for s, hidden in enumerate(conditions):
+            rows += [
+                {
+                    "person": who,
+                    "hidden": hidden,
+                    "method": method,
+                    "view_angle_deg": angle,
+                    "hidden_error_mm": np.sqrt(square[p, s, m, 0, a]),
+                    "seen_error_mm2": square[p, s, m, 1, a],
+                }
+                for m, method in enumerate(METHODS)
+                for p, who in enumerate(inputs.model.people)
+                for a, angle in enumerate(view_deg)
+            ]
+            together = np.stack([fold[s][1] for fold in folds])  # (P, M', 2, A, hidden, 3, K)
+            for m, method in enumerate(WITH_BARS):
+                covered, half = (part.mean(axis=2) for part in covered_by_bars(together[:, m]))  # (2, P, 3)
+                bars += [
+                    {
+                        "person": who,
+                        "hidden": hidden,
+                        "method": method,
+                        "bars": kind,
+                        "axis": axis,
+                        "covered_percent": 100.0 * covered[k, p, x],
+                        "half_width_mm": half[k, p, x],
+                    }
+                    for k, kind in enumerate(BARS)
+                    for p, who in enumerate(inputs.model.people)
+                    for x, axis in enumerate(AXES)
+                ]
+        return HiddenJoints(pd.DataFrame(rows), pd.DataFrame(bars))
 
 
 def covered_by_bars(bars: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

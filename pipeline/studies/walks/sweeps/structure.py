@@ -7,53 +7,34 @@ one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a ro
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.core import anatomical, errors
-from pipeline.core.anatomical import Shrinkage
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import Fold, People, require_mirrored_grid
+from pipeline.studies.walks.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
+from pipeline.studies.walks.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import require_range
 
-ADDED = ("average_walker", "map_70", "map_tuned", "mirror", "harmonics", "shrinkage", "anatomical")
-"""Methods in the order in which parts are added; the last is the whole."""
-REMOVED = (
-    "without_mirror",
-    "without_harmonics",
-    "without_shrinkage",
-    "without_more_walks",
-    "without_pairs",
-    "without_constancy",
-)
-"""The whole less one part."""
-SETTLED = ("as_specified", "all_chosen")
-"""The whole with no setting chosen, and with every setting chosen by others."""
-VARIED = (
-    "three_harmonics",
-    "five_harmonics",
-    "six_harmonics",
-    "tight_lengths",
-    "loose_lengths",
-    "stance",
-    "fixed_proportions",
-)
-"""The whole with something changed or added that might help."""
 FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
 """Methods that also learn from one laboratory and are tried in another."""
-STANCE_WEIGHT = 0.3
-PROPORTIONS_MM = 1.0
-"""What bones may be off, where their proportions are those of the average walker."""
-MOST_HARMONICS = 6
-"""That any row has; the whole has four."""
 DIAGONAL = 0.5
 """What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
+PARTS_EVERY = 3
+"""Of the views, for what is taken away or varied and for other sources."""
+SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
+LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
+PAIR_FACTORS = (1.0, 2.0, 4.0)
+NOISE_FACTORS = (0.5, 1.0, 2.0)
+"""On sigma² and tau together."""
+SHRINKAGES = (0.1, 0.2, 0.4)
+"""What others choose among, as of `NOISE_VARIANCES_MM2`."""
 
 
 @dataclass(frozen=True)
@@ -97,28 +78,8 @@ class StructureErrors:
 class Structure(Sweep):
     """Ladder of the anatomical reconstruction at known views."""
 
-    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    parts_every: int = 3  # of the views, for what is taken away or varied and for other sources
-    partners: int = scaled(value="partners")  # people who choose the settings of each person
-    noise_variances_mm2: list[float] = field(default_factory=lambda: [70, 150, 300, 500, 700, 1000, 1500])
-    shrunken_noise_variances_mm2: list[float] = field(default_factory=lambda: [50, 100, 200])
-    length_factors: list[float] = field(default_factory=lambda: [1, 1.5, 2, 3])
-    pair_factors: list[float] = field(default_factory=lambda: [1, 2, 4])
-    noise_factors: list[float] = field(default_factory=lambda: [0.5, 1, 2])  # on sigma² and tau together
-    shrinkages: list[float] = field(default_factory=lambda: [0.1, 0.2, 0.4])
-
-    def validate(self) -> None:
-        """Validate the options.  Raises InvalidInput if one is out of range."""
-        require_mirrored_grid("sweep.seen_from_deg", self.seen_from_deg.values("sweep.seen_from_deg"))
-        require_range("sweep.parts_every", self.parts_every, at_least=1, whole=True)
-        require_range("sweep.partners", self.partners, at_least=2, whole=True)
-        for name in _CHOICES:
-            values = getattr(self, name)
-            if not values:
-                raise InvalidInput("must name one value or more", where=f"sweep.{name}", received="none")
-            for value in values:
-                require_range(f"a value of sweep.{name}", value, above=0)
-        require_range("a value of sweep.shrinkages", max(self.shrinkages), at_most=1.0 / (1.0 + DIAGONAL))
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
+    partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:
         """Return the errors of every method."""
@@ -130,9 +91,8 @@ class Structure(Sweep):
         settings = self._settings(people, specified, inputs.workers)
 
         middle = len(view) // 2
-        few = np.flatnonzero((np.arange(len(view)) - middle) % self.parts_every == 0)
-        parts = [*REMOVED, *VARIED]
-        everywhere = [*ADDED, *SETTLED]
+        few = np.flatnonzero((np.arange(len(view)) - middle) % PARTS_EVERY == 0)
+        parts, everywhere = of_part("taken away", "varied"), of_part("added", "settings")
 
         def one(person: int) -> tuple[np.ndarray, np.ndarray]:
             fold = people.fold(person)
@@ -171,11 +131,11 @@ class Structure(Sweep):
             "average_walker": [published],
             "map_70": [published],
             **{
-                name: [setting.with_noise(value) for value in self.noise_variances_mm2]
+                name: [setting.with_noise(value) for value in NOISE_VARIANCES_MM2]
                 for name, setting in tuned.items()
             },
-            "shrinkage": [whole.linear.with_noise(value) for value in self.shrunken_noise_variances_mm2],
-            "anatomical": [replace(whole, within=factor) for factor in self.length_factors],
+            "shrinkage": [whole.linear.with_noise(value) for value in SHRUNKEN_NOISE_VARIANCES_MM2],
+            "anatomical": [replace(whole, within=factor) for factor in LENGTH_FACTORS],
         }
         tried = list(dict.fromkeys(setting for of in candidates.values() if len(of) > 1 for setting in of))
         score = people.tried(tried, self.partners, workers)
@@ -189,28 +149,9 @@ class Structure(Sweep):
         found["all_chosen"] = people.chosen_in_turn(
             found["anatomical"], self._alternatives(whole), max(self.partners // 2, 2), workers
         )
-        plain = Shrinkage(
-            mirror=whole.shrinkage.mirror,
-            within_harmonic=0.0,
-            diagonal=0.0,
-            extra_variance=whole.shrinkage.extra_variance,
-        )
-        for name, changes in {
-            "without_mirror": {"shrinkage": replace(whole.shrinkage, mirror=False)},
-            "without_harmonics": {"harmonics": 2},
-            "without_shrinkage": {"shrinkage": plain},
-            "without_more_walks": {"all_walks": False},
-            "without_pairs": {"pairs": np.inf},
-            "without_constancy": {"within": np.inf},
-            "three_harmonics": {"harmonics": 3},
-            "five_harmonics": {"harmonics": 5},
-            "six_harmonics": {"harmonics": MOST_HARMONICS},
-            "tight_lengths": {"within": 0.5},
-            "loose_lengths": {"within": 5.0},
-            "stance": {"stance": STANCE_WEIGHT},
-            "fixed_proportions": {"proportions": PROPORTIONS_MM},
-        }.items():
-            found[name] = [replace(setting, **changes) for setting in found["anatomical"]]  # type: ignore[arg-type]
+        for name, method in METHODS.items():
+            if method.change:
+                found[name] = [method.change(setting) for setting in found["anatomical"]]
         return found
 
     def _alternatives(self, whole: Setting) -> list[Callable[[Setting], list[Setting]]]:
@@ -224,7 +165,7 @@ class Structure(Sweep):
                         setting.shrinkage, extra_variance=factor * whole.shrinkage.extra_variance
                     ),
                 )
-                for factor in self.noise_factors
+                for factor in NOISE_FACTORS
             ]
 
         def shrunken(setting: Setting) -> list[Setting]:
@@ -234,11 +175,11 @@ class Structure(Sweep):
                     noise=replace(setting.noise, share=share),
                     shrinkage=replace(setting.shrinkage, within_harmonic=share, diagonal=DIAGONAL * share),
                 )
-                for share in self.shrinkages
+                for share in SHRINKAGES
             ]
 
         return [
-            lambda setting: [replace(setting, pairs=factor) for factor in self.pair_factors],
+            lambda setting: [replace(setting, pairs=factor) for factor in PAIR_FACTORS],
             noisier,
             shrunken,
             lambda setting: [replace(setting, harmonics=number) for number in (3, whole.harmonics)],
@@ -276,14 +217,3 @@ def errors_of(
         fourier_part = off**2 @ errors.parseval_weights(mean.shape[-1])
         found["average_walker"] = fourier_part + people.beyond(person, view, setting.harmonics)
     return np.stack([found[method] for method in settings])
-
-
-_CHOICES = (
-    "noise_variances_mm2",
-    "shrunken_noise_variances_mm2",
-    "length_factors",
-    "pair_factors",
-    "noise_factors",
-    "shrinkages",
-)
-"""Options that others choose among."""

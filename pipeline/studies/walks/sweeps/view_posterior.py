@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
 from pipeline.core import anatomical
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
-from pipeline.studies.study import Grid, Sweep, SweepInputs, scaled
+from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.sweeps.held_out import People
 from pipeline.studies.walks.sweeps.setting import PLAIN, anatomical_setting, approach_two
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, Positive, bounded
 
 METHODS = ("two_harmonics", "anatomical")
 """The plain covariance of two harmonics with sigma² = 70 and mirror images, and the anatomical prior."""
@@ -48,17 +49,15 @@ class ViewPosteriors:
 class ViewAngleBars(Sweep):
     """Posterior of the view angle."""
 
-    seen_from_deg: Grid = scaled(start=-90, stop=90, step="structure_step_deg")
-    candidates: int = 72  # angles over the circle at which the likelihood is evaluated
-    noise_variance_mm2: float = 70.0  # of the plain covariance
+    seen_from_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")
+    candidates: Annotated[int, bounded(at_least=24, at_most=3600)] = 72  # angles on the circle
+    noise_variance_mm2: Positive = 70.0  # of the plain covariance
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
-        self.seen_from_deg.values("sweep.seen_from_deg")
-        require_range("sweep.candidates", self.candidates, at_least=24, at_most=3600, whole=True)
+        super().validate()
         if self.candidates % 2:
             raise InvalidInput("must be even", where="sweep.candidates", received=str(self.candidates))
-        require_range("sweep.noise_variance_mm2", self.noise_variance_mm2, above=0, unit="mm²")
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> ViewPosteriors:
         """Return the view angles and their posteriors."""

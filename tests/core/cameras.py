@@ -1,0 +1,40 @@
+"""Cameras that only tests look through: one that stands still, and the orthographic limit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pipeline.core.camera_paths import PX_PER_MM, around
+from pipeline.core.pinhole import Pinhole
+
+
+def still(frames: int, *, target: np.ndarray, **options: Any) -> Pinhole:
+    """A camera that stands still; on a moving target it turns to follow.  Options are those of `around`."""
+    return around(frames, target=target, sweep_rad=0.0, **options)
+
+
+def parallel(
+    frames: int, *, target: np.ndarray, azimuth_rad: float = 0.0, px_per_mm: float = PX_PER_MM
+) -> np.ndarray:
+    """Orthographic cameras (F, 3, 4) on a horizontal axis, the limit of `still` at its target's height.
+
+    Both candidates of every frame are then mirror images and no basis tells which is right: a tie.
+
+    Parameters
+    ----------
+    frames : int
+    target : (3,) or (F, 3)
+        Appears at pixel 0, 0.
+    azimuth_rad : float
+    px_per_mm : float
+    """
+    target = np.broadcast_to(target, (frames, 3))
+    c, s = np.cos(azimuth_rad), np.sin(azimuth_rad)
+    rows = px_per_mm * np.array([[-c, -s, 0.0], [0.0, 0.0, -1.0]])  # image right and down
+    cameras = np.zeros((frames, 3, 4))
+    cameras[:, :2, :3] = rows
+    cameras[:, :2, 3] = -target @ rows.T
+    cameras[:, 2, 3] = 1.0
+    return cameras
