@@ -131,6 +131,7 @@ def cluster_interval(
     left_out : (C,) or (0,)
         Without each cluster, for the acceleration; none: not accelerated.
     clusters : int
+    level : float
 
     Notes
     -----

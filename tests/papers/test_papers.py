@@ -925,6 +925,7 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
             error_up_to_mirror_mm=[50.0, 60.0, 30.0, 40.0],
             length_change_max=[0.0, 1e-9, 0.0, 0.0],
             acceleration_ratio=[0.5, 1.5, 1.0, 2.0],
+            random_signs_acceleration_ratio=[20.0] * len([0.5, 1.5, 1.0, 2.0]),
             hanging_error_mm=[165.0, 255.0, 165.0, 255.0],
             mean_pose_error_mm=[100.0, 120.0, 100.0, 120.0],
             camera_outside_basis=[0.0, 0.0, 0.02, 0.03],
