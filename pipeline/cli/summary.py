@@ -163,7 +163,7 @@ def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
     lines = []
     for kind, of_kind in count(verdicts).items():
         told = []
-        for agreement in kind.answers:
+        for agreement in Agreement:
             apart = {beyond: n for (found, beyond), n in of_kind.items() if found is agreement}
             beyond = [f"{apart[b]} {_BEYOND[b]}" for b in Beyond if b in apart and b in _BEYOND]
             if apart:
