@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +15,9 @@ from pipeline.cli.walkers import (
     FigureWalkers,
     Walk,
     keypoint_walk,
-    number,
     options_of,
     recorded_walk,
     target_file,
-    yes,
 )
 from pipeline.core import fourier, resampling
 from pipeline.formats import motion as motions
@@ -26,18 +26,46 @@ from pipeline.ingestion.corpus import joints_of
 from pipeline.skeleton import WALKER15
 from pipeline.storage.artefacts import packed
 from pipeline.storage.publishing import new_file
-from pipeline.validation import require_choice, require_range
+from pipeline.validation import require_range
 
-OPTIONS = {
-    "to": "", "walker": "", "view_angle_deg": "", "method": "map", "motion": "both", "cycles": "",
-    "frame_rate_hz": "", "skeleton": "", "units": "", "subject": "", "layout": "long", "replace": "false",
-}  # fmt: skip
-"""Options of the command and their defaults."""
+
+class Layout(StrEnum):
+    """Rows of a CSV: a point of a frame, or a frame."""
+
+    long = "long"
+    wide = "wide"
+
+
+class Shown(StrEnum):
+    """Motion of a figure."""
+
+    both = "both"
+    original = "original"
+    reconstructed = "reconstructed"
+
+
+@dataclass
+class Export:
+    """Options of the command; the usual ones of None are said at `synthesised`."""
+
+    to: str = ""
+    walker: str = ""
+    view_angle_deg: float | None = None
+    method: str = "map"
+    motion: Shown = Shown.both
+    cycles: float | None = None
+    frame_rate_hz: float | None = None
+    skeleton: str = ""
+    units: str = ""
+    subject: str = ""
+    layout: Layout = Layout.long
+    replace: bool = False
+
 
 USAGE = "export FOLDER_OF_A_FIGURE|RECORDING [walker=…] [view_angle_deg=30] [method=map] to=walk.c3d"
 
 MOST_FRAMES = 1_000_000
-_CYCLES, _RATE_HZ = "3", "100"
+_CYCLES, _RATE_HZ = 3.0, 100.0
 """Of walkers made of their Fourier representations, where nothing else is asked for."""
 
 
@@ -49,39 +77,39 @@ def export(arguments: Sequence[str]) -> Path:
     InvalidInput
         If an option is unknown or unusable, or there is no such motion.
     """
-    named, options = options_of(arguments, OPTIONS, "export", usage=USAGE)
-    target = target_file(options, (".c3d", ".trc", ".bvh", ".csv", ".npz"), USAGE, named)
-    require_choice("layout", options["layout"], ("long", "wide"))
+    named, options = options_of(arguments, Export, usage=USAGE)
+    suffixes = (".c3d", ".trc", ".bvh", ".csv", ".npz")
+    target = target_file(options.to, suffixes, USAGE, named, replace=options.replace)
     source = Path(named)
     if (source / "joints.csv").is_file():
         motion = synthesised([("", keypoint_walk(source))], options)
     elif source.is_dir():
         motion = reconstruction(source, options)
-    elif options["cycles"]:
-        skeleton, units, subject = (options[name] for name in ("skeleton", "units", "subject"))
-        walk = recorded_walk(source, skeleton=skeleton, units=units, subject=subject)
+    elif options.cycles is not None:
+        walk = recorded_walk(source, skeleton=options.skeleton, units=options.units, subject=options.subject)
         motion = synthesised([("", walk)], options)
     else:
         motion = recording(source, options)
-    with new_file(target, replace=yes("replace", options["replace"]), sources=[named]) as path:
-        write(path, motion, wide=options["layout"] == "wide")
+    with new_file(target, replace=options.replace, sources=[named]) as path:
+        write(path, motion, wide=options.layout is Layout.wide)
     return target
 
 
-def recording(source: Path, options: dict[str, str]) -> Motion:
+def recording(source: Path, options: Export) -> Motion:
     """Return a recording: its points as they are, or with ``skeleton=`` the joints, z up; at a lower rate if asked."""
-    read = formats.read(source, units=options["units"] or None)
-    if options["subject"] and not options["skeleton"]:
-        read = mappings.of_one_person(read, mappings.shipped().values(), options["subject"])
+    read = formats.read(source, units=options.units or None)
+    if options.subject and not options.skeleton:
+        read = mappings.of_one_person(read, mappings.shipped().values(), options.subject)
     rate = read.frame_rate_hz
-    wanted = number("frame_rate_hz", options["frame_rate_hz"] or repr(rate), above=0, at_most=rate)
+    asked = rate if options.frame_rate_hz is None else options.frame_rate_hz
+    wanted = float(require_range("frame_rate_hz", asked, above=0, at_most=rate))
     count = int((len(read.positions_mm) - 1) * wanted / rate + 1e-9) + 1
     at = np.arange(count) * (rate / wanted)
     fewer, rate = wanted < rate, wanted
-    if not options["skeleton"]:
+    if not options.skeleton:
         points = resampling.interpolate(read.positions_mm, at) if fewer else read.positions_mm
         return Motion(read.names, points, rate, None, own_axes=True)
-    _, positions, valid = joints_of(read, mappings.chosen(options["skeleton"]), options["subject"])
+    _, positions, valid = joints_of(read, mappings.chosen(options.skeleton), options.subject)
     there = np.flatnonzero(valid.any(axis=0))
     place = {int(joint): k for k, joint in enumerate(there)}
     parents = tuple(place.get(WALKER15.parents[joint], -1) for joint in there)
@@ -90,28 +118,28 @@ def recording(source: Path, options: dict[str, str]) -> Motion:
     return Motion(names, joints[:, there], rate, parents)
 
 
-def reconstruction(folder: Path, options: dict[str, str]) -> Motion:
+def reconstruction(folder: Path, options: Export) -> Motion:
     """Return a walker of a figure's folder, as recorded and as reconstructed from one view.
 
     A joint of the reconstruction is called after its method, ``left_knee_map``; one that was estimated because no
     marker gives it ends in ``_estimated``.
     """
     figure = FigureWalkers(folder)
-    which = require_choice("motion", options["motion"], ("both", "original", "reconstructed"))
-    walks = [] if which == "reconstructed" else [("", figure.original(options["walker"]))]
-    if which != "original":
-        view = options["view_angle_deg"]
-        again = figure.reconstructed(
-            options["walker"], options["method"], number("view_angle_deg", view) if view else None
-        )
-        walks.append((f"_{options['method']}", again))
+    walks = [] if options.motion is Shown.reconstructed else [("", figure.original(options.walker))]
+    if options.motion is not Shown.original:
+        again = figure.reconstructed(options.walker, options.method, options.view_angle_deg)
+        walks.append((f"_{options.method}", again))
     return synthesised(walks, options)
 
 
-def synthesised(walks: Sequence[tuple[str, Walk]], options: dict[str, str]) -> Motion:
+def synthesised(walks: Sequence[tuple[str, Walk]], options: Export) -> Motion:
     """Return walkers, each with the ending of its joints' names, for as many cycles and at the rate asked for."""
-    cycles = number("cycles", options["cycles"] or _CYCLES, above=0, at_most=10000)
-    rate = number("frame_rate_hz", options["frame_rate_hz"] or _RATE_HZ, above=0, at_most=1e5)
+    asked = (options.cycles, options.frame_rate_hz)
+    cycles, rate = (
+        usual if one is None else one for one, usual in zip(asked, (_CYCLES, _RATE_HZ), strict=True)
+    )
+    require_range("cycles", cycles, above=0, at_most=10000)
+    require_range("frame_rate_hz", rate, above=0, at_most=1e5)
     frames = round(cycles / walks[0][1].stride_hz * rate)
     require_range("cycles: frames", frames, at_least=2, at_most=MOST_FRAMES)
     times = np.arange(frames) / rate

@@ -122,7 +122,7 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
     cores = max([1, *(experiment.workers for experiment, _ in jobs)])
     processes = min(cores, len(jobs))
     started = time.perf_counter()
-    with Display([e for e, _ in jobs], console, slots=processes, cores=cores) as display:
+    with Display([e for e, _ in jobs], console, slots=processes) as display:
         if processes > 1:
             made = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
         else:

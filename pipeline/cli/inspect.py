@@ -12,7 +12,7 @@ from typing import Any
 
 from pipeline import formats, mappings
 from pipeline.cli.output import tell
-from pipeline.cli.walkers import number, yes
+from pipeline.cli.walkers import options_of
 from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
@@ -25,9 +25,20 @@ from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping
 from pipeline.skeleton.source_points import plain_name
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.validation import InvalidInput, require_range
 
-OPTIONS = ("write", "replace", "skeleton", "units", "frame_rate_hz", "subject", "static")
+
+@dataclass
+class Inspect:
+    """Options of the command; empty: the file's own, or what fits."""
+
+    write: str = ""
+    replace: bool = False
+    skeleton: str = ""
+    units: str = ""
+    frame_rate_hz: float | None = None
+    subject: str = ""
+    static: str = ""
 
 
 @dataclass
@@ -80,21 +91,13 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
     InvalidInput
         If an option is unknown, or there is no recording.
     """
-    sources = [item for item in arguments if "=" not in item or Path(item).exists()]
-    options = dict(item.split("=", 1) for item in arguments if item not in sources)
-    for name in options:
-        require_choice("an option of inspect", name, OPTIONS)
-    if len(sources) != 1:
-        received = " ".join(arguments)[:80] or "nothing"
-        raise InvalidInput(
-            "one file or folder is needed", expected="inspect PATH [write=my_lab.yaml]", received=received
-        )
-    rate = options.get("frame_rate_hz")
-    frame_rate_hz = number("frame_rate_hz", rate, above=0, at_most=1e5) if rate else None
-    files = recordings(Path(sources[0]))
-    chosen = mappings.chosen(options.get("skeleton") or mappings.AUTO)
+    source, options = options_of(arguments, Inspect, usage="inspect PATH [write=my_lab.yaml]")
+    if options.frame_rate_hz is not None:
+        require_range("frame_rate_hz", options.frame_rate_hz, above=0, at_most=1e5)
+    files = recordings(Path(source))
+    chosen = mappings.chosen(options.skeleton or mappings.AUTO)
     known = [chosen] if chosen else list(mappings.shipped().values())
-    stated: dict[str, Any] = {"units": options.get("units") or None, "frame_rate_hz": frame_rate_hz}
+    stated: dict[str, Any] = {"units": options.units or None, "frame_rate_hz": options.frame_rate_hz}
     statics = _statics(files)
     for path in files:
         found = Findings(path.name)
@@ -106,9 +109,9 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             continue
         found.lines += _of_file(motion, path.suffix)
         try:
-            motion = _one_person(motion, known, options.get("subject", ""), found)
+            motion = _one_person(motion, known, options.subject, found)
             noted = len(motion.notes)
-            if static := options.get("static"):
+            if static := options.static:
                 posture = static_trial.read(Path(static), **stated)
                 motion = static_trial.carry(motion, posture, Path(static).name, known)
             else:
@@ -126,8 +129,8 @@ def inspect(arguments: Sequence[str]) -> Iterator[Findings]:
             _of_walk(motion, fit, path, options, found)
         else:
             found.lines += _of_no_mapping(motion, fit, path)
-        if target := options.get("write"):
-            _write(motion, Path(target), path, found, replace=yes("replace", options.get("replace", "false")))
+        if target := options.write:
+            _write(motion, Path(target), path, found, replace=options.replace)
         elif not fit.usable:
             found.lines.append(f"next: python -m pipeline inspect {shlex.quote(str(path))} write=my_lab.yaml")
         yield found
@@ -236,9 +239,7 @@ def _of_file(motion: MotionCapture, suffix: str) -> list[str]:
     return [line, f"points: {names}", *motion.notes]
 
 
-def _of_walk(
-    motion: MotionCapture, fit: mappings.Fit, path: Path, options: dict[str, str], found: Findings
-) -> None:
+def _of_walk(motion: MotionCapture, fit: mappings.Fit, path: Path, options: Inspect, found: Findings) -> None:
     """What the mapping gives, and whether somebody walks steadily."""
     found.mapping = fit.mapping.name
     given = f"mapping: {fit.mapping.name}, {15 - len(fit.missing)} of 15 joints"
@@ -273,14 +274,14 @@ def _of_walk(
     found.lines.append(f"next (with recordings of three people or more in the folder): {run}")
 
 
-def _run(path: Path, options: dict[str, str], mapping: str) -> str:
+def _run(path: Path, options: Inspect, mapping: str) -> str:
     """The command that makes a figure of the folder's recordings."""
     stated = "".join(
-        f" data.{name}={shlex.quote(options[name])}"
+        f" data.{name}={shlex.quote(f'{value:g}' if isinstance(value, float) else value)}"
         for name in ("units", "frame_rate_hz", "subject")
-        if options.get(name)
+        if (value := getattr(options, name))
     )
-    skeleton = shlex.quote(options.get("skeleton") or mapping)
+    skeleton = shlex.quote(options.skeleton or mapping)
     folder = shlex.quote(str(path.parent))
     return f"python -m pipeline experiment=zhang2007_fig5 data=folder data.path={folder}{stated} skeleton={skeleton}"
 
@@ -310,7 +311,7 @@ def _write(motion: MotionCapture, target: Path, source: Path, found: Findings, *
     with new_file(target, replace=replace, sources=[source]) as path:
         path.write_text(nearest_joints.REMARK + mappings.written(proposal, motion), encoding="utf-8")
     found.lines.append(
-        f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names, heights and an average walker"
+        f"proposed in {target}: {len(proposal.guessed)} of 15 joints, guessed from names and an average walker"
     )
     found.lines.append(f"next: check it, then skeleton={shlex.quote(str(target))}")
 

@@ -64,7 +64,10 @@ def _known(owner: Any, name: str, key: str) -> str:
 
 
 def _value(key: str, kind: Any, text: str) -> Any:
-    """Return a value of the type of its field."""
+    """Return a value of the type of its field; of ``X | None`` one of X."""
+    kind = next(
+        (part for part in get_args(kind) if type(None) in get_args(kind) and part is not type(None)), kind
+    )
     if get_origin(kind) is list:
         if text[:1] + text[-1:] != "[]":
             raise InvalidInput("must be a list", where=key, expected="[a,b]", received=text)

@@ -3,37 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pipeline import pointlight
 from pipeline.cli.output import tell
-from pipeline.cli.walkers import (
-    FigureWalkers,
-    Walk,
-    keypoint_walk,
-    number,
-    options_of,
-    recorded_walk,
-    target_file,
-    yes,
-)
+from pipeline.cli.walkers import FigureWalkers, Walk, keypoint_walk, options_of, recorded_walk, target_file
 from pipeline.core import fourier
 from pipeline.pointlight import Noise, PointLights
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import new_file
-from pipeline.validation import InvalidInput, require_choice
+from pipeline.validation import InvalidInput, require_range
 
-OPTIONS = {
-    "to": "walker.svg", "view_angle_deg": "0", "cycles": "1", "frame_rate_hz": "60", "harmonics": "2", "seed": "1",
-    "inverted": "false", "mirrored": "false", "scrambled": "false", "phase_scrambled": "false",
-    "translating": "false", "speed_mm_s": "", "joints": "all", "lifetime_frames": "0", "shown": "8",
-    "noise_dots": "0", "noise": "scrambled_walker", "field": "1.5", "gender": "", "mood": "",
-    "walker": "", "method": "", "from_view_deg": "", "skeleton": "", "units": "", "subject": "",
-    "height_px": "400", "dot_px": "4", "replace": "false",
-}  # fmt: skip
-"""Options of the command and their defaults."""
+
+class Joints(StrEnum):
+    """Which joints are shown."""
+
+    all = "all"
+    measured = "measured"
+
+
+@dataclass
+class Display:
+    """Options of the command, in the units of their names; `point_lights` says what they do."""
+
+    to: str = "walker.svg"
+    view_angle_deg: float = 0.0
+    cycles: float = 1.0
+    frame_rate_hz: float = 60.0
+    harmonics: int = 2
+    seed: int = 1
+    inverted: bool = False
+    mirrored: bool = False
+    scrambled: bool = False
+    phase_scrambled: bool = False
+    translating: bool = False
+    speed_mm_s: float | None = None
+    joints: Joints = Joints.all
+    lifetime_frames: int = 0
+    shown: int = 8
+    noise_dots: int = 0
+    noise: Noise = Noise.scrambled_walker
+    field: float = 1.5
+    gender: float | None = None
+    mood: str = ""
+    walker: str = ""
+    method: str = ""
+    from_view_deg: float | None = None
+    skeleton: str = ""
+    units: str = ""
+    subject: str = ""
+    height_px: int = 400
+    dot_px: float = 4.0
+    replace: bool = False
+
+
+BOUNDS: dict[str, dict[str, Any]] = {
+    "view_angle_deg": {"at_least": -360, "at_most": 360},
+    "cycles": {"above": 0, "at_most": 1000},
+    "frame_rate_hz": {"above": 0, "at_most": 1000},
+    "harmonics": {"at_least": 1, "at_most": 10},
+    "seed": {"at_least": 0, "at_most": 2**63},
+    "speed_mm_s": {"at_least": -20000, "at_most": 20000},
+    "lifetime_frames": {"at_least": 0, "at_most": 1e5},
+    "gender": {"at_least": -6, "at_most": 6},
+}
+"""Of numbers that the display itself does not check."""
 
 USAGE = (
     "pointlight RECORDING|FOLDER|synthetic [view_angle_deg=90] [inverted=true] [noise_dots=60] to=walker.svg"
@@ -53,30 +92,31 @@ def make(arguments: Sequence[str]) -> tuple[Path, str]:
     InvalidInput
         If an option is unknown or unusable, or there is no such walker.
     """
-    source, options = options_of(arguments, OPTIONS, "pointlight", usage=USAGE)
-    if Path(options["to"]).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
+    source, options = options_of(arguments, Display, usage=USAGE)
+    for name, bounds in BOUNDS.items():
+        if (value := getattr(options, name)) is not None:
+            require_range(name, value, **bounds)
+    if Path(options.to).suffix.lower() in (".mp4", ".mov", ".webm", ".avi"):
         raise InvalidInput(
             "no library for videos is among what this package needs",
             where="to",
             expected="a .gif, which `ffmpeg -i walker.gif walker.mp4` turns into one; or .svg, .csv, .ptd",
-            received=options["to"],
+            received=options.to,
         )
-    target = target_file(options, SUFFIXES, USAGE, source)
+    target = target_file(options.to, SUFFIXES, USAGE, source, replace=options.replace)
     walk = _walk(source, options)
-    with new_file(target, replace=yes("replace", options["replace"]), sources=[source]) as path:
+    with new_file(target, replace=options.replace, sources=[source]) as path:
         words = (_in_space if path.suffix.lower() == ".ptd" else _in_view)(path, walk, options)
     return target, words
 
 
-def _in_view(target: Path, walk: Walk, options: dict[str, str]) -> str:
+def _in_view(target: Path, walk: Walk, options: Display) -> str:
     """Write the dots as they are seen; return a sentence on what they show."""
-    rate = number("frame_rate_hz", options["frame_rate_hz"], above=0, at_most=1000)
-    hundredths = max(2, round(100 / rate))  # of a second, in which a GIF counts
+    hundredths = max(2, round(100 / options.frame_rate_hz))  # of a second, in which a GIF counts
     if target.suffix.lower() == ".gif":
-        rate = 100 / hundredths
-    lights = display(walk, {**options, "frame_rate_hz": str(rate)})
-    height = int(number("height_px", options["height_px"], at_least=16, at_most=4096, whole=True))
-    dot = number("dot_px", options["dot_px"], above=0, at_most=height)
+        options = replace(options, frame_rate_hz=100 / hundredths)
+    lights = display(walk, options)
+    height, dot = options.height_px, options.dot_px
     words = _words(walk, lights, options)
     if target.suffix.lower() == ".svg":
         target.write_text(
@@ -91,64 +131,58 @@ def _in_view(target: Path, walk: Walk, options: dict[str, str]) -> str:
     return words
 
 
-def display(walk: Walk, options: dict[str, str]) -> PointLights:
+def display(walk: Walk, options: Display) -> PointLights:
     """Return the dots of a walk, disturbed as the options say.
 
     Every disturbance has a generator of its own, so that one does not change what another draws.
     """
-    seed = int(number("seed", options["seed"], at_least=0, at_most=2**63, whole=True))
-    phase, place, lifetime, noise = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(4))
-    joints = {"all": np.ones(15, dtype=bool), "measured": ~walk.unmeasured}
+    phase, place, lifetime, noise = map(np.random.default_rng, np.random.SeedSequence(options.seed).spawn(4))
     lights = pointlight.walker(
         walk.coefficients,
         walk.stride_hz,
-        view_angle_rad=np.radians(
-            number("view_angle_deg", options["view_angle_deg"], at_least=-360, at_most=360)
-        ),
-        cycles=number("cycles", options["cycles"], above=0, at_most=1000),
-        frame_rate_hz=number("frame_rate_hz", options["frame_rate_hz"], above=0, at_most=1000),
+        view_angle_rad=np.radians(options.view_angle_deg),
+        cycles=options.cycles,
+        frame_rate_hz=options.frame_rate_hz,
         speed_mm_s=_speed(walk, options),
-        joints=joints[require_choice("joints", options["joints"], tuple(joints))],
+        joints=~walk.unmeasured if options.joints is Joints.measured else None,
     )
-    if yes("phase_scrambled", options["phase_scrambled"]):
+    if options.phase_scrambled:
         lights = pointlight.phase_scrambled(lights, phase)
-    if yes("scrambled", options["scrambled"]):
+    if options.scrambled:
         lights = pointlight.scrambled(lights, place)
-    if yes("inverted", options["inverted"]):
+    if options.inverted:
         lights = pointlight.inverted(lights)
-    if yes("mirrored", options["mirrored"]):
+    if options.mirrored:
         lights = pointlight.mirrored(lights)
-    whole = lights
-    frames = int(number("lifetime_frames", options["lifetime_frames"], at_least=0, at_most=1e5, whole=True))
+    whole, frames = lights, options.lifetime_frames
     if frames:
-        shown = int(number("shown", options["shown"], at_least=1, at_most=14, whole=True))
-        lights = pointlight.limited_lifetime(lights, lifetime, lifetime_frames=frames, shown=shown)
+        lights = pointlight.limited_lifetime(lights, lifetime, lifetime_frames=frames, shown=options.shown)
     return pointlight.with_noise(
         lights,
         noise,
-        dots=int(number("noise_dots", options["noise_dots"], at_least=0, at_most=2000, whole=True)),
-        kind=Noise(require_choice("noise", options["noise"], [kind.value for kind in Noise])),
+        dots=options.noise_dots,
+        kind=options.noise,
         like=whole,
-        field=number("field", options["field"], at_least=1, at_most=20),
+        field=options.field,
         lifetime_frames=frames,
     )
 
 
-def _walk(source: str, options: dict[str, str]) -> Walk:
+def _walk(source: str, options: Display) -> Walk:
     """The walker that is named: synthetic, of a figure, of keypoints, or of a recording."""
     path = Path(source)
-    harmonics = int(number("harmonics", options["harmonics"], at_least=1, at_most=10, whole=True))
-    if options["mood"]:
+    harmonics = options.harmonics
+    if options.mood:
         raise InvalidInput(
             "no walker of any data set is labelled by mood, so that there is no such axis", where="mood"
         )
     if source == "synthetic" and not path.exists():
-        gender = number("gender", options["gender"] or "0", at_least=-6, at_most=6)
+        gender = options.gender or 0.0
         coefficients, stride_hz = pointlight.synthetic_walker(gender)
         named = "average synthetic walker"
         named += f", {gender:+g} on the axis from women (-1) to men (+1)" if gender else ""
         return Walk(named, coefficients, stride_hz, np.zeros(15, dtype=bool))
-    if options["gender"]:
+    if options.gender is not None:
         raise InvalidInput(
             "recordings do not say who is a man: only the synthetic population has this axis",
             where="gender",
@@ -157,35 +191,36 @@ def _walk(source: str, options: dict[str, str]) -> Walk:
     if (path / "joints.csv").is_file():
         return keypoint_walk(path, harmonics=harmonics)
     if not path.is_dir():
-        skeleton, units, subject = (options[name] for name in ("skeleton", "units", "subject"))
-        return recorded_walk(path, skeleton=skeleton, units=units, subject=subject, harmonics=harmonics)
+        return recorded_walk(
+            path,
+            skeleton=options.skeleton,
+            units=options.units,
+            subject=options.subject,
+            harmonics=harmonics,
+        )
     figure = FigureWalkers(path)
-    if not options["method"] and not options["from_view_deg"]:
-        return figure.original(options["walker"])
-    view = options["from_view_deg"]
-    return figure.reconstructed(
-        options["walker"], options["method"] or "map", number("from_view_deg", view) if view else None
-    )
+    if not options.method and options.from_view_deg is None:
+        return figure.original(options.walker)
+    return figure.reconstructed(options.walker, options.method or "map", options.from_view_deg)
 
 
-def _speed(walk: Walk, options: dict[str, str]) -> float:
+def _speed(walk: Walk, options: Display) -> float:
     """Speed, mm/s, over the picture: the walker's own where none is given."""
-    if not yes("translating", options["translating"]):
+    if not options.translating:
         return 0.0
-    if options["speed_mm_s"]:
-        return number("speed_mm_s", options["speed_mm_s"], at_least=-20000, at_most=20000)
+    if options.speed_mm_s is not None:
+        return options.speed_mm_s
     return walk.speed_mm_s or pointlight.walking_speed(walk.coefficients, walk.stride_hz)
 
 
-def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> str:
+def _in_space(target: Path, walk: Walk, options: Display) -> str:
     """Write the joints in three dimensions, as the Body Movement Library has them; return a sentence on them."""
     for name in _DISTURBED:
-        if options[name] != OPTIONS[name]:
+        if getattr(options, name):
             raise InvalidInput(
                 "is of a view, and PTD holds three dimensions", where=name, expected="to=walker.csv"
             )
-    cycles = number("cycles", options["cycles"], above=0, at_most=1000)
-    count = max(round(cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
+    count = max(round(options.cycles / walk.stride_hz * pointlight.files.PTD_RATE_HZ), 2)
     times = np.arange(count) / pointlight.files.PTD_RATE_HZ
     positions = fourier.synthesise(walk.coefficients, walk.stride_hz, times)
     positions[..., 1] += (_speed(walk, options) * times)[:, None]
@@ -193,22 +228,22 @@ def _in_space(target: Path, walk: Walk, options: dict[str, str]) -> str:
     return f"{walk.name}: {count} frames at 60 Hz in three dimensions, inches, z up"
 
 
-def _words(walk: Walk, lights: PointLights, options: dict[str, str]) -> str:
+def _words(walk: Walk, lights: PointLights, options: Display) -> str:
     """What the display shows, in one sentence."""
     done = [name.replace("_", " ") for name in ("inverted", "mirrored", "scrambled", "phase_scrambled", "translating")
-            if options[name] == "true"]  # fmt: skip
-    if options["lifetime_frames"] != "0":
-        done.append(f"{options['shown']} dots that live {options['lifetime_frames']} frames")
-    if options["noise_dots"] != "0":
-        done.append(f"among {options['noise_dots']} noise dots ({options['noise'].replace('_', ' ')})")
+            if getattr(options, name)]  # fmt: skip
+    if options.lifetime_frames:
+        done.append(f"{options.shown} dots that live {options.lifetime_frames} frames")
+    if options.noise_dots:
+        done.append(f"among {options.noise_dots} noise dots ({options.noise.replace('_', ' ')})")
     if estimated := [WALKER15.joints[j] for j in np.flatnonzero(walk.unmeasured)]:
         done.append(
-            ("without " if options["joints"] == "measured" else "with estimated ") + ", ".join(estimated)
+            ("without " if options.joints is Joints.measured else "with estimated ") + ", ".join(estimated)
         )
     frames = len(lights.positions)
     length = f"{frames} frames at {lights.frame_rate_hz:g} Hz{', a loop' if lights.loops else ''}"
-    seen = f"seen from {float(options['view_angle_deg']):g}°"
-    return f"{walk.name}: {', '.join([seen, *done, length, 'seed ' + options['seed']])}"
+    seen = f"seen from {options.view_angle_deg:g}°"
+    return f"{walk.name}: {', '.join([seen, *done, length, f'seed {options.seed}'])}"
 
 
 def point_lights(arguments: Sequence[str]) -> int:

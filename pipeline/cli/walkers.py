@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from pipeline import formats, mappings
+from pipeline.cli.options import Options, filled
 from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
@@ -48,51 +48,32 @@ class Walk:
     speed_mm_s: float = 0.0
 
 
-def options_of(
-    arguments: Sequence[str], known: Mapping[str, str], command: str, *, usage: str
-) -> tuple[str, dict[str, str]]:
+def options_of(arguments: Sequence[str], kind: type[Options], *, usage: str) -> tuple[str, Options]:
     """Return the one source that is named and the options of a command, with their defaults.
 
     Raises
     ------
     InvalidInput
-        If an option is unknown, or none or several sources are named.
+        If an option is unknown or of another type, or none or several sources are named.
     """
     sources = [item for item in arguments if "=" not in item or Path(item).exists()]
-    given = dict(item.split("=", 1) for item in arguments if item not in sources)
-    for name in given:
-        require_choice(f"an option of {command}", name, list(known))
+    options = filled(kind, [item for item in arguments if item not in sources])
     if len(sources) != 1:
         raise InvalidInput(
             "one source is needed", expected=usage, received=" ".join(arguments)[:80] or "nothing"
         )
-    return sources[0], {**known, **given}
+    return sources[0], options
 
 
-def number(name: str, text: str, **bounds: Any) -> float:
-    """Return an option as a number within bounds, as `require_range` has them."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise InvalidInput("must be a number", where=name, received=text[:40]) from None
-    return float(require_range(name, value, **bounds))
-
-
-def yes(name: str, text: str) -> bool:
-    """Return an option that is true or false."""
-    return require_choice(name, text.lower(), ("true", "false")) == "true"
-
-
-def target_file(options: Mapping[str, str], suffixes: Iterable[str], usage: str, source: str) -> Path:
+def target_file(to: str, suffixes: Sequence[str], usage: str, source: str, *, replace: bool) -> Path:
     """Return the file ``to=`` that is to be written, whose suffix says the format."""
-    text = options["to"]
-    if not text:
+    if not to:
         raise InvalidInput("to=FILE is needed", expected=usage)
-    target, known = Path(text), list(suffixes)
-    if target.suffix.lower() not in known:
-        expected = f"one that ends in {', '.join(known[:-1])} or {known[-1]}"
+    target = Path(to)
+    if target.suffix.lower() not in suffixes:
+        expected = f"one that ends in {', '.join(suffixes[:-1])} or {suffixes[-1]}"
         raise InvalidInput("the format is unknown", where="to", expected=expected, received=target.name)
-    require_new(target, replace=yes("replace", options["replace"]), sources=[source])
+    require_new(target, replace=replace, sources=[source])
     return target
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from pipeline.clips.kinds import VariedClips
 from pipeline.clips.options import SyntheticClips
 from pipeline.clips.usable import PreparedClip, RawClip, collect, prepare, report_row
-from pipeline.core.walking import BridgedClip
+from pipeline.core.walking import BridgedClip, longest_run
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.bending import bending_performances
 from pipeline.synthetic.limbs import synthetic_body
@@ -84,7 +84,7 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
     """Return the longest stretch of a clip that shows all joints, or why there is none."""
 
     def select(bridged: BridgedClip, row: dict[str, Any]) -> np.ndarray:
-        first, stop = _longest_run(bridged.whole)
+        first, stop = longest_run(bridged.whole)
         if stop - first < LEAST_FRAMES:
             raise InvalidInput(
                 "too short a stretch shows all joints",
@@ -96,16 +96,6 @@ def longest_stretch(raw: RawClip, gap_s: float = 0.0) -> PreparedClip:
         return bridged.positions[first:stop]
 
     return prepare(raw, gap_s, select)
-
-
-def _longest_run(whole: np.ndarray) -> tuple[int, int]:
-    """Return the first index of the longest run of True, and the index after its last; 0, 0 if there is none."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], whole.astype(int), [0]])))
-    if not edges.size:
-        return 0, 0
-    starts, stops = edges[::2], edges[1::2]
-    longest = int(np.argmax(stops - starts))
-    return int(starts[longest]), int(stops[longest])
 
 
 def varied_of(made: list[PreparedClip], inputs: Mapping[str, str] | None = None) -> VariedClips:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core import linear_model
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 
 @dataclass(frozen=True)
@@ -127,13 +127,7 @@ def _all_postures(performances: Sequence[np.ndarray]) -> np.ndarray:
     given = [np.asarray(p, dtype=float) for p in performances]
     for number, performance in enumerate(given):
         where = f"performance {number}"
-        if performance.ndim != 2 or performance.shape[1:] != given[0].shape[1:]:
-            raise InvalidInput(
-                "a performance is no list of postures",
-                where=where,
-                expected=f"(F, {given[0].shape[-1]})" if given[0].ndim == 2 else "(F, 37)",
-                received=str(performance.shape),
-            )
+        require_shape(where, performance, ("F", given[0].shape[-1]))
         if not np.isfinite(performance).all():
             frame = int(np.argwhere(~np.isfinite(performance))[0][0])
             raise InvalidInput(f"posture {frame} has values that are not finite", where=where)

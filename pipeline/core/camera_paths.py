@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.core.pinhole import Pinhole, look_at
-from pipeline.validation import InvalidInput, require_finite, require_range
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 DISTANCE_MM, PX_PER_MM = 4000.0, 0.25
 """A camera at four metres with a focal length of 1000 px."""
@@ -110,10 +110,7 @@ def hand_held(
 def _target(frames: int, target: np.ndarray) -> np.ndarray:
     require_range("frames", frames, at_least=1)
     target = np.asarray(target, dtype=float)
-    if target.shape not in ((3,), (frames, 3)) or not np.isfinite(target).all():
-        raise InvalidInput(
-            "a camera has no target", expected=f"finite (3,) or ({frames}, 3)", received=f"{target.shape}"
-        )
+    require_finite("target", require_shape("target", target, (frames, 3) if target.ndim > 1 else (3,)))
     return np.broadcast_to(target, (frames, 3))
 
 

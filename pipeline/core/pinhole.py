@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_shape
 
 _ROUNDING = 1e-6
 """How far R R^T may be from the identity: rotations come from files with seven digits."""
@@ -193,13 +193,8 @@ def project_by_matrix(cameras: np.ndarray, points: np.ndarray) -> np.ndarray:
         If the shapes do not fit.
     """
     cameras, points = np.asarray(cameras, dtype=float), np.asarray(points, dtype=float)
-    fits = points.ndim > 1 and points.shape[-1] == 3
-    if not fits or cameras.shape not in ((3, 4), (len(points), 3, 4)):
-        raise InvalidInput(
-            "cameras and points do not fit",
-            expected="(F, 3, 4) or (3, 4), and (F, …, 3)",
-            received=f"{cameras.shape} and {points.shape}",
-        )
+    require_shape("points", points, (*points.shape[:-1], 3))
+    require_shape("cameras", cameras, (len(points), 3, 4) if cameras.ndim > 2 else (3, 4))
     flat = points.reshape(len(points), -1, 3)
     image = flat @ np.swapaxes(cameras[..., :3], -1, -2) + cameras[..., None, :, 3]
     depth = image[..., 2:]

@@ -27,7 +27,7 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_range, require_shape
 
 
 class Reading(StrEnum):
@@ -105,23 +105,14 @@ def reconstructibility(
     """
     middle, half_chord = np.asarray(middle, dtype=float), np.asarray(half_chord, dtype=float)
     signs = np.asarray(signs_true, dtype=float)
-    if (
-        half_chord.shape != middle.shape
-        or signs.shape != middle.shape[:1]
-        or not (np.abs(signs) == 1.0).all()
-    ):
-        raise InvalidInput(
-            "middle, half chord and true signs do not fit",
-            expected="(F, 3), (F, 3) and F of +1 and -1",
-            received=f"{middle.shape}, {half_chord.shape} and {signs.shape}",
-        )
+    require_shape("half chord", half_chord, require_shape("middle", middle, ("F", 3)).shape)
+    require_shape("signs", signs, middle.shape[:1])
+    if not (np.abs(signs) == 1.0).all():
+        raise InvalidInput("must be +1 or -1", where="signs", received=str(signs[np.abs(signs) != 1.0][0]))
     truth, impostor = middle + signs[:, None] * half_chord, middle - signs[:, None] * half_chord
     if require_choice("reading", reading, Reading) == Reading.angle:
-        if axis is None:
-            raise InvalidInput(
-                "angles need the axis from camera to parent", expected="(F, 3)", received="nothing"
-            )
-        truth, impostor = viewing_angles(truth, axis), viewing_angles(impostor, axis)
+        across = require_shape("axis", axis, truth.shape)
+        truth, impostor = viewing_angles(truth, across), viewing_angles(impostor, across)
     return _compared(outside(basis, truth), outside(basis, impostor), float(np.linalg.norm(truth)))
 
 
@@ -155,8 +146,7 @@ def viewing_angles(directions: np.ndarray, axis: np.ndarray) -> np.ndarray:
         If the shapes do not fit.
     """
     directions, axis = np.asarray(directions, dtype=float), np.asarray(axis, dtype=float)
-    if directions.shape != axis.shape or directions.shape[-1:] != (3,):
-        raise InvalidInput("limbs and axes do not fit", received=f"{directions.shape} and {axis.shape}")
+    require_shape("axis", axis, directions.shape)
     across = np.linalg.norm(np.cross(axis, directions), axis=-1)
     return np.asarray(np.arctan2(across, (axis * directions).sum(axis=-1)))
 

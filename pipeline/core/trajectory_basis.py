@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.validation import InvalidInput, require_range, require_shape
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 EXPONENT = 6.0
 """How steeply the soft basis forbids: the square of a third derivative."""
@@ -361,8 +361,11 @@ def _stacked(theta: np.ndarray, observed: np.ndarray, ridge: np.ndarray | None) 
     rows = theta[seen]
     if ridge is not None:
         weights = np.asarray(ridge, dtype=float)
-        if weights.shape != (components,) or not (np.isfinite(weights).all() and (weights >= 0).all()):
-            raise InvalidInput("the ridge cannot be so", expected=f"{components} numbers of 0 or more")
+        require_range(
+            "ridge",
+            float(require_finite("ridge", require_shape("ridge", weights, (components,))).min()),
+            at_least=0,
+        )
         rows = np.concatenate([rows, np.diag(np.sqrt(weights))])
     singular = np.linalg.svd(rows, compute_uv=False)
     if len(singular) < components or singular[-1] < _SINGULAR:

@@ -9,7 +9,6 @@ import numpy as np
 
 from pipeline.formats import bvh, c3d
 from pipeline.formats.points import csv, trc
-from pipeline.formats.points.csv.wide import write_wide
 from pipeline.shortened import shortened
 from pipeline.validation import require_choice
 
@@ -71,4 +70,4 @@ def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
         turned = positions if motion.own_axes else positions @ _Y_UP_FORWARD_Z.T
         bvh.write(target, names, turned, rate, motion.parents)
     else:
-        (write_wide if wide else csv.write)(target, names, positions, rate)
+        csv.write(target, names, positions, rate, wide=wide)

@@ -8,21 +8,21 @@ Where names tell nothing, the walker starts from several headings.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
-from pipeline import mappings
 from pipeline.clips.missing_joints import LEG_MM, population
 from pipeline.core import fourier
 from pipeline.ingestion.static_trial import technical_clusters
-from pipeline.mappings.proposal import NOT_A_PLACE, PART_NAMES
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.recorded import MotionCapture
 from pipeline.skeleton.source_mapping import SourceMapping, UpAxis
 from pipeline.skeleton.source_points import plain_name
+from pipeline.validation import InvalidInput
 
 PHASES, FRAMES, ROUNDS, HEADINGS, PROMISING = 8, 24, 4, 12, 4
 NEIGHBOURS_MM = 160.0
@@ -30,9 +30,6 @@ NEIGHBOURS_MM = 160.0
 
 STRANGE_MM = 250.0
 """How much nearer a point must be that bears no name of the joint."""
-
-FIRST_MM = 40.0
-"""How much nearer a point must be than the one that names and heights alone speak for."""
 
 MOST_NEIGHBOURS = 200
 """Of more points of a side, as of a dense surface, no two are taken for the sides of a joint."""
@@ -49,8 +46,24 @@ FAR_STRANGE_MM = 0.2 * LEG_MM
 FAR_NAMED_MM = 2 * FAR_MM
 """The same of a point that bears the joint's name."""
 
-NAMES = PART_NAMES | {"shoulder": (*PART_NAMES["shoulder"], "larm", "rarm", "humer")}
-"""Parts of names, of the shoulder those too that say arm alone: where it is, decides."""
+PART_NAMES = {
+    "head": ("head", "hd", "nose", "ear", "skull", "kopf", "tete"),
+    "sternum": ("stern", "clav", "chest", "thorax", "neck", "c7", "t1", "jug", "manub"),
+    "shoulder": ("sho", "acr", "upperarm", "uparm", "uarm", "schulter", "epaule", "larm", "rarm", "humer"),
+    "elbow": ("elb", "epic", "forearm", "lowerarm", "farm", "coude", "ellbogen"),
+    "wrist": ("wri", "rad", "uln", "styl", "hand", "poignet"),
+    "pelvis": ("pelv", "sacr", "hips", "root", "waist"),
+    "hip": ("hip", "hjc", "troch", "asi", "ias", "upleg", "upperleg", "thigh", "hanche"),
+    "knee": ("kne", "condy", "lfc", "fle", "shin", "shank", "lowerleg", "genou", "knie"),
+    "ankle": ("ank", "mal", "tal", "foot", "cheville", "heel", "calc"),
+}
+"""Parts of names by which points of a joint are known."""
+
+NOT_A_PLACE = re.compile(r"angle|force|moment|power|grf|progress", re.IGNORECASE)
+"""Names of results of a model that stand among the points of a C3D file and are no points."""
+
+FEWEST = 7
+"""Points that tell a body, at least."""
 
 REMARK = "# Of points whose names say as much, those next to an average walker's joints over the clip were taken.\n"
 """First line of a file in which such a mapping is written down."""
@@ -78,7 +91,7 @@ class _Points:
 
 
 def propose(motion: MotionCapture, name: str) -> SourceMapping:
-    """Propose a mapping from names, sides, heights and distance to an average walker, every joint of it guessed.
+    """Propose a mapping from names, sides and distance to an average walker, every joint of it guessed.
 
     Points of technical clusters, which mark no joint, take no part.
 
@@ -100,18 +113,12 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
         positions_mm=motion.positions_mm[:, kept],
         valid=motion.valid[:, kept],
     )
-    named = mappings.propose(motion, name)
-    points, up = _points(motion)
-    by_name = {
-        joint: tuple(points.names.index(point) for point in rules)
-        for joint, rules in named.joints.items()
-        if isinstance(rules, dict)
-    }
+    points, up = _points(motion, name)
     cycle = fourier.synthesise(population().mean.reshape(5, 15, 3), 1.0, np.arange(PHASES) / PHASES)
-    starts = [*([_anchors(points, by_name)] if len(by_name) >= 5 else []), *_starts(points, cycle)]
-    first = [_matched(points, start, cycle, by_name, rounds=1) for start in starts]
+    starts = [*_by_names(points), *_starts(points, cycle)]
+    first = [_matched(points, start, cycle, rounds=1) for start in starts]
     promising = sorted(range(len(starts)), key=lambda n: first[n][0])[:PROMISING]
-    best = [_matched(points, starts[n], cycle, by_name, rounds=ROUNDS) for n in promising]
+    best = [_matched(points, starts[n], cycle, rounds=ROUNDS) for n in promising]
     found = min(best, key=lambda pair: pair[0])[1]
     joints = {
         joint: {points.names[k]: 1.0 / len(found[joint]) for k in found[joint]}
@@ -121,13 +128,16 @@ def propose(motion: MotionCapture, name: str) -> SourceMapping:
     return SourceMapping(name=name, up=up, joints=joints, guessed=list(joints))
 
 
-def _points(motion: MotionCapture) -> tuple[_Points, UpAxis]:
+def _points(motion: MotionCapture, name: str) -> tuple[_Points, UpAxis]:
     """Points that were ever seen and have a place, in frames evenly over those that show most of them; and up."""
     kept = [
         k
         for k, point in enumerate(motion.names)
         if motion.valid[:, k].any() and not NOT_A_PLACE.search(point)
     ]
+    if len(kept) < FEWEST:
+        what, received = "too few points to tell a body", f"{len(kept)} points"
+        raise InvalidInput(what, where=name, expected=f"{FEWEST} or more", received=received)
     shown = motion.valid[:, kept].sum(axis=1)
     full = np.flatnonzero(2 * shown > shown.max())
     some = np.ix_(full[np.unique(np.linspace(0, len(full) - 1, FRAMES).round().astype(int))], kept)
@@ -146,6 +156,23 @@ def _anchors(points: _Points, found: dict[str, tuple[int, ...]]) -> np.ndarray:
     for joint, candidate in found.items():
         anchors[:, WALKER15.index(joint)] = points.of(candidate)
     return anchors
+
+
+def _by_names(points: _Points) -> list[np.ndarray]:
+    """Positions (F, 15, 3) of the joints by names alone: the middle of points that bear the joint's; none of few."""
+    plain = [plain_name(name) for name in points.names]
+    anchors = np.full((len(points.positions), 15, 3), np.nan)
+    for j, joint in enumerate(WALKER15.joints):
+        side, _, part = joint.rpartition("_")
+        bearing = [k for k, point in enumerate(plain) if point.startswith(side[:1]) and _bears(point, part)]
+        if bearing:
+            anchors[:, j] = points.positions[:, bearing].mean(axis=1)
+    return [anchors] if np.isfinite(anchors).all(axis=-1).any(axis=0).sum() >= 5 else []
+
+
+def _bears(point: str, part: str) -> bool:
+    """Whether the name of a point holds a word of a joint."""
+    return any(word in point for word in PART_NAMES[part])
 
 
 def _starts(points: _Points, cycle: np.ndarray) -> Iterator[np.ndarray]:
@@ -182,17 +209,16 @@ def _matched(
     points: _Points,
     anchors: np.ndarray,
     cycle: np.ndarray,
-    by_name: dict[str, tuple[int, ...]],
     *,
     rounds: int,
 ) -> tuple[float, dict[str, tuple[int, ...]]]:
     """Mean distance of the joints, mm on a person with legs of `LEG_MM`, and the points of each joint."""
-    cost, found = np.inf, dict(by_name)
+    cost, found = np.inf, dict[str, tuple[int, ...]]()
     for _ in range(rounds):
         walker, scale = _laid(anchors, cycle)
-        distances, found = _chosen(points, walker, scale, by_name)
+        distances, found = _chosen(points, walker, scale)
         if len(found) < 4:
-            return np.inf, dict(by_name)
+            return np.inf, {}
         cost = float(np.mean([*distances.values()] + [FAR_MM] * (15 - len(found))))
         anchors = _anchors(points, found)
     return cost, found
@@ -227,7 +253,7 @@ def _laid(anchors: np.ndarray, cycle: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _chosen(
-    points: _Points, walker: np.ndarray, scale: float, by_name: dict[str, tuple[int, ...]]
+    points: _Points, walker: np.ndarray, scale: float
 ) -> tuple[dict[str, float], dict[str, tuple[int, ...]]]:
     """What each joint costs, mm on a person with legs of `LEG_MM`, and its points: the cheapest of all first."""
     plain = [plain_name(name) for name in points.names]
@@ -251,13 +277,12 @@ def _chosen(
     ranked = []
     for n, (joints, given) in enumerate(offers):
         off = [float(away[one][WALKER15.index(joint)]) for joint, one in zip(joints, given, strict=True)]
-        words = NAMES[joints[0].rpartition("_")[2]]
-        strange = not all(any(word in plain[k] for word in words) for one in given for k in one)
-        first = all(by_name.get(joint) == one for joint, one in zip(joints, given, strict=True))
+        part = joints[0].rpartition("_")[2]
+        strange = not all(_bears(plain[k], part) for one in given for k in one)
         if strange and len(joints) == 1 and len(given[0]) == 2:
             continue  # a left and a right point are a joint in the middle only by their names
         if max(off) <= (FAR_STRANGE_MM if strange else FAR_NAMED_MM):
-            ranked.append((float(np.mean(off)) + STRANGE_MM * strange - FIRST_MM * first, n, joints, given))
+            ranked.append((float(np.mean(off)) + STRANGE_MM * strange, n, joints, given))
     cost: dict[str, float] = {}
     found: dict[str, tuple[int, ...]] = {}
     used: set[int] = set()

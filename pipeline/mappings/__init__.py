@@ -1,13 +1,13 @@
 """Mappings of source points to joints: those that ship, the user's own, and which one fits a recording.
 
 `shipped` reads the tables of ``conf/skeleton``, `load` reads one file, `suggest` finds the family that a recording
-belongs to, and `propose` writes down a mapping for one that belongs to none.  `people` tells the people in one
+belongs to, and `written` writes down a mapping for one that belongs to none.  `people` tells the people in one
 recording apart.
 """
 
 from pipeline.mappings.fitting import Fit, fitted, rescaled, suggest
 from pipeline.mappings.people import of_one_person, people
-from pipeline.mappings.proposal import propose, written
+from pipeline.mappings.proposal import written
 from pipeline.mappings.table import AUTO, chosen, load, shipped
 
 __all__ = [
@@ -18,7 +18,6 @@ __all__ = [
     "load",
     "of_one_person",
     "people",
-    "propose",
     "rescaled",
     "shipped",
     "suggest",

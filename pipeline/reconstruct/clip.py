@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -177,19 +178,7 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     require_range("input.least_confidence", given.least_confidence, at_least=0, below=1)
     source = keypoints.read(given.path)
     notes = list(source.notes)
-    rate = given.frame_rate_hz or source.frame_rate_hz
-    if not rate:
-        raise InvalidInput(
-            "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second"
-        )
-    if (
-        given.frame_rate_hz
-        and source.frame_rate_hz
-        and abs(given.frame_rate_hz / source.frame_rate_hz - 1) > 0.01
-    ):
-        notes.append(
-            f"The file says {source.frame_rate_hz:g} frames a second; {rate:g} was given and is used."
-        )
+    rate = _rate(given, source, notes)
     layout, order, recognised = layouts.recognise(source, given.layout)
     pixels, confidence = layouts.to_joints(layout, order, source)
     size = (given.width or source.image_size[0], given.height or source.image_size[1])
@@ -197,40 +186,14 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     focal = given.focal_px or FOCAL_SHARE * max(size)
     centre = np.array(size) / 2.0
     pixels = pixels - centre
-    doubtful = confidence < given.least_confidence * np.nanmax(confidence)
-    if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
-        percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
-        notes.append(f"{percent} % of the keypoints are below the least confidence and are not used.")
-    pixels[doubtful], confidence[doubtful] = np.nan, 0.0
-    if upside_down(pixels):
-        pixels[..., 1] *= -1.0
-        notes.append("Heads are below feet: rows were counted upwards, and are turned.")
-
+    _leave_out_doubtful(pixels, confidence, given.least_confidence, notes)
     tracks = find_tracks(source.frame, source.identity, pixels, rate)
-    track = choose(tracks, given.person)
     prior, calibration = _prior(model, layout.name)
-    said: list[str] = []
-    stretches = _stretches(track, pixels, confidence, rate, focal, prior, given, said)
-    if not given.person and not _walks(stretches):
-        # Who is longest in the picture may stand in it while somebody else walks through.
-        others = [other for other in tracks if other is not track and len(other.rows) >= SHORTEST_S * rate]
-        for other in others[:MOST_OTHERS]:
-            heard: list[str] = []
-            found = _stretches(other, pixels, confidence, rate, focal, prior, given, heard)
-            if _walks(found):
-                notes.append(
-                    f"The longest track (frames {track.frame[0]} to {track.frame[-1]}) is no walk;"
-                    f" the one of frames {other.frame[0]} to {other.frame[-1]} is."
-                )
-                track, stretches, said = other, found, heard
-                break
-    left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
-    if left_out:
-        notes.append(
-            f"{len(left_out)} other tracks of people were left out, the longest of {len(left_out[0].rows)} frames"
-            f" (frames {left_out[0].frame[0]} to {left_out[0].frame[-1]})."
-        )
-    notes += said
+
+    def reconstructed(track: Track, said: list[str]) -> list[Stretch]:
+        return _stretches(track, pixels, confidence, rate, focal, prior, given, said)
+
+    track, stretches = _walking_track(tracks, given.person, rate, reconstructed, notes)
     walk = Walk(
         source=source,
         layout=layout,
@@ -246,31 +209,90 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
         bars_factor=1.0 if layout.measured else UNKNOWN_LAYOUT,
         stretches=tuple(stretches),
     )
-    if walk.bars_factor > 1:
-        notes.append(
-            f"Joint definitions of {layout.name} were not measured: bars are {UNKNOWN_LAYOUT} times wider."
+    return replace(walk, notes=(*notes, *_doubts(walk)))
+
+
+def _rate(given: Input, source: Detections, notes: list[str]) -> float:
+    """Frames a second, as given or as the file has them."""
+    rate = given.frame_rate_hz or source.frame_rate_hz
+    if not rate:
+        raise InvalidInput(
+            "the frame rate is not known", where="input.frame_rate_hz", expected="frames per second"
         )
-    best = walk.best.found
-    if not given.focal_px:
+    if source.frame_rate_hz and abs(rate / source.frame_rate_hz - 1) > 0.01:
+        notes.append(
+            f"The file says {source.frame_rate_hz:g} frames a second; {rate:g} was given and is used."
+        )
+    return rate
+
+
+def _leave_out_doubtful(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
+    """Empty keypoints (n, 15, 2) below the least confidence, and turn rows that are counted upwards, in place."""
+    doubtful = confidence < least * np.nanmax(confidence)
+    if share := float((doubtful & np.isfinite(pixels).all(axis=-1)).mean()):
+        percent = f"{100 * share:.0f}" if share >= 0.005 else "Less than 1"
+        notes.append(f"{percent} % of the keypoints are below the least confidence and are not used.")
+    pixels[doubtful], confidence[doubtful] = np.nan, 0.0
+    if upside_down(pixels):
+        pixels[..., 1] *= -1.0
+        notes.append("Heads are below feet: rows were counted upwards, and are turned.")
+
+
+def _walking_track(
+    tracks: list[Track],
+    person: str,
+    rate: float,
+    reconstructed: Callable[[Track, list[str]], list[Stretch]],
+    notes: list[str],
+) -> tuple[Track, list[Stretch]]:
+    """The track that is named, or the longest; or, if that is no walk, the first of the others that is one."""
+    track, told = choose(tracks, person), list[str]()
+    stretches = reconstructed(track, told)
+    if not person and not _walks(stretches):
+        # Who is longest in the picture may stand in it while somebody else walks through.
+        others = [other for other in tracks if other is not track and len(other.rows) >= SHORTEST_S * rate]
+        for other in others[:MOST_OTHERS]:
+            told_of_other: list[str] = []
+            found = reconstructed(other, told_of_other)
+            if _walks(found):
+                notes.append(
+                    f"The longest track (frames {track.frame[0]} to {track.frame[-1]}) is no walk;"
+                    f" the one of frames {other.frame[0]} to {other.frame[-1]} is."
+                )
+                track, stretches, told = other, found, told_of_other
+                break
+    left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
+    if left_out:
+        notes.append(
+            f"{len(left_out)} other tracks of people were left out, the longest of {len(left_out[0].rows)} frames"
+            f" (frames {left_out[0].frame[0]} to {left_out[0].frame[-1]})."
+        )
+    notes += told
+    return track, stretches
+
+
+def _doubts(walk: Walk) -> Iterator[str]:
+    """What was assumed of the keypoints, the camera and the frame rate."""
+    rate, best = walk.frame_rate_hz, walk.best.found
+    if walk.bars_factor > 1:
+        yield f"Joint definitions of {walk.layout.name} were not measured: bars are {UNKNOWN_LAYOUT} times wider."
+    if not walk.focal_known:
         how = (
             f"{best.focal_px:.0f} px was found with the walk"
             if best and best.focal_found
             else "it is assumed"
         )
-        notes.append(f"The focal length is not known, {focal:.0f} px is usual: {how}.")
+        yield f"The focal length is not known, {walk.focal_px:.0f} px is usual: {how}."
     if best is not None:
         stride = best.candidates[0].frequency_hz
-        if not USUAL_CADENCE_HZ[0] <= stride <= USUAL_CADENCE_HZ[1]:
-            usual = [
-                r
-                for r in (rate / 2, 2 * rate)
-                if USUAL_CADENCE_HZ[0] <= stride * r / rate <= USUAL_CADENCE_HZ[1]
-            ]
+        usual = [
+            r
+            for r in (rate, rate / 2, 2 * rate)
+            if USUAL_CADENCE_HZ[0] <= stride * r / rate <= USUAL_CADENCE_HZ[1]
+        ]
+        if rate not in usual:
             other_rate = f", or {usual[0]:g} Hz" if usual else ""
-            notes.append(
-                f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz{other_rate}?"
-            )
-    return Walk(**{**vars(walk), "notes": tuple(notes)})
+            yield f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz{other_rate}?"
 
 
 def _walks(stretches: list[Stretch]) -> bool:

@@ -180,7 +180,7 @@ def test_a_bvh_keeps_its_tree(walk: np.ndarray, tmp_path: Path) -> None:
         ),
         (["FIGURE", "to=a.c3d", "view_angle_deg=side"], "view_angle_deg must be a number"),
         (["FIGURE", "to=a.c3d", "cycles=1e9"], "cycles must be above 0 and at most 10000"),
-        (["FIGURE", "to=a.c3d", "colour=red"], "an option of export must be one of"),
+        (["FIGURE", "to=a.c3d", "colour=red"], "there is no such option"),
         ([".", "to=a.c3d"], "this is no folder of a figure"),
     ],
 )

@@ -142,7 +142,7 @@ def test_a_recording_is_exported_as_so_many_cycles(recording: Path, tmp_path: Pa
         (["synthetic", "cycles=1e9"], "cycles must be above 0 and at most 1000"),
         (["synthetic", "phase_scrambled=true", "cycles=1.5"], "a display that loops"),
         (["synthetic", "noise_dots=1e7"], "noise_dots must be"),
-        (["synthetic", "colour=red"], "an option of pointlight"),
+        (["synthetic", "colour=red"], "there is no such option"),
         (["synthetic", "inverted=true", "to=a.ptd"], "PTD holds three dimensions"),
         (["no/such/file.c3d"], "no/such/file.c3d|file.c3d"),
     ],

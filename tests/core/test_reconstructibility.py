@@ -291,8 +291,8 @@ BASIS, ONES, SIGNS = cosines(5, 2), np.ones((5, 3)), np.ones(5)
 @pytest.mark.parametrize(
     ("arguments", "options", "sentence"),
     [
-        ((BASIS, ONES, ONES[:4], SIGNS), {}, r"do not fit \(.*received \(5, 3\), \(4, 3\) and \(5,\)"),
-        ((BASIS, ONES, ONES, 0 * SIGNS), {}, r"F of \+1 and -1"),
+        ((BASIS, ONES, ONES[:4], SIGNS), {}, r"half chord must have shape \(5, 3\)"),
+        ((BASIS, ONES, ONES, 0 * SIGNS), {}, r"signs must be \+1 or -1"),
         (
             (BASIS[:4], ONES, ONES, SIGNS),
             {},
@@ -309,8 +309,12 @@ BASIS, ONES, SIGNS = cosines(5, 2), np.ones((5, 3)), np.ones(5)
             {},
             r"too few frames .*expected 3 or more, received 2",
         ),
-        ((BASIS, ONES, ONES, SIGNS), {"reading": "angle"}, "angles need the axis"),
-        ((BASIS, ONES, ONES, SIGNS), {"reading": "angle", "axis": ONES[:2]}, "limbs and axes do not fit"),
+        ((BASIS, ONES, ONES, SIGNS), {"reading": "angle"}, r"axis must have shape \(5, 3\)"),
+        (
+            (BASIS, ONES, ONES, SIGNS),
+            {"reading": "angle", "axis": ONES[:2]},
+            r"axis must have shape \(5, 3\)",
+        ),
         ((BASIS, ONES, ONES, SIGNS), {"reading": "tangent"}, "reading must be vector or angle"),
     ],
 )

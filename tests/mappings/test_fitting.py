@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline import mappings
+from pipeline.ingestion.nearest_joints import propose
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.skeleton.recorded import MotionCapture
@@ -101,7 +102,7 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
     motion = named("{side} {word}", ANATOMY)
     assert not mappings.suggest(motion, mappings.shipped()).usable
     path = tmp_path / "my_lab.yaml"
-    path.write_text(mappings.written(mappings.propose(motion, "my_lab"), motion), encoding="utf-8")
+    path.write_text(mappings.written(propose(motion, "my_lab"), motion), encoding="utf-8")
     mapping = mappings.load(path)
     assert set(mapping.guessed) == set(WALKER15.joints)
     positions, _ = map_joints(motion, mapping)
@@ -115,9 +116,9 @@ def test_a_proposal_is_read_again_and_finds_the_joints(tmp_path: Path) -> None:
         positions_mm=np.concatenate([motion.positions_mm, np.full((5, 2, 3), -9000.0)], axis=1),
         valid=np.ones((5, len(motion.names) + 2), dtype=bool),
     )
-    assert mappings.propose(outputs, "my_lab").joints == mapping.joints
+    assert propose(outputs, "my_lab").joints == mapping.joints
     with pytest.raises(InvalidInput, match="too few points"):
-        mappings.propose(body({"head": "Head"}), "x")
+        propose(body({"head": "Head"}), "x")
 
 
 PIG = [

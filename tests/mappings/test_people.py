@@ -11,7 +11,6 @@ import pytest
 from pipeline import formats
 from pipeline.formats import bvh, c3d
 from pipeline.formats.points import csv, trc
-from pipeline.formats.points.csv.wide import write_wide
 from pipeline.ingestion.corpus import joints_of
 from pipeline.mappings import of_one_person, people, shipped
 from pipeline.skeleton import WALKER15
@@ -109,7 +108,7 @@ def test_files_of_two_people(name: str, tmp_path: Path) -> None:
     elif name == "a.trc":
         trc.write(path, names, BOTH, 50.0)
     elif name == "wide.csv":
-        write_wide(path, names, BOTH, 50.0)
+        csv.write(path, names, BOTH, 50.0, wide=True)
     elif name.endswith(".bvh"):
         bvh.write(path, names, BOTH, 50.0, parents)
         if name == "same.bvh":

@@ -176,7 +176,7 @@ def test_limbs_that_cannot_be_are_refused(options: dict, sentence: str) -> None:
 
 def test_bodies_and_series_that_cannot_be_are_refused() -> None:
     generator = np.random.default_rng(0)
-    with pytest.raises(InvalidInput, match="the stature is no length"):
+    with pytest.raises(InvalidInput, match="stature must be above 0 mm"):
         synthetic_body(generator, 20, stature_mm=0.0)
     assert np.abs(smooth_series(generator, 2, 1, bandwidth=2)).max() == 1.0
     with pytest.raises(InvalidInput, match=r"at most 1 \(got 2\)"):

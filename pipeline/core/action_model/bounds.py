@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from pipeline.shortened import shortened
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 BOUND = 3.0
 """Standard deviations from the mean within which a posture is accepted [section 4, figure 3d]."""
@@ -182,12 +182,7 @@ def acceptance_left_out(
     """
     performances = _checked(performances)
     labels = np.arange(len(performances)) if groups is None else np.asarray(groups)
-    if labels.shape != performances.shape[:1]:
-        raise InvalidInput(
-            "the groups do not match the performances",
-            expected=str(performances.shape[:1]),
-            received=str(labels.shape),
-        )
+    require_shape("groups", labels, performances.shape[:1])
     result = np.empty(performances.shape[:2], dtype=bool)
     for label in np.unique(labels):
         out = labels == label

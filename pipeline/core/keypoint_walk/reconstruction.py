@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -195,7 +196,7 @@ def reconstruct(
     labelled = [Keypoints(pixels, weights)]
     if both_labellings:
         labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
-    fits: list[tuple[bool, Fit, Starts, Keypoints]] = []
+    fits: list[_Refined] = []
     for other, keypoints in enumerate(labelled):
         starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
         if overground is not None:
@@ -209,13 +210,25 @@ def reconstruct(
             used = Keypoints(
                 exchange(keypoints.pixels, fit.exchanged), exchange(keypoints.weights, fit.exchanged)
             )
-            fits.append((bool(other), fit, starts, used))
+            fits.append(_Refined(bool(other), fit, starts, used))
+    return _best_of(fits, prior)
 
+
+class _Refined(NamedTuple):
+    """A start refined: whether labels are exchanged throughout, the fit, its starts, and the keypoints as used."""
+
+    exchanged: bool
+    fit: Fit
+    starts: Starts
+    used: Keypoints
+
+
+def _best_of(fits: list[_Refined], prior: Prior) -> Reconstruction:
+    """The fit of least cost, with the others that differ from it."""
     # Costs are compared at one noise: that of the fit with the smallest residual.
-    noise = fits[int(np.argmin([fit.noise.sigma_px for _, fit, _, _ in fits]))][1].noise
-    costs = np.array([fit.objective.cost(fit.x, used, noise) for _, fit, _, used in fits])
+    noise = min(fits, key=lambda one: one.fit.noise.sigma_px).fit.noise
+    costs = np.array([one.fit.objective.cost(one.fit.x, one.used, noise) for one in fits])
     order = np.argsort(costs, kind="stable")
-    chosen = int(order[0])
     candidates: list[Candidate] = []
     for number in order:
         exchanged, fit, _, _ = fits[int(number)]
@@ -224,13 +237,12 @@ def reconstruct(
             float(fit.x[PHASE]),
             float(np.exp(fit.x[LOG_F])),
             exchanged,
-            float(costs[number] - costs[chosen]),
+            float(costs[number] - costs[order[0]]),
         )
         if not any(_same(candidate, other) for other in candidates):
             candidates.append(candidate)
-    exchanged, fit, starts, used = fits[chosen]
-    best = candidates[0]
-    rivals = [c for c in candidates[1:] if c.labels_exchanged != best.labels_exchanged]
+    exchanged, fit, starts, used = fits[int(order[0])]
+    rivals = [c for c in candidates[1:] if c.labels_exchanged != exchanged]
     residual = fit.objective.residual(fit.x, used)[used.weights > 0]
     size = np.sqrt((residual**2).sum(axis=-1))
     residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[:, None]

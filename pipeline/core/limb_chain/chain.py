@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.skeleton import WALKER15, Skeleton
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice, require_shape
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,6 @@ class Chain:
     parents : tuple of str or None
         Name of each joint's parent; None for the root.
 
-    Raises
-    ------
-    InvalidInput
-        If a name stands twice, a parent is unknown, there is not one root, or the chain has a loop.
-
     Examples
     --------
     >>> leg = Chain(("ankle", "hip", "knee"), ("knee", None, "hip"))
@@ -45,37 +40,6 @@ class Chain:
 
     joints: tuple[str, ...]
     parents: tuple[str | None, ...]
-
-    def __post_init__(self) -> None:
-        if len(self.joints) != len(self.parents):
-            raise InvalidInput(
-                "a chain has not one parent to each joint",
-                expected=f"{len(self.joints)} parents",
-                received=str(len(self.parents)),
-            )
-        for joint, parent in zip(self.joints, self.parents, strict=True):
-            if self.joints.count(joint) > 1:
-                raise InvalidInput(f"the joint {joint!r} stands twice in the chain")
-            if parent is not None and parent not in self.joints:
-                raise InvalidInput(
-                    f"the parent {parent!r} of {joint!r} is not in the chain",
-                    expected="one of " + ", ".join(self.joints),
-                )
-        roots = [joint for joint, parent in zip(self.joints, self.parents, strict=True) if parent is None]
-        if len(roots) > 1:
-            raise InvalidInput(
-                "the chain has more than one root",
-                expected="one joint without a parent",
-                received=", ".join(roots),
-            )
-        reached = {*roots, *self.limbs}
-        lost = [joint for joint in self.joints if joint not in reached]
-        if lost:
-            raise InvalidInput(
-                f"the chain has a loop: {lost[0]!r} does not lead to the root", expected="a tree"
-            )
-        if not roots:
-            raise InvalidInput("a chain of no joints", expected="a root at least")
 
     @property
     def root(self) -> str:
@@ -108,10 +72,8 @@ class Chain:
         InvalidInput
             If the chain has no such limb.
         """
-        parent = dict(zip(self.joints, self.parents, strict=True)).get(limb)
-        if parent is None:
-            raise InvalidInput(f"no limb {limb!r} in the chain", expected="one of " + ", ".join(self.limbs))
-        return parent
+        require_choice("limb", limb, self.limbs)
+        return str(self.parents[self.joints.index(limb)])
 
 
 def chain_of(skeleton: Skeleton) -> Chain:
@@ -140,13 +102,7 @@ def relative_trajectories(chain: Chain, positions: np.ndarray) -> np.ndarray:
     InvalidInput
         If the positions are not of the chain's joints.
     """
-    positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 3 or not len(positions) or positions.shape[1:] != (len(chain.joints), 3):
-        raise InvalidInput(
-            "the positions are not of the chain's joints",
-            expected=f"(F, {len(chain.joints)}, 3)",
-            received=str(positions.shape),
-        )
+    positions = require_shape("positions", np.asarray(positions, dtype=float), ("F", len(chain.joints), 3))
     parent, child = chain.ends.T
     return np.asarray(positions[:, child] - positions[:, parent])
 
@@ -169,14 +125,8 @@ def forward(chain: Chain, root: np.ndarray, relative: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shapes do not fit.
     """
-    root, relative = np.asarray(root, dtype=float), np.asarray(relative, dtype=float)
-    expected = (len(root) if root.ndim else 0, len(chain.limbs), 3)
-    if root.shape != (expected[0], 3) or relative.shape != expected:
-        raise InvalidInput(
-            "root and relative trajectories do not fit the chain",
-            expected=f"(F, 3) and (F, {expected[1]}, 3)",
-            received=f"{root.shape} and {relative.shape}",
-        )
+    root = require_shape("root", np.asarray(root, dtype=float), ("F", 3))
+    relative = require_shape("relative trajectories", relative, (len(root), len(chain.limbs), 3))
     positions = np.empty((len(root), len(chain.joints), 3))
     positions[:, chain.joints.index(chain.root)] = root
     for limb, (parent, child) in enumerate(chain.ends):

@@ -17,7 +17,7 @@ import numpy as np
 from pipeline.core import anthropometry as body
 from pipeline.core.articulation.rays import cast_rays
 from pipeline.core.limb_chain.chain import Chain
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_choice, require_range
 
 FORGIVING = 0.95
 """Share of the frames whose rays an unknown length must reach: noise pushes the outermost away."""
@@ -65,21 +65,10 @@ def anthropometric_lengths(chain: Chain, *, of: str = "stature", size_mm: float)
     InvalidInput
         If a limb has no published ratio, or the size is not positive.
     """
-    if not 0.0 < size_mm < np.inf:
-        raise InvalidInput(f"the {of} is no length", expected="mm > 0", received=f"{size_mm:g}")
-    if of != "stature":
-        chain.held_by(of)
-    ratios = {
-        limb: LENGTH_RATIOS.get(limb.removeprefix("left_").removeprefix("right_")) for limb in chain.limbs
-    }
-    unknown = [limb for limb, ratio in ratios.items() if ratio is None]
-    if unknown:
-        raise InvalidInput(
-            f"no published ratio for the limb to {unknown[0]!r}",
-            expected="one of " + ", ".join(LENGTH_RATIOS),
-        )
-    shares = np.array([ratios[limb] for limb in chain.limbs], dtype=float)
-    whole = 1.0 if of == "stature" else shares[chain.limbs.index(of)]
+    require_range(of, size_mm, above=0, unit="mm")
+    parts = [limb.removeprefix("left_").removeprefix("right_") for limb in chain.limbs]
+    shares = np.array([LENGTH_RATIOS[require_choice("limb", part, LENGTH_RATIOS)] for part in parts])
+    whole = 1.0 if of == "stature" else shares[chain.limbs.index(require_choice("limb", of, chain.limbs))]
     return np.asarray(shares * (size_mm / whole))
 
 
@@ -104,8 +93,7 @@ def demanded_length(
     InvalidInput
         If the quantile is none, no ray is known ahead of its camera, or `cast_rays` refuses.
     """
-    if not 0.0 < quantile <= 1.0:
-        raise InvalidInput("no such quantile", expected="above 0, up to 1", received=f"{quantile:g}")
+    require_range("quantile", quantile, above=0, at_most=1)
     rays = cast_rays(cameras, pixels, parents)
     seen = rays.distance[rays.ahead > 0.0]
     if not seen.size:

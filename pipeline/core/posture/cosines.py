@@ -19,7 +19,7 @@ import numpy as np
 from pipeline.core.posture import frames, kernels
 from pipeline.core.posture.frames import ARMS, FOREARMS, HIP, LEGS, NECK, SHOULDER, THIGHS, TORSO
 from pipeline.skeleton import POSTURE12, WALKER15
-from pipeline.validation import InvalidInput, require_choice, require_range
+from pipeline.validation import InvalidInput, require_choice, require_range, require_shape
 
 PARAMETERS = 1 + 3 * len(POSTURE12.limbs)
 FRAMES = ("parent", "hip")
@@ -290,10 +290,8 @@ def _units(limbs: np.ndarray, wrong: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _checked(positions: np.ndarray) -> np.ndarray:
     positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 3 or positions.shape[1:] != (len(WALKER15.joints), 3) or not len(positions):
-        raise InvalidInput(
-            "no clip of fifteen joints", expected="(T, 15, 3), T >= 1", received=str(positions.shape)
-        )
+    require_shape("positions", positions, ("T", len(WALKER15.joints), 3))
+    require_range("frames", len(positions), at_least=1)
     finite = np.isfinite(positions).all(axis=-1)
     if not finite.all():
         frame, joint = np.argwhere(~finite)[0]

@@ -83,11 +83,13 @@ def basis_rows(basis: np.ndarray | int, frames: int) -> np.ndarray:
     return rows
 
 
-def check_lengths(lengths: np.ndarray, called: Sequence[str]) -> None:
-    """Validate that every length (L,) is a number above zero and every joint has a name."""
+def named_lengths(lengths: np.ndarray, called: Sequence[str]) -> np.ndarray:
+    """Lengths (L,), each a number above zero; every joint has a name."""
+    lengths = np.array(lengths, dtype=float)
     require_shape("names", called, (len(lengths) + 1,))
     for name, length in zip(called[1:], lengths, strict=True):
         require_range(f"length of joint {name}", length, above=0.0, unit="mm")
+    return lengths
 
 
 def check_options(positive: dict[str, float | None], max_iterations: int) -> None:

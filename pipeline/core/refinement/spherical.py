@@ -108,11 +108,7 @@ def unit_vectors(directions: np.ndarray) -> np.ndarray:
     InvalidInput
         If the shape is another, no frame is known, or a vector has no length.
     """
-    directions = np.asarray(directions, dtype=float)
-    if directions.ndim != 2 or directions.shape[1] != 3:
-        raise InvalidInput(
-            "directions have the wrong shape", expected="(F, 3)", received=str(directions.shape)
-        )
+    directions = require_shape("directions", np.asarray(directions, dtype=float), ("F", 3))
     known = np.isfinite(directions).all(axis=1)
     if not known.any():
         raise InvalidInput(
@@ -286,8 +282,6 @@ def fit(
     require_finite("penalty", require_shape("penalty", extra, (basis.shape[1],)))
     require_range("penalty", extra.min(), at_least=0.0)
     used = np.isfinite(angles.theta)
-    if not used.any():
-        raise InvalidInput("no direction is known", expected="one frame or more")
     # Of theta and of phi: rows of the basis above those of the penalty, and beside both what they ask for.
     rows, count = basis[used], basis.shape[1]
     problems = np.zeros((2, len(rows) + count, count + 1))

@@ -25,9 +25,9 @@ from pipeline.core.refinement import reprojection
 from pipeline.core.refinement.equations import minimise
 from pipeline.core.refinement.inputs import (
     basis_rows,
-    check_lengths,
     check_options,
     frames_and_limbs,
+    named_lengths,
     starting_path,
     tree_in_order,
 )
@@ -164,20 +164,15 @@ def refine(
     frames, limbs = frames_and_limbs(images, root, directions, lengths)
     tree = tree_in_order(parents, limbs + 1)
     called = [str(joint) for joint in range(limbs + 1)] if names is None else list(names)
-    lengths = np.array(lengths, dtype=float)
-    check_lengths(lengths, called)
+    lengths = named_lengths(lengths, called)
     check_options({"cutoff": cutoff, "tolerance": tolerance}, max_iterations)
     require_range("length_factor", length_factor, above=1.0)
     rows = basis_rows(basis, frames)
-    turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
     if paths is None:
-        whole = np.asarray(directions, dtype=float)
-        paths = [
-            starting_path(whole[:, limb], rows, chart=turns[limb], cutoff=cutoff, called=called[limb + 1])
-            for limb in range(limbs)
-        ]
-    given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths)
-    _check_start(given, unknowns, called)
+        turns = [None] * limbs if charts is None else require_shape("charts", charts, (limbs, 3, 3))
+        starts = zip(np.moveaxis(np.asarray(directions, dtype=float), 1, 0), turns, called[1:], strict=True)
+        paths = [starting_path(d, rows, chart=chart, cutoff=cutoff, called=name) for d, chart, name in starts]
+    given, unknowns = _begun(images, camera, root, tree, lengths, paths, rows, free_lengths, called)
     if cutoff is not None:
         given = _softened(given, unknowns, cutoff)
     if components is not None:
@@ -197,6 +192,7 @@ def _begun(
     paths: Sequence[SphericalTrajectory],
     rows: np.ndarray,
     free_lengths: bool,
+    called: Sequence[str],
 ) -> tuple[Observations, np.ndarray]:
     """What was observed, without a penalty, and the unknowns (L, 2 K, or 2 K + 1 with the lengths) of the start."""
     start = np.stack([np.concatenate([path.coefficients_theta, path.coefficients_phi]) for path in paths])
@@ -211,6 +207,7 @@ def _begun(
         basis=rows,
         penalty=np.zeros_like(unknowns),
     )
+    _check_start(given, unknowns, called)
     return given, unknowns
 
 

@@ -29,7 +29,7 @@ from pipeline.core.synchronization.trellis import (
     allowed_disparities,
     backtrack,
 )
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 _TILE_BYTES = 2**20
 """Size of the arrays that a tile of pairs needs for one sample: what the cache of a processor core holds."""
@@ -282,10 +282,7 @@ def median_sequence(distances: np.ndarray) -> int:
     1
     """
     distances = np.asarray(distances, dtype=float)
-    if distances.ndim != 2 or distances.shape[0] != distances.shape[1] or distances.size == 0:
-        raise InvalidInput(
-            "distances are between every pair of sequences", expected="(M, M)", received=str(distances.shape)
-        )
+    require_range("sequences", len(require_shape("distances", distances, ("M", "M"))), at_least=1)
     if not (np.isfinite(distances).all() and (distances >= 0).all()):
         n, m = np.argwhere(~(np.isfinite(distances) & (distances >= 0)))[0]
         raise InvalidInput(

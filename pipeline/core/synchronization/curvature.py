@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 SMOOTHING = 0.03
 """Standard deviation of the smoothing before derivatives are taken, as a part of the duration."""
@@ -61,10 +61,7 @@ def checked(sequence: np.ndarray, where: str) -> np.ndarray:
         If it is not.
     """
     x = np.asarray(sequence, dtype=float)
-    if x.ndim != 2 or len(x) < 3 or not x.shape[1]:
-        raise InvalidInput(
-            "no performance in the aSpace", where=where, expected="(F, b), F >= 3", received=str(x.shape)
-        )
+    require_range(f"frames of {where}", len(require_shape(where, x, ("F", "b"))), at_least=3)
     wrong = ~np.isfinite(x).all(axis=1)
     if wrong.any():
         raise InvalidInput(

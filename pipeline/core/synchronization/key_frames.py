@@ -24,7 +24,7 @@ import numpy as np
 
 from pipeline.core.resampling import interpolate
 from pipeline.core.synchronization.curvature import checked, curvature
-from pipeline.validation import InvalidInput, require_range
+from pipeline.validation import InvalidInput, require_range, require_shape
 
 SEPARATION, CONSISTENCY = 0.06, 1.0
 """Least time between key-frames and to the ends, as a part of the duration; weight of agreement, whose unit is the
@@ -148,12 +148,7 @@ def resample_by_key_frames(
     """
     given = _all_checked(sequences)
     frames = np.asarray(frames)
-    if frames.ndim != 2 or len(frames) != len(given) or not frames.shape[1]:
-        raise InvalidInput(
-            "the key-frames do not match the performances",
-            expected=f"({len(given)}, K)",
-            received=str(frames.shape),
-        )
+    require_shape("key-frames", frames, (len(given), "K"))
     count = frames.shape[1]
     if n_samples < count + 2:
         raise InvalidInput(

@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.core.choice import first_lowest
 from pipeline.skeleton import WALKER15
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_shape
 
 _PELVIS = WALKER15.index("pelvis")
 
@@ -49,12 +49,11 @@ def best_phase(performance: np.ndarray, mean_performance: np.ndarray) -> np.ndar
         np.asarray(performance, dtype=float),
         np.asarray(mean_performance, dtype=float),
     )
-    if performance.shape[1:] != mean_performance.shape[1:] or performance.ndim != 3:
-        raise InvalidInput(
-            "a performance and the mean performance have different joints",
-            expected="(T, J, c) and (P, J, c)",
-            received=f"{performance.shape} and {mean_performance.shape}",
-        )
+    require_shape(
+        "the performance",
+        performance,
+        ("T", *require_shape("the mean", mean_performance, ("P", "J", "c")).shape[1:]),
+    )
     known = np.isfinite(performance).all(axis=-1)
     if not known.any(axis=1).all():
         raise InvalidInput("no joint is known", where=f"frame {int((~known.any(axis=1)).argmax())}")

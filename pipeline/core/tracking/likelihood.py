@@ -27,7 +27,7 @@ import numpy as np
 from pipeline.core import camera as orthographic
 from pipeline.core.pinhole import Pinhole
 from pipeline.core.tracking import kernels
-from pipeline.validation import InvalidInput, require_choice, require_shape
+from pipeline.validation import InvalidInput, require_choice, require_finite, require_range, require_shape
 
 _FREE_AXES = {"none": 0, "across": 1, "image": 2}
 
@@ -66,8 +66,7 @@ class Likelihood:
 
     def __post_init__(self) -> None:
         image = require_shape("observed joints", np.asarray(self.image, dtype=float), ("T", "J", 2))
-        if not image.size:
-            raise InvalidInput("there are no observed joints", received=str(image.shape))
+        require_range("observed coordinates", image.size, at_least=1)
         if np.isinf(image).any():
             frame = int(np.isinf(image).any(axis=(1, 2)).argmax())
             raise InvalidInput(
@@ -76,26 +75,13 @@ class Likelihood:
                 expected="a number, or NaN for a joint not seen",
             )
         noise = np.asarray(self.noise, dtype=float)
-        if noise.shape not in ((), (image.shape[1],)):
-            raise InvalidInput(
-                "the noise has the wrong shape",
-                expected=f"one number or ({image.shape[1]},)",
-                received=str(noise.shape),
-            )
-        if not (np.isfinite(noise) & (noise > 0)).all():
-            raise InvalidInput(
-                "the noise of observed joints is not positive", expected="> 0", received=f"{noise.min():g}"
-            )
+        require_shape("noise", noise, image.shape[1:2] if noise.ndim else ())
+        require_range("noise", float(require_finite("noise", noise).min()), above=0)
         require_choice("unknown_place", self.unknown_place, tuple(_FREE_AXES))
         seen = np.isfinite(image).all(axis=-1) & _camera_known(self.camera, len(image), self.unknown_place)
         if self.root is not None:
             root = np.asarray(self.root, dtype=float)
-            if root.shape not in ((3,), (len(image), 3)):
-                raise InvalidInput(
-                    "the root has the wrong shape",
-                    expected=f"(3,) or ({len(image)}, 3)",
-                    received=str(root.shape),
-                )
+            require_shape("root", root, (len(image), 3) if root.ndim > 1 else (3,))
             root = np.broadcast_to(root, (len(image), 3))
             seen &= np.isfinite(root).all(axis=-1)[:, None]
             object.__setattr__(self, "root", root)

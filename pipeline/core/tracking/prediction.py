@@ -28,7 +28,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from pipeline.core.tracking import kernels
-from pipeline.validation import InvalidInput
+from pipeline.validation import InvalidInput, require_finite, require_range, require_shape
 
 
 @dataclass(frozen=True)
@@ -161,12 +161,7 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
     """
     mean, sd = _checked_model(mean, standard_deviation)
     performances = np.asarray(performances, dtype=float)
-    if performances.ndim != 3 or performances.shape[1:] != mean.shape:
-        raise InvalidInput(
-            "performances and action model disagree",
-            expected=f"(M, {mean.shape[0]}, {mean.shape[1]})",
-            received=str(performances.shape),
-        )
+    require_shape("performances", performances, ("M", *mean.shape))
     z = (performances - mean) / np.where(sd > 0, sd, np.inf)
     power = np.sqrt((z[:, 1:] ** 2).sum() * (z[:, :-1] ** 2).sum())
     if not power > 0:
@@ -177,19 +172,12 @@ def learnt_diffusion(performances: np.ndarray, mean: np.ndarray, standard_deviat
 
 def _checked_model(mean: np.ndarray, sd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     mean, sd = np.asarray(mean, dtype=float), np.asarray(sd, dtype=float)
-    if mean.ndim != 2 or mean.shape != sd.shape or mean.shape[1] < 1:
-        raise InvalidInput(
-            "mean and standard deviation of the action model disagree",
-            expected="both (P, b)",
-            received=f"{mean.shape} and {sd.shape}",
-        )
-    if len(mean) < 2:
-        raise InvalidInput("the action model has one sample", expected="two or more", received=str(len(mean)))
-    if not (np.isfinite(mean).all() and np.isfinite(sd).all()):
-        sample = int((~(np.isfinite(mean) & np.isfinite(sd))).any(axis=1).argmax())
-        raise InvalidInput("the action model has a number that is not finite", where=f"sample {sample}")
-    if (sd < 0).any():
-        raise InvalidInput("a standard deviation of the action model is negative", received=f"{sd.min():g}")
+    require_shape("standard deviation", sd, require_shape("mean", mean, ("P", "b")).shape)
+    require_range("samples of the mean", len(mean), at_least=2)
+    require_finite("mean", mean)
+    require_range(
+        "least standard deviation", float(require_finite("standard deviation", sd).min()), at_least=0
+    )
     return mean, sd
 
 

@@ -22,7 +22,7 @@ from pipeline.core.reconstruction import Gram, require_noise_variance
 from pipeline.core.viewpoint.published import best_candidate, from_one_start
 from pipeline.core.viewpoint.search import global_minimum
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
-from pipeline.validation import InvalidInput, require_choice, require_finite
+from pipeline.validation import InvalidInput, require_choice, require_finite, require_range
 
 FULL_CIRCLE = (-np.pi, np.pi)
 
@@ -124,8 +124,7 @@ def _observations(
             expected=f"({2 * points + trailing},) or (A, {2 * points + trailing})",
             received=str(observed.shape),
         )
-    if not len(rows):
-        raise InvalidInput("there is no observation", expected="one or more", received=str(observed.shape))
+    require_range("observations", len(rows), at_least=1)
     require_finite("the observation", rows)
     up = np.concatenate([rows[:, 1 : 2 * points : 2], model.last_scale * rows[:, 2 * points :]], axis=1)
     return rows[:, 0 : 2 * points : 2], up, single

@@ -97,7 +97,8 @@ def _velocity(path: np.ndarray, window: int, frame_rate_hz: float) -> np.ndarray
     return np.pad(inner, ((before, len(path) - len(inner) - before), (0, 0)), mode="edge")
 
 
-def _longest_run(flags: np.ndarray) -> tuple[int, int]:
+def longest_run(flags: np.ndarray) -> tuple[int, int]:
+    """Start and stop of the longest run of true flags (T,), the first of equals; 0, 0 if there is none."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     if not len(edges):
         return 0, 0
@@ -144,7 +145,7 @@ def steady_stretch(
             expected=f"{SLOWEST_HZ:g} Hz or more",
             received=f"{frame_rate_hz:g} Hz",
         )
-    first, last = _longest_run(whole)
+    first, last = longest_run(whole)
     frames = last - first
     if frames < max(frame_rate_hz * cycles / SEARCH_HZ[1], 5):
         raise InvalidInput(
@@ -170,7 +171,7 @@ def steady_stretch(
         turning = np.abs(np.gradient(heading) * frame_rate_hz)
         for tightness in _TIGHTNESS:
             near = np.abs(speed - typical) <= tightness * speed_band * typical
-            start, stop = _longest_run(near & (turning <= turn_rad_s))
+            start, stop = longest_run(near & (turning <= turn_rad_s))
             if stop - start >= max(cycles, _ENOUGH_STRIDES) * stride:
                 break
         if stop - start >= 5:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-RESAMPLES = 2000
-LEVEL = 0.95
+from pipeline.core import bootstrap
 
 
 @dataclass(frozen=True)
@@ -37,8 +36,7 @@ class PeopleResampled:
     """
 
     def __init__(self, people: int, rng: np.random.Generator) -> None:
-        share = np.full(people, 1.0 / people)
-        self._weights = rng.multinomial(people, share, size=RESAMPLES) / people
+        self._weights = bootstrap.resampling_weights(people, rng) / people
 
     def mean(self, values: np.ndarray) -> Interval:
         """Mean over people of values (P, …)."""
@@ -54,6 +52,4 @@ class PeopleResampled:
 
     @staticmethod
     def _interval(value: np.ndarray, resampled: np.ndarray) -> Interval:
-        tail = (1.0 - LEVEL) / 2.0
-        low, high = np.quantile(resampled, [tail, 1.0 - tail], axis=0)
-        return Interval(np.asarray(value), low, high)
+        return Interval(np.asarray(value), *bootstrap.percentile_interval(resampled))

@@ -102,6 +102,31 @@ class Person:
         return self.sway * np.degrees(self.opposed("pelvic_sway", phase))
 
 
+def _positive(rng: np.random.Generator, mean: float, cv: float, size: int | None = None) -> Any:
+    return mean * np.exp(cv * rng.standard_normal(size))
+
+
+def _draw_manner(rng: np.random.Generator, male: bool, pace: float, offsets: float) -> dict[str, Manner]:
+    """Return how somebody of a dimensionless speed moves each joint."""
+    gains = {
+        "pelvic_obliquity": norm.PELVIC_OBLIQUITY_BY_SEX[male],
+        "trunk_sway": norm.TRUNK_SWAY_BY_SEX[male],
+        "upper_arm": pace / norm.ARM_SPEED_REFERENCE,
+        "elbow": pace / norm.ARM_SPEED_REFERENCE,
+    }
+    manner: dict[str, Manner] = {}
+    for name, curve in norm.CURVES.items():
+        spread, mean_deg = curve.spread, np.array(curve.mean_deg)
+        middle = mean_deg.mean()
+        gain = gains.get(name, 1.0) * _positive(rng, 1.0, spread.gain)
+        own = middle + gain * (mean_deg - middle)
+        posture = offsets * spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
+        own = own + spread.shape_deg * rng.standard_normal(own.size)
+        apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
+        manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())
+    return manner
+
+
 def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> Person:
     """Return a person; the number of draws is the same for everyone.
 
@@ -112,9 +137,6 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
     offsets : float
         Factor on the assumed standard deviations of constant offsets of joint angles.
     """
-
-    def positive(mean: float, cv: float, size: int | None = None) -> Any:
-        return mean * np.exp(cv * rng.standard_normal(size))
 
     low, high = body.AGE_RANGE_YEARS
     age = low + (high - low) * rng.beta(*body.AGE_BETA)
@@ -131,7 +153,7 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
     thigh = share * body.SEGMENTS["thigh"] * np.exp(-knee_height) + unequal[0] * SIDE
     shank = share * body.SEGMENTS["shank"] * np.exp(knee_height) + unequal[1] * SIDE
     trunk = stature * body.TRUNK * np.exp(body.TRUNK_SHARE_CV * (0.4 * rng.standard_normal() - 0.9 * leg))
-    arm = stature * positive(1.0, body.ARM_SHARE_CV)
+    arm = stature * _positive(rng, 1.0, body.ARM_SHARE_CV)
     elbow = body.SEGMENT_CV * rng.standard_normal()
 
     def breadth(table: dict[bool, tuple[float, float]]) -> float:
@@ -145,25 +167,9 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
     leg_length = np.mean(thigh + shank) + body.SEGMENTS["ankle_height"] * stature
     speed = float(pace * np.sqrt(GRAVITY_MM_S2 * leg_length))
     cadence = norm.STRIDES_PER_MINUTE * (speed / stature) ** norm.SPEED_EXPONENT
-    frequency = float(cadence / 60.0 * positive(1.0, norm.FREQUENCY_CV))
+    frequency = float(cadence / 60.0 * _positive(rng, 1.0, norm.FREQUENCY_CV))
 
-    gains = {
-        "pelvic_obliquity": norm.PELVIC_OBLIQUITY_BY_SEX[male],
-        "trunk_sway": norm.TRUNK_SWAY_BY_SEX[male],
-        "upper_arm": pace / norm.ARM_SPEED_REFERENCE,
-        "elbow": pace / norm.ARM_SPEED_REFERENCE,
-    }
-    manner: dict[str, Manner] = {}
-    for name, curve in norm.CURVES.items():
-        spread, mean_deg = curve.spread, np.array(curve.mean_deg)
-        middle = mean_deg.mean()
-        gain = gains.get(name, 1.0) * positive(1.0, spread.gain)
-        own = middle + gain * (mean_deg - middle)
-        posture = offsets * spread.offset_deg * rng.standard_normal() * (SIDE if curve.opposed else 1.0)
-        own = own + spread.shape_deg * rng.standard_normal(own.size)
-        apart = SIDE * spread.side_deg * rng.standard_normal(own.size)
-        manner[name] = Manner(np.radians(own + posture + apart), spread.timing * rng.standard_normal())
-
+    manner = _draw_manner(rng, male, pace, offsets)
     width = max(norm.STEP_WIDTH_LEAST_MM, rng.normal(norm.STEP_WIDTH_MM, norm.STEP_WIDTH_SD_MM))
 
     def pair(mean: float, sd: float) -> np.ndarray:
@@ -177,8 +183,8 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
         thigh=thigh,
         shank=shank,
         trunk=float(trunk),
-        head=float(stature * body.NECK_AND_HEAD * positive(1.0, body.HEAD_CV)),
-        shoulder_drop=float(stature * body.SHOULDER_DROP * positive(1.0, 0.3)),
+        head=float(stature * body.NECK_AND_HEAD * _positive(rng, 1.0, body.HEAD_CV)),
+        shoulder_drop=float(stature * body.SHOULDER_DROP * _positive(rng, 1.0, 0.3)),
         half_hips=hips / 2.0,
         half_shoulders=shoulders * body.BIACROMIAL_TO_SHOULDER_CENTRES / 2.0,
         upper_arm=float(arm * body.SEGMENTS["upper_arm"] * np.exp(-elbow)),
@@ -188,8 +194,8 @@ def draw_person(rng: np.random.Generator, male: bool, offsets: float = 1.0) -> P
         start_phase=float(rng.uniform()),
         step_asymmetry=float(norm.STEP_TIME_ASYMMETRY_SD * rng.standard_normal()),
         ankle_lines=SIDE * width / 2.0,
-        sway=float(positive(norm.SWAY_MM[0], norm.SWAY_MM[1] / norm.SWAY_MM[0])),
-        foot_gains=positive(1.0, norm.FOOT_GAIN_CV, 2),
+        sway=float(_positive(rng, norm.SWAY_MM[0], norm.SWAY_MM[1] / norm.SWAY_MM[0])),
+        foot_gains=_positive(rng, 1.0, norm.FOOT_GAIN_CV, 2),
         knee_out=pair(*norm.KNEE_TURNED_OUT_DEG),
         arm_out=pair(*norm.ARM_ABDUCTION_DEG[male]),
         forearm_in=pair(*norm.FOREARM_TURNED_IN_DEG),

@@ -186,7 +186,7 @@ def test_what_the_model_does_not_have_is_refused() -> None:
         sample(model, 3, generator, bound=0.0)
     with refused("the number of postures must be a whole number at least 0 (got -3)"):
         sample(model, -3, generator)
-    with refused("the groups do not match the performances (expected (12,), received (3,))"):
+    with refused("groups must have shape (12,) (got (3,))"):
         acceptance_left_out(given_, groups=np.arange(3))
     with refused(
         "without group 0: fewer than two performances are left to learn from "

@@ -213,7 +213,7 @@ def test_bad_performances_are_refused_in_one_sentence() -> None:
         choose_key_frames([good, good[:, :1]])
     with refused("performance 1: nothing moves, so there is no curvature"):
         choose_key_frames([good, np.ones((80, 2))])
-    with refused("the performance: no performance in the aSpace (expected (F, b), F >= 3, received (2, 2))"):
+    with refused("frames of the performance must be at least 3 (got 2)"):
         curvature(good[:2])
     with refused(
         "performance 0: too short for 5 key-frames that are 0.06 of the duration apart "
@@ -226,7 +226,7 @@ def test_bad_choices_are_refused_in_one_sentence() -> None:
     good = trapezoids(np.linspace(0, 1, 80))
     with refused("the number of key-frames must be a whole number at least 1 (got 0)"):
         choose_key_frames([good], count=0)
-    with refused("the key-frames do not match the performances (expected (1, K), received (2, 1))"):
+    with refused("key-frames must have shape (1, K) (got (2, 1))"):
         resample_by_key_frames([good], np.array([[3], [4]]), 10)
     with refused("performance 0: the key-frames do not increase between the ends"):
         resample_by_key_frames([good], np.array([[3, 3]]), 10)

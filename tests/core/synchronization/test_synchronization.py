@@ -622,8 +622,8 @@ def test_one_alone_has_nothing_to_be_synchronized_with(count: int) -> None:
 @pytest.mark.parametrize(
     ("costs", "sentence"),
     [
-        (np.zeros((2, 3)), r"between every pair of sequences \(expected \(M, M\), received \(2, 3\)\)"),
-        (np.zeros((0, 0)), r"between every pair"),
+        (np.zeros((2, 3)), r"distances must have shape \(M, M\) \(got \(2, 3\)\)"),
+        (np.zeros((0, 0)), r"sequences must be at least 1"),
         (np.array([[0.0, np.nan], [1.0, 0.0]]), "the distance of sequences 0 and 1 is none .* received nan"),
         (np.array([[0.0, 1.0], [-1.0, 0.0]]), "the distance of sequences 1 and 0 is none .* received -1"),
     ],

@@ -438,7 +438,7 @@ HOLED[3] = np.nan
         ),
         (np.append(SEEN, 5.0), {}, "another size than the model"),
         (np.zeros((2, 3, 150)), {}, "another size than the model"),
-        (np.zeros((0, 150)), {}, "there is no observation"),
+        (np.zeros((0, 150)), {}, "observations must be at least 1"),
         (HOLED, {}, "the observation must be finite"),
     ],
 )

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.formats import acclaim
-from pipeline.formats.acclaim import amc, asf
+from pipeline.formats.acclaim import asf
 from pipeline.skeleton import WALKER15
 from pipeline.skeleton.mapped_joints import map_joints
 from pipeline.validation import InvalidInput
@@ -121,15 +121,6 @@ def test_harmless_differences_of_the_text_change_nothing(
     assert np.array_equal(motion.positions_mm, original.positions_mm)
     assert np.array_equal(motion.angles_deg, original.angles_deg)
     assert motion.notes == ()
-
-
-def test_columns_by_slices_equal_columns_by_line() -> None:
-    text = AMC.read_text().replace("# made by hand\n", "").replace("   # hangs down", "")
-    body = text[text.index("1\n") :]
-    layout = amc._layout(body, asf.read_skeleton(ASF), "")
-    by_slices = amc._columns_at_fixed_places(body, layout)
-    assert by_slices is not None
-    assert by_slices == amc._columns_by_line(body, layout, "")
 
 
 def test_what_is_odd_but_readable_is_noted(pair: tuple[Path, Path]) -> None:

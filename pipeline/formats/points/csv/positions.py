@@ -101,8 +101,15 @@ def _points(table: Table, columns: Columns) -> tuple[tuple[str, ...], np.ndarray
     return tuple(place), point
 
 
-def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, frame_rate_hz: float) -> None:
-    """Write positions as a long table in millimetres, every digit kept, missing samples empty.
+def write(
+    path: str | Path,
+    names: Sequence[str],
+    positions_mm: np.ndarray,
+    frame_rate_hz: float,
+    *,
+    wide: bool = False,
+) -> None:
+    """Write positions as a table in millimetres, every digit kept, missing samples empty.
 
     Parameters
     ----------
@@ -112,6 +119,8 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
     positions_mm : (T, P, 3) array
         Millimetres; NaN where missing.
     frame_rate_hz : float
+    wide : bool
+        A row for each frame, three columns for each point, instead of a row for each frame and point.
 
     Raises
     ------
@@ -119,11 +128,18 @@ def write(path: str | Path, names: Sequence[str], positions_mm: np.ndarray, fram
         If the shapes do not fit each other, or a name, the rate or a coordinate cannot be written.
     """
     positions = positions_to_write(names, positions_mm, frame_rate_hz, Path(path).name, distinct=True)
+    times = np.arange(len(positions)) / float(frame_rate_hz)
+    cells = [["" if x != x else x for x in row] for row in positions.reshape(len(positions), -1).tolist()]
+    if wide:
+        header = ["time_s", *(f"{name}_{axis}_mm" for name in names for axis in "xyz")]
+        rows = [[time, *row] for time, row in zip(times.tolist(), cells, strict=True)]
+    else:
+        header = ["frame", "time_s", "joint", "x_mm", "y_mm", "z_mm"]
+        rows = [
+            [frame, time, name, *row[3 * k : 3 * k + 3]]
+            for frame, (time, row) in enumerate(zip(times.tolist(), cells, strict=True))
+            for k, name in enumerate(names)
+        ]
     text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("frame", "time_s", "joint", "x_mm", "y_mm", "z_mm"))
-    for frame, posture in enumerate(positions.tolist()):
-        time = repr(frame / float(frame_rate_hz))
-        for name, point in zip(names, posture, strict=True):
-            writer.writerow((frame, time, name, *("" if x != x else repr(x) for x in point)))
+    csv.writer(text, lineterminator="\n").writerows([header, *rows])
     Path(path).write_text(text.getvalue(), encoding="utf-8", newline="\n")
