@@ -171,8 +171,8 @@ class Sweep(ABC):
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
 
-    def coarser(self) -> Sweep:
-        """Return the sweep that further populations go through: the same, or with fewer values."""
+    def of_populations(self) -> Sweep:
+        """Return the sweep that further populations go through: the same, or with less beside it."""
         return self
 
     @abstractmethod

@@ -5,7 +5,7 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -23,7 +23,6 @@ from pipeline.studies.walks.methods import (
     Method,
     Null,
     PhaseSource,
-    coarser_views,
     validate_methods,
 )
 from pipeline.studies.walks.nested import nested_choice
@@ -153,10 +152,6 @@ class KnownView(Sweep):
                 received="none",
             )
 
-    def coarser(self) -> KnownView:
-        """Return the sweep with every tenth degree of view."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
-
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
@@ -209,8 +204,12 @@ class KnownView(Sweep):
                     **here.phases,
                 )
             for null in nulls:
-                noise = null.noise_variance(self.noise_variance_mm2)
-                here, there = (s.given(single).reconstruct(noise) for s in (everywhere, demonstration))
+                here, there = (
+                    s.average_walker()
+                    if null is Null.average_walker
+                    else s.given(single).reconstruct(null.noise_variance(self.noise_variance_mm2))
+                    for s in (everywhere, demonstration)
+                )
                 keep(
                     null_error_mm2=errors.absolute_error(here.delta, power),
                     null_demonstration_error_mm2=errors.absolute_error(there.delta, shown_power),

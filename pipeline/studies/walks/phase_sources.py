@@ -19,6 +19,7 @@ from pipeline.core.linear_model import LinearModel
 from pipeline.shortened import shortened
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.walks.methods import IMAGE_IGNORED_MM2
 
 EVERY_JOINT = np.ones(len(WALKER15.joints), dtype=bool)
 
@@ -118,6 +119,13 @@ class Motion3d(Views):
         missing = self.filled(views.missing, views.coefficients, self._view)
         return Reconstruction(views.delta, missing, views.coefficients, {})
 
+    def average_walker(self) -> Reconstruction:
+        """Return the depth of the average walker: of the mean alone, without an estimator."""
+        view = self._view[:, None, None]
+        off = linear_model.unflatten(self._sample - self.seen_fold.mean)
+        missing = camera.missing_dimension(linear_model.unflatten(self.fold.mean), view)
+        return Reconstruction(camera.missing_dimension(off, view), missing, np.empty((len(view), 0)), {})
+
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², residual left out."""
         path = reconstruction.error_path(self.seen_fold, self._sample, self._view, noise_variances)
@@ -175,6 +183,10 @@ class Observed2d(Views):
             missing = fourier.shift(expected[..., None], self._phase - views.phase_rad)[..., 0]
         delta = self.clip.missing - views.missing
         return Reconstruction(delta, missing, views.coefficients, self.found(views.phase_rad))
+
+    def average_walker(self) -> Reconstruction:
+        """Return the depth of the average walker, whose phase is fitted to the image."""
+        return self.given(linear_model.truncated(self.fold, 1)).reconstruct(IMAGE_IGNORED_MM2)
 
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², each with the phase that it finds, residual left out."""

@@ -24,7 +24,7 @@ from pipeline.studies.walks.methods import (
     Method,
     Null,
     PhaseSource,
-    coarser_views,
+    middles_of_strips,
     validate_methods,
 )
 from pipeline.studies.walks.phase_sources import PHASES, Observed2d
@@ -32,6 +32,10 @@ from pipeline.validation import InvalidInput, require_range
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
 Solver.__doc__ = """How the view angle is found: over the whole range, or as appendix B has it."""
+
+
+RANDOM_VIEW = "random_view"
+"""A view drawn on the whole circle, one for every walker and view: no estimator, which knows nothing."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,7 @@ class ViewAngles:
         Estimated angle; cost of its fit, and of the best fit at another local minimum.  Of the anatomical method: 1,
         and by how much the angle is likelier than that of the next mode.
     null_angle_deg : (K, R, A)
+        The last is drawn at random.
     converged : (M, R, A) bool
     n_iterations : (M, R, A) int
     failure_deg : float
@@ -83,6 +88,8 @@ class ViewAngles:
 @dataclass(kw_only=True)
 class UnknownView(Sweep):
     """The view angle estimated together with the motion."""
+
+    draws_random_numbers = True
 
     view_angle_deg: Grid = scaled(start=-90, stop=90, step="view_step_deg")
     methods: list[Method] = field(default_factory=lambda: list(PUBLISHED))
@@ -125,9 +132,12 @@ class UnknownView(Sweep):
                 received=self.solver.value,
             )
 
-    def coarser(self) -> UnknownView:
-        """Return the sweep with every tenth degree of view, and without the published solver beside it."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg), published_views_deg=[])
+    def of_populations(self) -> UnknownView:
+        """Return the sweep at the middles of strips of views, and without the published solver beside it.
+
+        Its tables have a row for every walker and view.
+        """
+        return replace(self, view_angle_deg=middles_of_strips(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
@@ -213,6 +223,11 @@ class UnknownView(Sweep):
             return found
 
         folds = map_processes(one, range(len(model.samples)), inputs.workers)
+        generator = inputs.generator("random view")
+        random_deg, random_published_deg = (
+            generator.uniform(-180.0, 180.0, (1, len(folds), len(views)))
+            for views in (view_deg, published_deg)
+        )
 
         def stack(name: str, axis: int = 1) -> np.ndarray:
             return np.stack([found[name] for found in folds], axis=axis)
@@ -221,10 +236,10 @@ class UnknownView(Sweep):
         unconverged = int((~stack("converged")).sum())
         return ViewAngles(
             methods=np.array([method.value for method in self.methods]),
-            nulls=np.array([null.value for null in nulls]),
+            nulls=np.array([*(null.value for null in nulls), RANDOM_VIEW]),
             view_angle_deg=view_deg,
             angle_deg=np.degrees(stack("angle_rad")),
-            null_angle_deg=np.degrees(stack("null_angle_rad")),
+            null_angle_deg=np.concatenate([np.degrees(stack("null_angle_rad")), random_deg]),
             cost=stack("cost"),
             runner_up_cost=stack("runner_up_cost"),
             converged=stack("converged"),
@@ -234,7 +249,9 @@ class UnknownView(Sweep):
             phase_rad=stack("phase_rad") if observed2d else None,
             phase_error_rad=stack("phase_error_rad") if observed2d else None,
             published_view_deg=published_deg,
-            published_angle_deg=np.degrees(stack("published_angle_rad")),
+            published_angle_deg=np.concatenate(
+                [np.degrees(stack("published_angle_rad")), random_published_deg]
+            ),
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )
 
