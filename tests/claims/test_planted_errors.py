@@ -79,11 +79,11 @@ GOOD_AGREEMENT = (Agreement.AGREES, Agreement.MET)
 
 
 def lost(clean: Answers, planted: Answers) -> list[str]:
-    """Claims of which one of the two answers was good, and is not."""
+    """Claims of which one of the two answers was good, and is not; undecided they may be by chance, of few people."""
     return [
         name
         for name, (agreement, beyond, _) in clean.items()
-        if (agreement in GOOD_AGREEMENT and planted[name][0] not in GOOD_AGREEMENT)
+        if (agreement in GOOD_AGREEMENT and planted[name][0] not in (*GOOD_AGREEMENT, Agreement.UNDECIDED))
         or (beyond is Beyond.YES and planted[name][1] is not Beyond.YES)
     ]
 
@@ -129,7 +129,7 @@ def shuffled_views(fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_va
 
 
 def shuffled_images(fold: Any, observed: np.ndarray, **options: Any) -> Any:
-    return estimate(fold, observed[np.random.default_rng(1).permutation(len(observed))], **options)
+    return estimate(fold, np.roll(observed, len(observed) // 2, axis=0), **options)
 
 
 def knows_everybody(self: Eigenwalkers, walker: int) -> Any:
@@ -189,7 +189,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Answers:
 
 
 OPEN = {
-    "test walker in the model": "of 24 people, least squares beats the average walker only with the walker in the model",
+    "test walker in the model": "least squares of 24 people beats the average walker only with the walker in the model",
     "test walker 5 % too large": "no claim measures people's size apart from the reconstruction",
     "random signs": "limbs of random signs average out, and are nearer to the truth than wrong mirrors",
 }
