@@ -1034,6 +1034,7 @@ WORKED = {
     "zhang2007_two_harmonics_share": 96,
     "zhang2007_thirty_components": 96,
     "zhang2007_variance_range": 625,
+    "zhang2007_error_at_seventy": 1,
     "zhang2007_optimal_variance": 70,
     "zhang2007_optimal_variance_nested": 80,
     "zhang2007_five_postures": 5,

@@ -360,7 +360,7 @@ def test_one_quantity_is_varied_at_a_time() -> None:
 @pytest.mark.parametrize(
     ("override", "sentence"),
     [
-        ("sweep.particles=[0]", r"sweep.particles must be at least 1 .*\(got 0\)"),
+        ("sweep.particles=[0]", r"sweep.particles\[0\] must be at least 1 .*\(got 0\)"),
         ("sweep.particles=[]", r"sweep.particles must hold some values, each once \(got none\)"),
         ("sweep.noise_mm=[1,1]", r"sweep.noise_mm must hold some values, each once \(got 1.0, 1.0\)"),
         ("sweep.occluded=[0.95]", r"sweep.occluded must be at least 0 and at most 0.9 \(got 0.95\)"),
