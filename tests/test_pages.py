@@ -172,14 +172,18 @@ LITTLE = {
         "rows": [
             {"label": "error", "paper": "30", "cell": ["{zhang2007_error_of_map:,.0f} mm²", "unknown"]},
             {"label": "counts", "kind": "condition", "verdicts": ["zhang2007"]},
+            {"label": "sentences", "kind": "sentence", "verdicts": ["zhang2007"]},
         ],
     }
 }
 
 
 def test_a_table_is_rendered_row_by_row() -> None:
-    outcomes = papers.Kind.CONDITION.outcomes
-    counts = {f"zhang2007, conditions, {outcome}": 3 - n for n, outcome in enumerate(outcomes)}
+    counts = {
+        f"zhang2007, conditions, {answer}": 3 - n for n, answer in enumerate(papers.Kind.CONDITION.answers)
+    }
+    counts |= {f"zhang2007, sentences, {answer}": n for n, answer in enumerate(papers.Kind.SENTENCE.answers)}
+    counts["zhang2007, sentences, agrees, beyond the baseline yes"] = 9
     numbers = {"zhang2007_walkers": 2, "zhang2007_error_of_map": -1234.4, **counts}
     rows = [("synthetic", name, value) for name, value in numbers.items()] + [("cmu", "zhang2007_walkers", 1)]
     made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
@@ -188,7 +192,18 @@ def test_a_table_is_rendered_row_by_row() -> None:
         "|---|---|---|---|",
         "| error | 30 | −1 234 mm² | unknown |",
         "| counts | | 3, 2, 1 | |",
+        "| sentences | | 0 (9), 1, 2, 3, 4 | |",
     ]
+
+
+def test_counts_of_an_earlier_rule_leave_their_rows_out() -> None:
+    """Rows of before the two answers: conditions have the same words, results and sentences have not."""
+    old = {"met": 3, "not met": 0, "cannot be tested on this data": 1}
+    rows = [("synthetic", f"zhang2007, conditions, {name}", value) for name, value in old.items()]
+    rows += [("synthetic", "zhang2007, sentences, reproduced", 3), ("synthetic", "zhang2007_walkers", 80)]
+    made = published.rendered(LITTLE, pd.DataFrame(rows, columns=["data", "name", "value"]))["walks"]
+    assert "counts" not in made
+    assert "sentences" not in made
 
 
 FACTS = {"data": "synthetic", "scale": "full", "provenance": {"commit": "a" * 40, "dirty": False}}

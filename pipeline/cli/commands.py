@@ -123,10 +123,10 @@ def claims(arguments: Sequence[str]) -> int:
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
     out.print(claims_table(verdicts))
-    settled = (papers.Outcome.REPRODUCED, papers.Outcome.MET)
+    settled = (papers.Agreement.AGREES, papers.Agreement.MET)
     for verdict in verdicts:
-        if verdict.evidence and verdict.outcome not in settled:
-            out.print(Text(f"{verdict.claim.name}: {verdict.outcome}: {verdict.why}"), soft_wrap=True)
+        if verdict.evidence and verdict.agreement not in settled:
+            out.print(Text(f"{verdict.claim.name}: {verdict.agreement}: {verdict.why}"), soft_wrap=True)
     out.print(f"{config.data.name}, {config.scale.name}")
     out.print("\n".join(counts_by_kind(verdicts)))
     return 0 if folder.is_dir() else 1

@@ -85,11 +85,11 @@ def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) ->
                 "value": value.value,
                 "value_low": value.low,
                 "value_high": value.high,
-                "verdict": str(verdict.outcome),
+                "verdict": str(verdict.agreement),
                 "value_as_it_is": old.value,
-                "verdict_as_it_is": str(was.outcome),
+                "verdict_as_it_is": str(was.agreement),
                 "outside_the_interval": bool(old.known and not old.low <= value.value <= old.high),
-                "verdict_moves": verdict.outcome != was.outcome,
+                "verdict_moves": verdict.agreement != was.agreement,
             }
         )
     return rows

@@ -12,8 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.papers import Kind, Verdict, count
-from pipeline.papers import Outcome as Decided
+from pipeline.papers import Agreement, Beyond, Kind, Verdict, count
 
 STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
@@ -121,39 +120,58 @@ def summarise(
 
 
 _STYLES = {
-    Decided.REPRODUCED: "green",
-    Decided.MET: "green",
-    Decided.OF_THE_NULL: "yellow",
-    Decided.DIRECTION_ONLY: "yellow",
-    Decided.UNDECIDED: "yellow",
-    Decided.DIFFERS: "red",
-    Decided.NOT_MET: "red",
+    Agreement.AGREES: "green",
+    Agreement.MET: "green",
+    Agreement.CLOSE: "yellow",
+    Agreement.UNDECIDED: "yellow",
+    Agreement.DIFFERS: "red",
+    Agreement.NOT_MET: "red",
+    Beyond.YES: "green",
+    Beyond.NO: "yellow",
+    Beyond.WORSE: "red",
 }
 
 
 def claims_table(verdicts: Sequence[Verdict]) -> Table:
-    """Return the claims as a table, kind by kind: the published number, ours and the null with intervals, verdict."""
+    """Return the claims as a table, kind by kind: both answers, the published number, ours and the baseline's."""
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
-    for heading in ("kind", "claim", "published", "ours", "null", "unit", "verdict"):
-        right = heading in ("published", "ours", "null")
+    for heading in ("agreement", "beyond baseline", "claim", "published", "ours", "baseline", "unit"):
+        right = heading in ("published", "ours", "baseline")
         table.add_column(heading, justify="right" if right else "left")
-    for v in sorted(verdicts, key=lambda v: list(Kind).index(v.claim.kind)):
+    kinds = list(Kind)
+    shown = None
+    for v in sorted(verdicts, key=lambda v: kinds.index(v.claim.kind)):
+        if v.claim.kind is not shown:
+            shown = v.claim.kind
+            table.add_row(Text(f"{shown}s", style="bold"))
         found = v.evidence
+        beyond = "" if v.beyond is Beyond.NOT_APPLICABLE else str(v.beyond)
         table.add_row(
-            str(v.claim.kind),
+            Text(str(v.agreement), style=_STYLES.get(v.agreement, "dim")),
+            Text(beyond, style=_STYLES.get(v.beyond, "dim")),
             v.claim.name,
             "" if v.claim.published is None else f"{v.claim.published:g}",
             str(found.value) if found else "",
-            str(found.null) if found and found.null else "",
+            str(found.baseline) if found and found.baseline else "",
             v.claim.unit,
-            Text(str(v.outcome), style=_STYLES.get(v.outcome, "dim")),
         )
     return table
 
 
 def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
-    """Return a line to each kind of claims: how many have each verdict."""
-    return [
-        f"{kind}s: " + ", ".join(f"{times} {outcome}" for outcome, times in of_kind.items())
-        for kind, of_kind in count(verdicts).items()
-    ]
+    """Return a line to each kind of claims: how many have each agreement, and of those how many are beyond what."""
+    lines = []
+    for kind, of_kind in count(verdicts).items():
+        told = []
+        for agreement in Agreement:
+            apart = {beyond: n for (found, beyond), n in of_kind.items() if found is agreement}
+            beyond = [f"{apart[b]} {_BEYOND[b]}" for b in Beyond if b in apart and b in _BEYOND]
+            if apart:
+                told.append(
+                    f"{sum(apart.values())} {agreement}" + (f" ({', '.join(beyond)})" if beyond else "")
+                )
+        lines.append(f"{kind}s: " + ", ".join(told))
+    return lines
+
+
+_BEYOND = {Beyond.YES: "beyond the baseline", Beyond.NO: "not", Beyond.WORSE: "worse than it"}

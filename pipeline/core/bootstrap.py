@@ -12,6 +12,7 @@ Symbols
 from __future__ import annotations
 
 import numpy as np
+from scipy import special
 
 from pipeline.validation import InvalidInput, require_range, require_shape
 
@@ -106,3 +107,56 @@ def percentile_interval(replicates: np.ndarray, *, level: float = LEVEL) -> tupl
         raise InvalidInput("there are no replicates", expected="one or more", received="0")
     low, high = np.percentile(replicates, [50.0 * (1.0 - level), 50.0 * (1.0 + level)], axis=0)
     return low, high
+
+
+FEWEST_CORRECTED = 10
+"""Fewer clusters have Student's interval: corrections for bias and skewness are not to be had of them."""
+
+
+def cluster_interval(
+    value: float, replicates: np.ndarray, left_out: np.ndarray, clusters: int, *, level: float = LEVEL
+) -> tuple[float, float]:
+    """Return the interval of a statistic over clusters, which holds its level for few of them as well.
+
+    Of ten clusters and more, bias-corrected and accelerated percentiles, their levels expanded by Student's quantile
+    and ``sqrt(C / (C - 1))``, which the percentiles of few clusters lack; of fewer, Student's interval with the
+    bootstrap's standard error.
+
+    Parameters
+    ----------
+    value : float
+        Of all clusters.
+    replicates : (B,)
+        Of clusters drawn again.
+    left_out : (C,) or (0,)
+        Without each cluster, for the acceleration; none: not accelerated.
+    clusters : int
+    level : float
+
+    Notes
+    -----
+    Efron, J. Am. Stat. Assoc. 82 (1987), 171; Hesterberg, Am. Stat. 69 (2015), 371 (expansion).  Coverage at 5, 12, 33
+    and 80 people is simulated by ``make bench ARGS=coverage_of_intervals``.
+    """
+    expansion = np.sqrt(clusters / (clusters - 1))
+    tail = special.stdtrit(clusters - 1, 0.5 * (1.0 + level)) * expansion
+    if clusters < FEWEST_CORRECTED:
+        reach = tail * replicates.std()
+        return float(value - reach), float(value + reach)
+    below = np.mean(replicates < value) + 0.5 * np.mean(replicates == value)
+    bias = special.ndtri(np.clip(below, 0.5 / len(replicates), 1.0 - 0.5 / len(replicates)))
+    away = np.mean(left_out) - left_out if len(left_out) else np.zeros(1)
+    scale = np.sum(away**2)
+    skew = np.sum(away**3) / (6.0 * scale**1.5) if scale > 0 else 0.0
+    reached = bias + np.array([-tail, tail])
+    # Beyond its pole the correction has no value, and the interval ends at the last replicate.
+    shares = special.ndtr(bias + reached / np.maximum(1.0 - skew * reached, 1e-9))
+    low, high = np.quantile(replicates, shares)
+    return float(low), float(high)
+
+
+def mean_interval(draws: np.ndarray, *, more: float = 0.0, level: float = LEVEL) -> tuple[float, float]:
+    """Return Student's interval of the mean that draws (B,) come from; with ``more=1``, of one more draw like them."""
+    width = np.sqrt(more + 1.0 / len(draws)) * draws.std(ddof=1)
+    reach = special.stdtrit(len(draws) - 1, 0.5 * (1.0 + level)) * width
+    return float(draws.mean() - reach), float(draws.mean() + reach)

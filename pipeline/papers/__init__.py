@@ -1,6 +1,6 @@
 """The four papers as data: which functions compute each numbered equation, and how each claim is judged."""
 
-from pipeline.papers.claims import LEAST_PEOPLE, Claim, Kind, Measure, Outcome, Quantity
+from pipeline.papers.claims import LEAST_PEOPLE, Agreement, Baseline, Beyond, Claim, Kind, Measure, Quantity
 from pipeline.papers.entries import read_mapping
 from pipeline.papers.explanations import (
     ANY_DATA,
@@ -11,7 +11,7 @@ from pipeline.papers.explanations import (
     read_runs,
 )
 from pipeline.papers.intervals import Estimate, Interval
-from pipeline.papers.loading import INTERVENTIONS, Equation, Paper, load
+from pipeline.papers.loading import BASELINES, INTERVENTIONS, Equation, Paper, load
 from pipeline.papers.register import (
     PAPERS,
     Tag,
@@ -22,13 +22,17 @@ from pipeline.papers.register import (
     paper,
     quantity,
 )
-from pipeline.papers.verdicts import Evidence, Verdict, count, judge
+from pipeline.papers.verdicts import Evidence, Verdict, count, gain, judge
 
 __all__ = [
     "ANY_DATA",
+    "BASELINES",
     "INTERVENTIONS",
     "LEAST_PEOPLE",
     "PAPERS",
+    "Agreement",
+    "Baseline",
+    "Beyond",
     "Claim",
     "Equation",
     "Estimate",
@@ -37,7 +41,6 @@ __all__ = [
     "Interval",
     "Kind",
     "Measure",
-    "Outcome",
     "Paper",
     "Quantity",
     "Run",
@@ -48,6 +51,7 @@ __all__ = [
     "count",
     "equation",
     "find_tags",
+    "gain",
     "judge",
     "load",
     "locate",

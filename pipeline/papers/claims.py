@@ -1,13 +1,14 @@
 """Claims, and the measures that give our numbers beside theirs.
 
 A claim is one number or one sentence of a paper, with the measure that computes our value from a table, the bounds
-within which it counts as reproduced, the wider bounds within which the paper's direction holds, the reason for these
-bounds, and its null: what the same measure gives when the method does nothing.  All are written down before the figure
-is made.
+within which it agrees with the paper, the wider bounds within which it is close, the reason for these bounds, and the
+class of its measure.  The class has the baseline: what the same measure gives of a simpler method, chosen by rule and
+not by the claim (``conf/paper/baselines.yaml``).
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -17,18 +18,26 @@ from pipeline.papers.explanations import ANY_DATA, Explanation
 from pipeline.papers.intervals import Interval
 
 
-class Outcome(StrEnum):
-    """Verdict on a claim; the last four are those of conditions and of claims that are not judged."""
+class Agreement(StrEnum):
+    """Whether our value agrees with the paper; of conditions the two before the last two."""
 
-    REPRODUCED = "reproduced"
-    OF_THE_NULL = "holds, also of the null"
-    DIRECTION_ONLY = "direction only"
+    AGREES = "agrees"
+    CLOSE = "close"
     UNDECIDED = "undecided"
     DIFFERS = "differs"
     MET = "met"
     NOT_MET = "not met"
-    UNTESTED = "cannot be tested on this data"
+    UNTESTABLE = "untestable"
     NOT_JUDGED = "not judged at smoke scale"
+
+
+class Beyond(StrEnum):
+    """Whether the method is better than its baseline, by more than the interval of their paired gap."""
+
+    YES = "yes"
+    NO = "no"
+    WORSE = "worse"
+    NOT_APPLICABLE = "not applicable"
 
 
 class Kind(StrEnum):
@@ -39,21 +48,21 @@ class Kind(StrEnum):
     SENTENCE = "sentence"
     """A statement; the threshold and the reason for it are ours."""
     CONDITION = "condition"
-    """A count or a setting of the experiment: checked, never counted as reproduced."""
+    """A count or a setting of the experiment: checked, never counted as agreement."""
     TARGET = "target"
     """What we set out to reach beyond the papers, judged as a result is and counted apart from theirs."""
 
     @property
-    def outcomes(self) -> tuple[Outcome, ...]:
-        """Verdicts that a claim of this kind may have, in the order of tables."""
+    def answers(self) -> tuple[Agreement, ...]:
+        """Agreements that a claim of this kind may have, in the order of tables."""
         if self is Kind.CONDITION:
-            return (Outcome.MET, Outcome.NOT_MET, Outcome.UNTESTED)
-        judged = (Outcome.REPRODUCED, Outcome.OF_THE_NULL, Outcome.DIRECTION_ONLY, Outcome.UNDECIDED)
-        return (*judged, Outcome.DIFFERS, Outcome.UNTESTED)
+            return (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
+        judged = (Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS)
+        return (*judged, Agreement.UNTESTABLE)
 
 
-LEAST_PEOPLE = 10
-"""Fewer people decide no claim, unless the claim or its paper asks for another number."""
+LEAST_PEOPLE = {"walks": 10, "clips": 10, "performances": 3}
+"""Fewer people decide no claim, by the clips that a paper's figures rest on."""
 
 
 @dataclass(frozen=True)
@@ -103,9 +112,66 @@ class Measure:
         )
         return tuple(dict.fromkeys(named))
 
+    def replaced(self, words: Mapping[str, str]) -> Measure:
+        """Return the measure with words replaced in its texts: names of columns, values in expressions.
+
+        Examples
+        --------
+        >>> of = Measure("mean", {"column": "error_mm", "where": "method == 'map' and view == 0"})
+        >>> print(of.replaced({"map": "average_walker"}))
+        mean(column=error_mm, where=method == 'average_walker' and view == 0)
+        """
+        pattern = re.compile(r"\b(?:" + "|".join(map(re.escape, words)) + r")\b")
+
+        def anew(value: Any) -> Any:
+            if isinstance(value, Measure):
+                return value.replaced(words)
+            if isinstance(value, tuple):
+                return tuple(anew(item) for item in value)
+            return pattern.sub(lambda found: words[found[0]], value) if isinstance(value, str) else value
+
+        return Measure(self.name, {name: anew(value) for name, value in self.arguments.items()})
+
 
 def _told(value: Any) -> str:
     return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Baseline:
+    """The simpler method with which a class of measures is compared.
+
+    Attributes
+    ----------
+    measures : str
+        Name of the class.
+    name, knows : str
+        The method in words, and what it knows: nothing, the image, linear time, one eigenwalker; empty if the class
+        has none, because no method has a part in it.
+    reason : str
+        Why this one, or why none.
+    replace : mapping of str to str
+        Words of a measure for which others stand in that of the baseline.
+    value : float or None
+        A number in place of a measure.
+    better : int
+        1 if more is better, -1 if less, 0 if the bounds of a claim say; only bounds with two ends leave it open.
+    """
+
+    measures: str
+    reason: str
+    name: str = ""
+    knows: str = ""
+    replace: Mapping[str, str] = field(default_factory=dict)
+    value: float | None = None
+    better: int = 0
+
+    def of(self, measure: Measure) -> Measure | float | None:
+        """Return the same measure of the baseline; None if the class has none, or the measure names nothing of it."""
+        if self.value is not None or not self.replace:
+            return self.value
+        changed = measure.replaced(self.replace)
+        return None if str(changed) == str(measure) else changed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +200,7 @@ class Quantity:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A number or a sentence of a paper, and the criterion by which it counts as reproduced.
+    """A number or a sentence of a paper, and the criterion by which ours agrees with it.
 
     Attributes
     ----------
@@ -152,30 +218,32 @@ class Claim:
         Preset whose tables back the claim; empty only if `untestable`.
     how : str
         The measure in words, one line.
+    help : str
+        Help that our method has here and the paper's did not; empty if none.
     measure : Measure or None
         None only if `untestable`.
-    null : Measure or float or None
-        Value of the same measure when the method does nothing; None if there is none.
-    no_null : str
-        Why no method that does nothing has a value here; empty if there is a null, or it is not stated.
+    baseline : Baseline or None
+        Of the class of its measure; None of a condition and if `untestable`.
+    same_as : str
+        Claim of which this prints the same number again, which counts once.
     assumed : mapping of str to str
         Data sets of which the statement is an assumption, each with what is assumed: they cannot test it.
     only : tuple of str
         Data sets that the claim is about; empty if it is about all.
-    least_people : int
-        Fewer people cannot decide the claim.
-    reproduced : Interval or None
-        Our values that count as reproduced; None only if `untestable`.
-    direction : Interval or None
-        Our values for which at least the paper's direction holds; None if there are no such bounds.
+    people, sample : int
+        Fewer people decide nothing; how many the paper has.
+    agrees : Interval or None
+        Our values that agree with the paper; None only if `untestable`.
+    close : Interval or None
+        Wider bounds; None if there are none.
     reason : str
-        Why these bounds, in one line, written before the figure was made.
+        Why these bounds, in one line.
+    written : str
+        When bounds and class were written: before the figure was made, or what was changed after it.
     why : mapping of str to Explanation
         Why our value differs, by data set; `ANY_DATA` for all that have none of their own.
     untestable : str
         Why none of our data can decide; empty if some can.
-    history : str
-        What was changed of the claim after it was first written, and when it was; empty if nothing.
     """
 
     name: str
@@ -187,25 +255,32 @@ class Claim:
     unit: str = ""
     figure: str = ""
     how: str = ""
+    help: str = ""
     measure: Measure | None = None
-    null: Measure | float | None = None
-    no_null: str = ""
+    baseline: Baseline | None = None
+    same_as: str = ""
     assumed: Mapping[str, str] = field(default_factory=dict)
     only: tuple[str, ...] = ()
-    least_people: int = LEAST_PEOPLE
-    reproduced: Interval | None = None
-    direction: Interval | None = None
+    people: int = LEAST_PEOPLE["walks"]
+    sample: int = 0
+    agrees: Interval | None = None
+    close: Interval | None = None
     reason: str = ""
+    written: str = ""
     why: Mapping[str, Explanation] = field(default_factory=dict)
     untestable: str = ""
-    history: str = ""
 
     def explanation(self, data_name: str) -> Explanation | None:
         """Return why our value differs on a data set; None if nothing is said."""
         return self.why.get(data_name) or self.why.get(ANY_DATA)
 
     @property
+    def of_baseline(self) -> Measure | float | None:
+        """The same measure of the baseline; None if it has none."""
+        return self.baseline.of(self.measure) if self.baseline and self.measure else None
+
+    @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that the measure and the null read, each once."""
-        measured = [m for m in (self.measure, self.null) if isinstance(m, Measure)]
+        """Names of the tables that the measure and its baseline read, each once."""
+        measured = [m for m in (self.measure, self.of_baseline) if isinstance(m, Measure)]
         return tuple(dict.fromkeys(table for measure in measured for table in measure.tables))

@@ -1,4 +1,4 @@
-"""Measures, nulls and bounds of claims, from the mappings of a file."""
+"""Measures and bounds of claims, from the mappings of a file."""
 
 from __future__ import annotations
 
@@ -31,13 +31,6 @@ def measure(content: Mapping[str, Any], figure: str, where: str) -> Measure:
         else:
             arguments[argument] = _argument(value, figure, f"{where}, {argument}")
     return Measure(name, arguments)
-
-
-def null(content: Any, figure: str, where: str) -> Measure | float | None:
-    """Return a null: a measure, a number, or None."""
-    if isinstance(content, Mapping):
-        return measure(content, figure, where)
-    return None if content is None else number(content, where)
 
 
 def _argument(value: Any, figure: str, where: str) -> Any:
@@ -76,13 +69,13 @@ def interval(content: Mapping[str, Any], published: float | None, where: str) ->
 
 
 def check_bounds(claim: Claim, where: str) -> None:
-    """Refuse bounds that the paper's own number would not meet, or a direction that is not wider."""
-    inner, outer = claim.reproduced, claim.direction
+    """Refuse bounds that the paper's own number would not meet, or wider ones that are not wider."""
+    inner, outer = claim.agrees, claim.close
     if inner is not None and claim.published is not None and claim.published not in inner:
-        raise InvalidInput("the published number would not reproduce the paper", where=where)
+        raise InvalidInput("the published number does not agree with itself", where=where)
     if (
         inner is not None
         and outer is not None
         and (outer == inner or outer.low > inner.low or outer.high < inner.high)
     ):
-        raise InvalidInput("the direction is not wider than what is reproduced", where=where)
+        raise InvalidInput("what is close is not wider than what agrees", where=where)

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.papers import criteria
-from pipeline.papers.claims import LEAST_PEOPLE, Claim, Kind, Quantity
-from pipeline.papers.entries import Entry, joined, read_mapping
+from pipeline.papers.claims import LEAST_PEOPLE, Baseline, Claim, Kind, Quantity
+from pipeline.papers.entries import Entry, number, read_mapping
 from pipeline.papers.explanations import (
     CAUSAL,
     Explanation,
@@ -131,6 +131,11 @@ class Paper:
 INTERVENTIONS = "interventions.csv"
 """Numbers of runs with a switch, which explanations quote."""
 
+BETTER = {"": 0, "more": 1, "less": -1}
+
+BASELINES = "baselines.yaml"
+"""The baseline of each class of measures; no claim chooses its own."""
+
 
 def load(folder: Path) -> dict[str, Paper]:
     """Return the papers of a folder by key, oldest first.
@@ -140,10 +145,12 @@ def load(folder: Path) -> dict[str, Paper]:
     InvalidInput
         If a file cannot be read or is invalid; the sentence names file and entry.
     """
-    raw = {path.stem: Entry(path.name, read_mapping(path)) for path in sorted(folder.glob("*.yaml"))}
+    files = [path for path in sorted(folder.glob("*.yaml")) if path.name != BASELINES]
+    raw = {path.stem: Entry(path.name, read_mapping(path)) for path in files}
+    baselines = read_baselines(folder / BASELINES)
     claims = {name: body for paper in raw.values() for name, body in paper.mapping("claims").items()}
     runs = read_runs(folder / INTERVENTIONS)
-    papers = [_paper(key, entry, claims, runs) for key, entry in raw.items()]
+    papers = [_paper(key, entry, claims, runs, baselines) for key, entry in raw.items()]
     names = Counter(item.name for paper in papers for item in paper.measured)
     for paper in papers:
         for item in paper.measured:
@@ -151,8 +158,33 @@ def load(folder: Path) -> dict[str, Paper]:
             if names[item.name] > 1:
                 raise InvalidInput("the name is there twice", where=where)
             if isinstance(item, Claim):
+                if item.same_as and item.same_as not in names:
+                    raise InvalidInput(f"no claim {item.same_as!r}", where=where)
                 _check_explanations(item, set(names), where)
     return {paper.key: paper for paper in sorted(papers, key=lambda paper: (paper.year, paper.key))}
+
+
+def read_baselines(path: Path) -> dict[str, Baseline]:
+    """Return the baselines by class of measure."""
+    found = {}
+    for name, content in read_mapping(path).items():
+        entry = Entry(f"{path.name}, {name}", content)
+        value = entry.take("value", (int, float, str, type(None)), needed=False)
+        found[name] = Baseline(
+            measures=name,
+            reason=entry.text("reason"),
+            name=entry.text("baseline", needed=False),
+            knows=entry.text("knows", needed=False),
+            replace={str(old): str(new) for old, new in entry.mapping("replace").items()},
+            value=None if value is None else number(value, entry.where),
+            better=BETTER[
+                require_choice(f"{entry.where}, better", entry.text("better", needed=False), list(BETTER))
+            ],
+        )
+        entry.done()
+        if bool(found[name].name) != bool(found[name].replace or value is not None):
+            raise InvalidInput("a baseline has its name and its words or its value", where=entry.where)
+    return found
 
 
 def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
@@ -163,7 +195,7 @@ def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
         for name in (*asked, *explanation.beside):
             if name and name != "value" and name not in known:
                 raise InvalidInput(f"no claim and no quantity {name!r}", where=where_why)
-        said = " ".join(map(str, (claim.quote, claim.how, claim.measure, claim.reproduced, claim.direction)))
+        said = " ".join(map(str, (claim.quote, claim.how, claim.measure, claim.agrees, claim.close)))
         said += " ".join(explanation.run.overrides) if explanation.run else ""
         for typed in typed_numbers(explanation.text):
             if typed not in typed_numbers(said.replace("{", "").replace("}", "")):
@@ -174,14 +206,20 @@ def _check_explanations(claim: Claim, known: set[str], where: str) -> None:
                 )
 
 
-def _paper(key: str, entry: Entry, all_claims: Mapping[str, Any], runs: Runs) -> Paper:
+def _paper(
+    key: str, entry: Entry, all_claims: Mapping[str, Any], runs: Runs, baselines: Mapping[str, Baseline]
+) -> Paper:
     equations = [_equation(key, item, entry.where) for item in entry.take("equations", list)]
     unnumbered = [
         _equation(key, item, entry.where) for item in entry.take("unnumbered", list, [], needed=False)
     ]
     year = entry.take("year", int)
-    people = entry.take("people", int, LEAST_PEOPLE, needed=False)
-    claims = [_claim(key, name, all_claims, entry.where, people, runs) for name in entry.mapping("claims")]
+    clips = require_choice(f"{entry.where}, clips", entry.text("clips"), list(LEAST_PEOPLE))
+    of_paper = LEAST_PEOPLE[clips], entry.take("sample", int, 0, needed=False)
+    claims = [
+        _claim(key, name, all_claims, entry.where, of_paper, runs, baselines)
+        for name in entry.mapping("claims")
+    ]
     quantities = [
         _quantity(key, name, body, entry.where) for name, body in entry.mapping("quantities").items()
     ]
@@ -239,56 +277,72 @@ def _equation(key: str, content: Any, file: str) -> Equation:
     return equation
 
 
-def _claim(key: str, name: str, all_claims: Mapping[str, Any], file: str, people: int, runs: Runs) -> Claim:
+def _claim(
+    key: str,
+    name: str,
+    all_claims: Mapping[str, Any],
+    file: str,
+    of_paper: tuple[int, int],
+    runs: Runs,
+    baselines: Mapping[str, Baseline],
+) -> Claim:
     entry = Entry(f"{file}, {name}", _like(name, all_claims, f"{file}, {name}"))
     published = entry.take("published", (int, float, type(None)), needed=False)
     figure = entry.text("figure", needed=False)
     untestable = entry.text("untestable", needed=False)
     judged = not untestable
     bounds = Entry(f"{entry.where}, bounds", entry.take("bounds", dict, {}, needed=judged))
-    reproduced, direction, reason = (
-        bounds.take("reproduced", dict, needed=judged),
-        bounds.take("direction", dict, needed=False),
+    agrees, close, reason = (
+        bounds.take("agrees", dict, needed=judged),
+        bounds.take("close", dict, needed=False),
         bounds.text("reason", needed=judged),
     )
     bounds.done()
     measure = entry.take("measure", dict, needed=judged)
-    null = entry.take("null", (int, float, str, dict), needed=False)
-    no_null = ""
-    if isinstance(null, Mapping) and set(null) == {"none"}:
-        no_null, null = joined(null["none"], f"{entry.where}, null"), None
+    kind = Kind(require_choice(f"{entry.where}, kind", entry.text("kind"), list(Kind)))
+    compared = judged and kind is not Kind.CONDITION
+    measures = entry.text("class", needed=compared)
+    if compared:
+        require_choice(f"{entry.where}, class", measures, list(baselines))
+    least, sample = of_paper
     claim = Claim(
         name=name,
         paper=key,
         section=entry.text("section"),
-        kind=Kind(require_choice(f"{entry.where}, kind", entry.text("kind"), list(Kind))),
+        kind=kind,
         quote=entry.text("quote"),
         published=None if published is None else float(published),
         unit=entry.text("unit", needed=False),
         figure=figure,
         how=entry.text("how", needed=judged),
         measure=criteria.measure(measure, figure, f"{entry.where}, measure") if measure else None,
-        null=criteria.null(null, figure, f"{entry.where}, null"),
-        no_null=no_null,
+        help=entry.text("help", needed=False),
+        baseline=baselines[measures] if compared else None,
+        same_as=entry.text("same_as", needed=False),
         assumed={data_name: str(text) for data_name, text in entry.mapping("assumed").items()},
         only=entry.names("only", needed=False),
-        least_people=entry.take("people", int, people, needed=False),
-        reproduced=criteria.interval(reproduced, published, bounds.where) if reproduced else None,
-        direction=criteria.interval(direction, published, bounds.where) if direction else None,
+        people=max(least, entry.take("people", int, least, needed=False)),
+        sample=entry.take("sample", int, sample, needed=False),
+        agrees=criteria.interval(agrees, published, bounds.where) if agrees else None,
+        close=criteria.interval(close, published, bounds.where) if close else None,
         reason=reason,
         why={
             data_name: _explanation(why, f"{entry.where}, why {data_name}", runs)
             for data_name, why in entry.mapping("why").items()
         },
         untestable=untestable,
-        history=entry.text("history", needed=False),
+        written=entry.text("written", needed=False),
     )
     entry.done()
-    if untestable and (figure or measure or reproduced):
+    if untestable and (figure or measure or agrees):
         raise InvalidInput("has a figure, a measure or bounds although it is untestable", where=entry.where)
     if judged and not figure:
         raise InvalidInput("no 'figure'", where=entry.where)
     criteria.check_bounds(claim, bounds.where)
+    if claim.baseline and claim.baseline.replace and claim.of_baseline is None:
+        raise InvalidInput(
+            f"its measure names nothing that the baseline of {measures!r} replaces", where=entry.where
+        )
     return claim
 
 

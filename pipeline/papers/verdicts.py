@@ -1,12 +1,17 @@
-"""The rule of verdicts: from the interval of our value, that of the null and the bounds of the claim."""
+"""The two answers to a claim: does our value agree with the paper's, and is the method beyond its baseline.
+
+Agreement rests on the 95 % interval of where we are, against the bounds of the claim, and on nothing else.  Beyond the
+baseline is decided by the interval of the paired gap between method and baseline; it never takes agreement away.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
-from pipeline.papers.claims import Claim, Kind, Outcome
+from pipeline.papers.claims import Agreement, Beyond, Claim, Kind
 from pipeline.papers.intervals import Estimate, Interval
 
 _OVERRIDDEN = "not explained: the options differ from the preset's"
@@ -20,10 +25,12 @@ class Evidence:
     ----------
     value : Estimate
         Our value in the claim's unit; not finite if the tables have none.
-    null : Estimate or None
-        Of the claim's null; None if it has none.
-    gap : Estimate or None
-        Value less null, their replicates paired; None if there is no null.
+    one_sample : Estimate or None
+        The value with the interval of one sample of the paper's size.
+    baseline : Estimate or None
+        The same measure of the baseline; None if it has none.
+    gain : Estimate or None
+        By how much the method is better than the baseline, their replicates paired (`gain`).
     people : int or None
         How many people the tables rest on; None if it is not known.
     doubt : str
@@ -31,20 +38,22 @@ class Evidence:
     """
 
     value: Estimate
-    null: Estimate | None = None
-    gap: Estimate | None = None
+    one_sample: Estimate | None = None
+    baseline: Estimate | None = None
+    gain: Estimate | None = None
     people: int | None = None
     doubt: str = ""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a claim for one data set.
+    """The two answers to a claim for one data set.
 
     Attributes
     ----------
     claim : Claim
-    outcome : Outcome
+    agreement : Agreement
+    beyond : Beyond
     why : str
         Reason, one line.
     evidence : Evidence or None
@@ -52,14 +61,38 @@ class Verdict:
     """
 
     claim: Claim
-    outcome: Outcome
+    agreement: Agreement
     why: str
     evidence: Evidence | None = None
+    beyond: Beyond = Beyond.NOT_APPLICABLE
 
     @property
     def value(self) -> float | None:
         """Our value in the claim's unit; None if there is none."""
         return self.evidence.value.value if self.evidence else None
+
+    @property
+    def paper_in_prediction(self) -> bool | None:
+        """Whether one sample of the paper's size would give the paper's number; None if that is not known."""
+        found = self.evidence.one_sample if self.evidence else None
+        if found is None or not found.known or self.claim.published is None:
+            return None
+        return found.low <= self.claim.published <= found.high
+
+
+def gain(claim: Claim, baseline: float) -> Callable[[Any, Any], Any]:
+    """Return the function of values and baselines by which the first are better.
+
+    The better side is the open one of the bounds, else what the class says; else that on which they lie of the
+    baseline; within two ends, the nearness to the paper's number, or to the middle.
+    """
+    bounds = claim.agrees or Interval()
+    side = int(math.isinf(bounds.high)) - int(math.isinf(bounds.low))
+    side = side or (claim.baseline.better if claim.baseline else 0) or bounds.side(baseline)
+    if side:
+        return lambda ours, theirs: side * (ours - theirs)
+    middle = claim.published if claim.published is not None else 0.5 * (bounds.low + bounds.high)
+    return lambda ours, theirs: abs(theirs - middle) - abs(ours - middle)
 
 
 def judge(
@@ -87,25 +120,27 @@ def judge(
     overridden : bool
         Whether options differ from the preset's: no explanation of a difference is given.
     """
-    if claim.untestable or claim.reproduced is None:
-        return Verdict(claim, Outcome.UNTESTED, claim.untestable)
+    if claim.untestable or claim.agrees is None:
+        return Verdict(claim, Agreement.UNTESTABLE, claim.untestable)
     if not math.isfinite(found.value.value):
         table = claim.tables[0] if claim.tables else claim.figure
-        return Verdict(claim, Outcome.UNTESTED, f"table {table} holds no finite value for: {claim.how}")
-    if claim.kind is not Kind.CONDITION and data_name in claim.assumed and not smoke:
-        why = f"{found.value} {claim.unit}".rstrip() + f": assumed of this data: {claim.assumed[data_name]}"
-        return Verdict(claim, Outcome.UNTESTED, why, found)
-    if claim.only and data_name not in claim.only:
-        return Verdict(claim, Outcome.UNTESTED, f"about {' and '.join(claim.only)} alone", found)
-    outcome, because = _decide(claim, claim.reproduced, found, smoke)
+        why = f"table {table} holds no finite value for: {claim.how}"
+        return Verdict(claim, Agreement.UNTESTABLE, why)
     if claim.kind is Kind.CONDITION:
+        agreement, because, beyond = _condition(claim, found), "", Beyond.NOT_APPLICABLE
         told = f"{found.value.value:.4g} {claim.unit}".rstrip()
+    elif smoke:
+        return Verdict(claim, Agreement.NOT_JUDGED, "a small run decides nothing", found)
+    elif because := _untestable(claim, found, data_name):
+        return Verdict(claim, Agreement.UNTESTABLE, because, found)
     else:
+        agreement, because = _agreement(claim, found.value)
+        beyond = _beyond(found)
         told = f"{found.value} {claim.unit}".rstrip()
-        told += f", null {found.null}" if found.null else ""
-    told += f", bounds {claim.reproduced}"
-    if outcome in (Outcome.REPRODUCED, Outcome.MET, Outcome.UNTESTED, Outcome.NOT_JUDGED):
-        return Verdict(claim, outcome, f"{told}: {because or claim.reason}", found)
+        told += f", baseline {found.baseline}" if found.baseline else ""
+    told += f", bounds {claim.agrees}"
+    if agreement in (Agreement.AGREES, Agreement.MET):
+        return Verdict(claim, agreement, f"{told}: {claim.reason}", found, beyond)
     explanation = claim.explanation(data_name)
     if overridden:
         text = _OVERRIDDEN
@@ -113,53 +148,53 @@ def judge(
         text = "" if because else "not explained yet"
     else:
         text = explanation.told(claim.name, found.value.value, number)
-    # What the interval or the null decides needs no explanation of ours; one may follow.
-    why = "; ".join(filter(None, [because, text]))
-    return Verdict(claim, outcome, f"{told}: {why}", found)
+    return Verdict(claim, agreement, f"{told}: {'; '.join(filter(None, [because, text]))}", found, beyond)
 
 
-def _decide(claim: Claim, bounds: Interval, found: Evidence, smoke: bool) -> tuple[Outcome, str]:
-    """Return the outcome, and the reason where it is not that the value lies within or outside of the bounds."""
-    value, null, gap = found.value, found.null, found.gap
-    if claim.kind is Kind.CONDITION:
-        return (Outcome.MET if value.value in bounds else Outcome.NOT_MET), ""
-    if smoke:
-        return Outcome.NOT_JUDGED, "a small run decides nothing"
-    if found.people is not None and found.people < claim.least_people:
-        return Outcome.UNTESTED, f"{found.people} people, and fewer than {claim.least_people} decide nothing"
-    if found.doubt:
-        return Outcome.UNTESTED, f"who is who is not known: {found.doubt}"
-    if null is None and not claim.no_null:
-        return Outcome.UNDECIDED, "no null is stated"
+def _condition(claim: Claim, found: Evidence) -> Agreement:
+    assert claim.agrees is not None
+    return Agreement.MET if found.value.value in claim.agrees else Agreement.NOT_MET
+
+
+def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
+    """Return why this data cannot decide, empty if it can."""
+    if data_name in claim.assumed:
+        return f"{found.value} {claim.unit}".rstrip() + f": assumed of this data: {claim.assumed[data_name]}"
+    if claim.only and data_name not in claim.only:
+        return f"about {' and '.join(claim.only)} alone"
+    if found.people is not None and found.people < claim.people:
+        return f"too few people: {found.people}, and fewer than {claim.people} decide nothing"
+    return f"who is who is not known: {found.doubt}" if found.doubt else ""
+
+
+def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
+    """Return the agreement, and the reason where it is not that the interval lies within or outside of the bounds."""
+    assert claim.agrees is not None
     if not value.known:
-        return Outcome.UNDECIDED, "no interval is known"
-    if bounds.covers(value):
-        if null is None:
-            return Outcome.REPRODUCED, ""
-        if null.value in bounds:
-            return Outcome.OF_THE_NULL, "a method that does nothing is within the bounds, too"
-        if null.known and bounds.meets(null):
-            return Outcome.UNDECIDED, "the null's interval reaches into the bounds"
-        return Outcome.REPRODUCED, ""
-    if bounds.meets(value):
-        return Outcome.UNDECIDED, "the interval reaches over an end of the bounds"
-    directed = claim.direction is None or claim.direction.covers(value)
-    if null is None:
-        return (Outcome.DIRECTION_ONLY if directed and claim.direction else Outcome.DIFFERS), ""
-    if not (gap and gap.known and (gap.low > 0.0 or gap.high < 0.0)):
-        return Outcome.DIFFERS, "and not told apart from a method that does nothing"
-    towards = bounds.side(null.value) * gap.value > 0.0
-    return (Outcome.DIRECTION_ONLY if directed and towards else Outcome.DIFFERS), ""
+        return Agreement.UNDECIDED, "no interval is known"
+    if claim.agrees.covers(value):
+        return Agreement.AGREES, ""
+    if claim.agrees.meets(value):
+        return Agreement.UNDECIDED, "the interval reaches over an end of the bounds"
+    if claim.close is not None and claim.close.covers(value):
+        return Agreement.CLOSE, ""
+    return Agreement.DIFFERS, ""
 
 
-def count(verdicts: Iterable[Verdict]) -> dict[Kind, dict[Outcome, int]]:
-    """Return how many claims of each kind have each outcome, the kinds apart; outcomes of none are left out."""
-    counts: dict[Kind, dict[Outcome, int]] = {}
+def _beyond(found: Evidence) -> Beyond:
+    if found.baseline is None or found.gain is None:
+        return Beyond.NOT_APPLICABLE
+    if found.gain.known and found.gain.low > 0:
+        return Beyond.YES
+    return Beyond.WORSE if found.gain.known and found.gain.high < 0 else Beyond.NO
+
+
+def count(verdicts: Iterable[Verdict]) -> dict[Kind, dict[tuple[Agreement, Beyond], int]]:
+    """Return how many claims of each kind have which answers; a number that is printed twice counts once."""
+    counts: dict[Kind, dict[tuple[Agreement, Beyond], int]] = {}
     for verdict in verdicts:
-        of_kind = counts.setdefault(verdict.claim.kind, {})
-        of_kind[verdict.outcome] = of_kind.get(verdict.outcome, 0) + 1
-    return {
-        kind: {outcome: counts[kind][outcome] for outcome in Outcome if outcome in counts[kind]}
-        for kind in Kind
-        if kind in counts
-    }
+        if not verdict.claim.same_as:
+            of_kind = counts.setdefault(verdict.claim.kind, {})
+            answers = verdict.agreement, verdict.beyond
+            of_kind[answers] = of_kind.get(answers, 0) + 1
+    return {kind: counts[kind] for kind in Kind if kind in counts}

@@ -93,6 +93,7 @@ def _render(
 ) -> tuple[str, dict[str, int]]:
     environment = templates.environment()
     environment.filters["tone"] = verdicts.tone
+    environment.filters["beyond_tone"] = verdicts.beyond_tone
     environment.filters["number"] = entries.number
     style = templates.style()
     script = templates.scripts(_SCRIPTS)

@@ -12,7 +12,7 @@ import numpy as np
 from pipeline import papers, pictures
 from pipeline.report import page_charts, players
 from pipeline.report.published import Published, PublishedFigure, Table, first_rows
-from pipeline.report.verdicts import counts_by_kind, tally
+from pipeline.report.verdicts import answers, counts_by_kind, tally
 from pipeline.storage import provenance, tables
 from pipeline.studies.published import filled
 
@@ -46,9 +46,7 @@ def paper_entry(
         "shot": _picture(shot, SHOT_WIDTH, paper.page.part) if shot else None,
         "shot_title": shot.title if shot else "",
         "counts": counts_by_kind(results.claims_of(paper=paper.key)),
-        "verdicts": [
-            verdict for verdict, _ in tally(c["verdict"] for c in results.claims_of(paper=paper.key))
-        ],
+        "verdicts": [agreement for agreement, _, _ in tally(results.claims_of(paper=paper.key))],
         "figures": [entries[name] for name in wanted if name in entries],
         "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
     }
@@ -105,8 +103,8 @@ def figure_entry(
         "open": False,
         "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
         "has_kind": any(claim["kind"] for claim in claims),
-        "has_null": any(claim["null"] is not None for claim in claims),
-        "tally": tally(claim["verdict"] for claim in claims),
+        "has_baseline": any(claim["baseline"] for claim in claims),
+        "tally": tally(claims),
         "tables": [_table_entry(table) for table in figure.tables],
         "command": f"make {figure.name}{options_of(results)}",
         "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
@@ -122,13 +120,26 @@ def figure_entry(
 
 
 def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
-    low, high = row.get("value_low"), row.get("value_high")
+    agreement, beyond = answers(row)
+    same = ("quote", "section", "published", "value", "unit", "why", "help", "same_as")
     return {
-        **{name: row.get(name) for name in ("quote", "section", "published", "value", "unit", "why", "null")},
+        **{name: row.get(name) for name in same},
         "kind": row.get("kind") or "",
-        "verdict": str(row["verdict"]),
-        "interval": f"{number(low)} to {number(high)}" if low is not None and high is not None else "",
+        "agreement": agreement,
+        "beyond_baseline": beyond,
+        "interval": _interval(row, "value"),
+        "one_sample": _interval(row, "one_sample"),
+        "paper_in_prediction": row.get("paper_in_prediction") or "",
+        "baseline": row.get("baseline") or "",
+        "knows": row.get("baseline_knows") or "",
+        "of_baseline": row.get("baseline_value"),
+        "gain": _interval(row, "gain"),
     }
+
+
+def _interval(row: Mapping[str, Any], name: str) -> str:
+    low, high = row.get(f"{name}_low"), row.get(f"{name}_high")
+    return f"{number(low)} to {number(high)}" if low is not None and high is not None else ""
 
 
 def curve_tables(figure: PublishedFigure) -> dict[str, str]:

@@ -53,6 +53,8 @@ def moved_by_switches(results: Published, listed: Path | None = None) -> dict[st
         # Options of the figures with a switch and without, such as fewer views.
         "common": sorted({(row["group"], row["common"]) for row in rows if row.get("common")}),
         "claims": _moved_claims(rows),
+        # Rows of before the two answers have the words of their time.
+        "earlier": any(row["verdict"] not in set(papers.Agreement) for row in rows),
         "rows": len(rows),
         "columns": len(header),
         "text": text.getvalue(),

@@ -99,7 +99,8 @@ def _flat(value: Any, path: str = "") -> dict[str, str]:
 def compare_variants(run: Path) -> list[Path]:
     """Write ``variants.csv`` in the folder of a run, and a picture for each figure with curves; return the files.
 
-    The table has a row for each variant and claim: the options that differ, the paper's number, ours and the verdict.
+    The table has a row for each variant and claim: the options that differ, the paper's number, ours and both
+    answers.
     Nothing is written for a run with fewer than two finished variants of a figure.
     """
     by_figure = variants_of(run)
@@ -114,7 +115,9 @@ def compare_variants(run: Path) -> list[Path]:
     options = sorted({option for variant, _, _ in rows for option in variant.options})
     columns: dict[str, Any] = {"figure": [name for _, name, _ in rows]}
     columns |= {option: [variant.options.get(option, "") for variant, _, _ in rows] for option in options}
-    columns |= {name: [str(claim[name]) for _, _, claim in rows] for name in ("claim", "verdict")}
+    columns |= {
+        name: [str(claim[name]) for _, _, claim in rows] for name in ("claim", "agreement", "beyond_baseline")
+    }
     columns["unit"] = [claim["unit"] or "" for _, _, claim in rows]
     for name in ("published", "value", "value_low", "value_high"):
         columns[name] = [np.nan if claim[name] in (None, "") else float(claim[name]) for _, _, claim in rows]
@@ -190,6 +193,6 @@ def _pivot(variants: Sequence[Variant]) -> list[list[str]]:
             ours = (
                 "–" if same is None or same["value"] is None else f"{same['value']:.4g} {same['unit'] or ''}"
             )
-            cells.append(ours if same is None else f"{ours.strip()}, {same['verdict']}")
+            cells.append(ours if same is None else f"{ours.strip()}, {same['agreement']}")
         rows.append(cells)
     return rows

@@ -7,50 +7,65 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pipeline import papers
+from pipeline.papers import Agreement, Beyond
 from pipeline.report.published import Published
 
-TONES = {
-    "good": "our number is within bounds of the paper's.",
-    "empty": "it is, but it would be without the method too.",
-    "half": "the paper's direction holds, not its size.",
-    "bad": "it does not; the ledger says why.",
-    "none": "our data cannot decide.",
-    "met": "a condition of the paper's experiment, a count or a setting, is ours as well.",
-    "unmet": "it is not: see the ledger.",
+AGREEMENTS = {
+    Agreement.AGREES: ("good", "the 95 % interval of our value lies within the bounds."),
+    Agreement.CLOSE: ("half", "it lies within wider bounds: the paper's direction, not its size."),
+    Agreement.UNDECIDED: ("open", "it reaches over an end of the bounds."),
+    Agreement.DIFFERS: ("bad", "it lies outside; the ledger says why."),
+    Agreement.MET: ("met", "a condition of the paper's experiment, a count or a setting, is ours as well."),
+    Agreement.NOT_MET: ("unmet", "it is not: see the ledger."),
+    Agreement.UNTESTABLE: ("none", "our data cannot decide."),
+    Agreement.NOT_JUDGED: ("none", "a small run decides nothing."),
 }
-"""What a verdict means, by the sign that it has on the page."""
+"""The sign of each agreement, and what it means."""
+
+BEYOND = {
+    Beyond.YES: ("better", "the method is better than its baseline, a simpler method that is fixed by rule."),
+    Beyond.NO: ("even", "it is not told apart from its baseline, which agrees or differs as it does."),
+    Beyond.WORSE: ("worse", "it is worse than its baseline."),
+}
+"""The same of what is said about the baseline; not where there is none."""
 
 
 def tone(verdict: str) -> str:
-    """Return the class of a verdict for the style: a key of `TONES`.
+    """Return the class of an agreement for the style.
 
     Examples
     --------
-    >>> [tone(v) for v in ("reproduced", "holds, also of the null", "direction only", "differs", "undecided")]
-    ['good', 'empty', 'half', 'bad', 'none']
-    >>> tone("met"), tone("not met")
-    ('met', 'unmet')
+    >>> [tone(v) for v in ("agrees", "close", "undecided", "differs", "untestable", "met", "not met")]
+    ['good', 'half', 'open', 'bad', 'none', 'met', 'unmet']
     """
-    words = verdict.lower()
-    if "null" in words:
-        return "empty"
-    beginnings = {
-        "reproduced": "good", "direction": "half", "differs": "bad", "met": "met", "not met": "unmet"
-    }  # fmt: skip
-    return next((kind for start, kind in beginnings.items() if words.startswith(start)), "none")
+    return AGREEMENTS[Agreement(verdict)][0] if verdict in set(Agreement) else "none"
 
 
-def counts_by_kind(claims: Iterable[Mapping[str, Any]]) -> list[tuple[str, list[tuple[str, int]]]]:
-    """Return how many claims of each kind have each verdict.
+def beyond_tone(verdict: str) -> str:
+    """Return the class of an answer about the baseline for the style, empty where there is no baseline."""
+    return BEYOND[Beyond(verdict)][0] if verdict in BEYOND else ""
+
+
+def answers(claim: Mapping[str, Any]) -> tuple[str, str]:
+    """Return both answers to a row of the claims."""
+    return str(claim["agreement"]), str(claim.get("beyond_baseline") or Beyond.NOT_APPLICABLE)
+
+
+Tally = list[tuple[str, int, list[tuple[str, int]]]]
+"""An agreement, how many claims have it, and how many of these have which answer about their baseline."""
+
+
+def counts_by_kind(claims: Iterable[Mapping[str, Any]]) -> list[tuple[str, Tally]]:
+    """Return the tally of each kind of claims.
 
     Examples
     --------
-    >>> counts_by_kind([{"kind": "result", "verdict": "reproduced"}, {"kind": "result", "verdict": "differs"}])
-    [('results', [('reproduced', 1), ('differs', 1)])]
+    >>> counts_by_kind([{"kind": "result", "agreement": "agrees", "beyond_baseline": "yes"}])
+    [('results', [('agrees', 1, [('yes', 1)])])]
     """
-    kinds: dict[str, list[str]] = {}
+    kinds: dict[str, list[Mapping[str, Any]]] = {}
     for claim in claims:
-        kinds.setdefault(str(claim.get("kind") or "claim"), []).append(str(claim["verdict"]))
+        kinds.setdefault(str(claim.get("kind") or "claim"), []).append(claim)
     order = [kind.value for kind in papers.Kind]
     return [
         (f"{kind}s", tally(kinds[kind]))
@@ -58,17 +73,20 @@ def counts_by_kind(claims: Iterable[Mapping[str, Any]]) -> list[tuple[str, list[
     ]
 
 
-def tally(verdicts: Iterable[str]) -> list[tuple[str, int]]:
-    """Return verdicts with their numbers, in the order of the rule."""
-    known = {outcome.value: place for place, outcome in enumerate(papers.Outcome)}
-    return sorted(
-        Counter(verdict.removesuffix(" on this data") for verdict in verdicts).items(),
-        key=lambda item: (known.get(item[0], len(known)), item[0]),
-    )
+def tally(claims: Iterable[Mapping[str, Any]]) -> Tally:
+    """Return agreements in the order of the rule; a number that is printed twice counts once."""
+    found = Counter(answers(claim) for claim in claims if not claim.get("same_as"))
+    return [
+        (agreement, sum(of_it.values()), [(beyond, of_it[beyond]) for beyond in BEYOND if of_it[beyond]])
+        for agreement in map(str, Agreement)
+        if (of_it := Counter({beyond: n for (said, beyond), n in found.items() if said == agreement}))
+    ]
 
 
 def legend(results: Published) -> list[tuple[str, str, str]]:
-    """Return sign, verdicts and meaning of the verdicts that the page has."""
-    there = [verdict for verdict, _ in tally(claim["verdict"] for claim in results.claims)]
-    named = {kind: ", ".join(verdict for verdict in there if tone(verdict) == kind) for kind in TONES}
-    return [(kind, named[kind], words) for kind, words in TONES.items() if named[kind]]
+    """Return sign, words and meaning of the answers that the page has."""
+    there = {answer for claim in results.claims for answer in answers(claim)}
+    said = [(tone, str(one), words) for one, (tone, words) in AGREEMENTS.items() if one in there]
+    return said + [
+        (tone, f"beyond its baseline: {one}", words) for one, (tone, words) in BEYOND.items() if one in there
+    ]

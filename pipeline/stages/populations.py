@@ -21,8 +21,8 @@ from pipeline.studies.study import NoSweep, Nothing, SweepInputs
 def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
     """Return the tables of all further populations, ``table_populations`` for ``table``; none if there are none.
 
-    Training and test people vary together, and the sweep takes coarser steps.  Clips are not kept: a sweep that
-    reads them has no populations.
+    Training and test people vary together; the sweep is the figure's (`Sweep.of_populations`).  Clips are not kept: a
+    sweep that reads them has no populations.
     """
     data, figure = experiment.data, experiment.figure
     count = data.populations if isinstance(data, SyntheticData) else 0
@@ -75,7 +75,7 @@ def _samples(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
 
 def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
     """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
-    model, sweep, seed = experiment.model, experiment.sweep.coarser(), _seed(experiment, number)
+    model, sweep, seed = experiment.model, experiment.sweep.of_populations(), _seed(experiment, number)
     kept = _samples(experiment, number, store)
     samples = experiment.dataset.of_shared(kept.value)
     if isinstance(sweep, NoSweep):

@@ -17,6 +17,8 @@ from pipeline.validation import InvalidInput, require_range
 
 DIGITS = "digits.csv"
 CLAIMS = "claims.csv"
+ANSWERS = ("agreement", "beyond_baseline")
+"""Columns of the claims that are compared exactly."""
 
 TIMING = "table_timing"
 """Table of times on the machine that made a figure; nothing is compared with it and no claim uses it."""
@@ -139,15 +141,21 @@ def _compared(kept: Path, made: Path, name: str, most: float) -> Agreement:
 def _verdicts(kept: Path, made: Path, most: float) -> Agreement:
     """Compare our values to the digits of the tables that they come from, verdicts exactly."""
     before, now = (tables.read(_there(folder, CLAIMS)) for folder in (kept, made))
+    for folder, columns in ((kept, before), (made, now)):
+        if lacking := [name for name in ANSWERS if name not in columns]:
+            raise InvalidInput(
+                "claims of another rule", where=str(folder / CLAIMS), expected=", ".join(lacking)
+            )
     largest = 0.0
     wrong = [f"{claim}: not in the archive" for claim in now["claim"] if claim not in before["claim"]]
     later = dict(zip(now["claim"].tolist(), range(len(now["claim"])), strict=True))
     for n, claim in enumerate(before["claim"].tolist()):
         m = later.get(claim)
-        if m is None or before["verdict"][n] != now["verdict"][m]:
-            wrong.append(
-                f"{claim}: {before['verdict'][n]} is not {'there' if m is None else now['verdict'][m]}"
-            )
+        if m is None:
+            wrong.append(f"{claim}: not there")
+            continue
+        if other := [name for name in ANSWERS if before[name][n] != now[name][m]]:
+            wrong += [f"{claim}, {name}: {before[name][n]} is not {now[name][m]}" for name in other]
             continue
         a, b = (np.asarray(column, dtype=float) for column in (before["value"][n], now["value"][m]))
         if not (np.isnan(a) and np.isnan(b)):

@@ -18,7 +18,7 @@ from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
-from pipeline.studies.replicated import Replicated, replicate
+from pipeline.studies.replicated import POPULATION, Replicates, replicate
 from pipeline.studies.rows import Number
 
 Tables = Mapping[str, Any]
@@ -70,7 +70,7 @@ def judge(
     for claim in claims:
         if missing := [name for name in claim.tables if name not in frames]:
             why = f"figure {missing[0]} is not made yet"
-            verdicts.append(papers.Verdict(claim, papers.Outcome.UNTESTED, why))
+            verdicts.append(papers.Verdict(claim, papers.Agreement.UNTESTABLE, why))
         else:
             found = _evidence(claim, frames, interval=not smoke)
             verdicts.append(
@@ -87,59 +87,95 @@ def judge(
 
 
 def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
-    """Return the value and the null of a claim, with their intervals and that of the difference of the two."""
-    value = _number(claim, frames)
+    """Return the value of a claim, that of its baseline and the paired gain of the one over the other."""
     people, doubt = _people(claim, frames)
-    found = papers.Evidence(value=papers.Estimate(value), people=people, doubt=doubt)
-    if not np.isfinite(value) or claim.measure is None or claim.kind is papers.Kind.CONDITION:
+    if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
+        return papers.Evidence(value=papers.Estimate(_number(claim, frames)), people=people, doubt=doubt)
+    drawn = replicate(claim.tables, frames)
+    value, values = _measured(claim.measure, frames, drawn)
+    found = papers.Evidence(
+        value=_estimate(value, values, drawn, people, extreme=claim.measure.name in EXTREMES),
+        one_sample=_one_sample(claim, value, values, drawn),
+        people=people,
+        doubt=doubt,
+    )
+    simpler = claim.of_baseline
+    if simpler is None:
         return found
-    drawn = replicate(claim.tables, frames) if interval else None
-    values = _replicates(claim.measure, drawn)
-    null: papers.Estimate | None = None
-    gap: papers.Estimate | None = None
-    if claim.null is not None:
-        extreme = False
-        nothing: float = np.nan
-        nulls: Number = np.nan
-        if isinstance(claim.null, papers.Measure):
-            nothing = float(evaluation.evaluate(claim.null, MEASURES, frames))
-            nulls = _replicates(claim.null, drawn)
-            extreme = claim.null.name in EXTREMES
-        else:
-            nothing = nulls = claim.null
-        null = _estimate(nothing, nulls, extreme=extreme)
-        gap = _estimate(value - nothing, np.asarray(values) - np.asarray(nulls))
-    own = _estimate(value, values, extreme=claim.measure.name in EXTREMES)
-    return replace(found, value=own, null=null, gap=gap)
+    nothing, nothings = (
+        _measured(simpler, frames, drawn) if isinstance(simpler, papers.Measure) else (simpler, simpler)
+    )
+    better = papers.gain(claim, nothing)
+    return replace(
+        found,
+        baseline=_estimate(nothing, nothings, drawn, people),
+        gain=_estimate(better(value, nothing), better(values, nothings), drawn, people),
+    )
 
 
-def _replicates(measure: papers.Measure, drawn: Mapping[str, Any] | None) -> Number:
-    """Return a measure in all replicates (B,); NaN if there are none."""
+def _measured(
+    measure: papers.Measure, frames: Mapping[str, pd.DataFrame], drawn: Replicates | None
+) -> tuple[float, Number]:
+    """Return the value of a measure, the mean of several populations if there are, and its replicates (B,) or NaN."""
     if drawn is None:
-        return np.nan
-    size = next(len(table.weights) for table in drawn.values() if isinstance(table, Replicated))
-    return evaluation.evaluate(measure, MEASURES, drawn, size)
+        return float(evaluation.evaluate(measure, MEASURES, frames)), np.nan
+    values = evaluation.evaluate(measure, MEASURES, drawn.tables, drawn.size)
+    if drawn.kind == POPULATION:
+        return float(np.mean(values)), values
+    return float(evaluation.evaluate(measure, MEASURES, frames)), values
 
 
-def _estimate(value: float, replicates: Number, *, extreme: bool = False) -> papers.Estimate:
-    """Return a value with the interval of its replicates, widened to hold the value; without one if there is none.
+def _estimate(
+    value: float,
+    values: Number,
+    drawn: Replicates | None,
+    people: int | None,
+    *,
+    extreme: bool = False,
+) -> papers.Estimate:
+    """Return a value with its 95 % interval; without one if there is none.
 
     A replicate may hold none of the rows that a measure reads, such as no clip of walking: those few say nothing.
     The largest of people drawn again is never above the largest of all, though that of other people may be: where no
     replicate lies beyond an extreme, its interval reaches as far beyond it as it does to the other side.
     """
-    if np.ndim(replicates) == 0:
+    if drawn is None or np.ndim(values) == 0:
         return papers.Estimate(float(value))
-    said = np.asarray(replicates)[np.isfinite(replicates)]
-    if not said.size or said.size < (1.0 - MOST_SILENT) * np.size(replicates):
+    last = drawn.size - drawn.clusters
+    said, left_out = (
+        part[np.isfinite(part)] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
+    )
+    if len(said) < max(2.0, (1.0 - MOST_SILENT) * last):
         return papers.Estimate(float(value))
-    low, high = bootstrap.percentile_interval(said)
-    low, high = np.minimum(low, value), np.maximum(high, value)
+    if drawn.kind == POPULATION:
+        return papers.Estimate(float(value), *bootstrap.mean_interval(said))
+    if extreme:  # a correction for bias would draw the one end, which is reflected, towards the value
+        low, high = map(float, bootstrap.percentile_interval(said))
+    else:
+        low, high = bootstrap.cluster_interval(value, said, left_out, drawn.clusters or max(people or 2, 2))
     if extreme and said.max() <= value:
         high = 2.0 * value - low
     elif extreme and said.min() >= value:
         low = 2.0 * value - high
-    return papers.Estimate(float(value), float(low), float(high))
+    return papers.Estimate(float(value), low, high)
+
+
+def _one_sample(
+    claim: papers.Claim, value: float, values: Number, drawn: Replicates | None
+) -> papers.Estimate | None:
+    """Return the value with the 95 % prediction interval of one sample of the paper's size.
+
+    A population has the paper's size.  Of people, the spread of replicates is scaled to it, and adds to our own.
+    """
+    if drawn is None or claim.published is None or np.ndim(values) == 0 or not np.isfinite(values).all():
+        return None
+    if drawn.kind == POPULATION:
+        return papers.Estimate(value, *bootstrap.mean_interval(np.asarray(values), more=1.0))
+    if not (drawn.clusters and claim.sample):
+        return None
+    away = np.asarray(values)[: drawn.size - drawn.clusters] - value
+    one = value + np.roll(away, 1) + away * np.sqrt(drawn.clusters / claim.sample)
+    return papers.Estimate(value, *map(float, bootstrap.percentile_interval(one)))
 
 
 def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
@@ -171,7 +207,12 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
 
 
 def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:
-    return float(evaluation.evaluate(item.measure, MEASURES, frames)) if item.measure else np.nan
+    """Return our value, of several populations their mean; NaN if a table is missing."""
+    if item.measure is None or any(name not in frames for name in item.measure.tables):
+        return np.nan
+    drawn = replicate(item.measure.tables, frames)
+    several = drawn if drawn and drawn.kind == POPULATION else None
+    return _measured(item.measure, frames, several)[0]
 
 
 def judge_figure(
@@ -237,7 +278,7 @@ def _claims(figures: Sequence[str]) -> list[papers.Claim]:
 def write_claims(
     path: Path, verdicts: Sequence[papers.Verdict], *, judged: Iterable[str] | None = None
 ) -> None:
-    """Write the verdicts as a table, one row per claim: the paper's number, ours, the null, the verdict and why.
+    """Write the verdicts as a table, one row per claim: both answers, the numbers that they rest on, and why.
 
     Parameters
     ----------
@@ -247,7 +288,7 @@ def write_claims(
         Figures that were judged: rows of others that the file has stay.  By default the file is replaced.
     """
     rows = [_row(verdict) for verdict in verdicts]
-    plain = _row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, ""))
+    plain = _row(papers.Verdict(papers.claim("zhang2007_walkers"), papers.Agreement.UNTESTABLE, ""))
     if judged is not None and path.is_file():
         anew = {*judged, *(row["figure"] for row in rows)}
         before = [row for row in tables.read_rows(path) if row.get("figure") not in anew]
@@ -264,31 +305,46 @@ def _cell(text: str, like: Any) -> Any:
 
 
 def _row(verdict: papers.Verdict) -> dict[str, Any]:
-    claim, found = verdict.claim, verdict.evidence
-    value = found.value if found else papers.Estimate(np.nan)
-    null = (found.null if found else None) or papers.Estimate(np.nan)
+    claim, found = verdict.claim, verdict.evidence or papers.Evidence(value=papers.Estimate(np.nan))
+    none = papers.Estimate(np.nan)
+    value, one = found.value, found.one_sample or none
+    baseline, gain = found.baseline or none, found.gain or none
+    simpler = claim.baseline or papers.Baseline(measures="", reason="")
+    inside = verdict.paper_in_prediction
     return {
         "claim": claim.name,
         "paper": claim.paper,
         "section": claim.section,
         "kind": str(claim.kind),
+        "same_as": claim.same_as,
         "figure": claim.figure,
         "quote": claim.quote,
         "published": np.nan if claim.published is None else claim.published,
         "unit": claim.unit,
         "measure": str(claim.measure or ""),
+        "help": claim.help,
+        "agreement": str(verdict.agreement),
         "value": value.value,
         "value_low": value.low,
         "value_high": value.high,
-        "null_measure": claim.no_null or ("" if claim.null is None else str(claim.null)),
-        "null": null.value,
-        "null_low": null.low,
-        "null_high": null.high,
-        "bounds": str(claim.reproduced or ""),
-        "verdict": str(verdict.outcome),
+        "bounds": str(claim.agrees or ""),
+        "close_bounds": str(claim.close or ""),
+        "one_sample_low": one.low,
+        "one_sample_high": one.high,
+        "paper_in_prediction": "" if inside is None else "yes" if inside else "no",
+        "beyond_baseline": str(verdict.beyond),
+        "class": simpler.measures,
+        "baseline": simpler.name,
+        "baseline_knows": simpler.knows,
+        "baseline_value": baseline.value,
+        "baseline_low": baseline.low,
+        "baseline_high": baseline.high,
+        "gain": gain.value,
+        "gain_low": gain.low,
+        "gain_high": gain.high,
         "why": verdict.why,
-        "n_people": np.nan if found is None or found.people is None else float(found.people),
-        "history": claim.history,
+        "n_people": np.nan if found.people is None else float(found.people),
+        "written": claim.written,
     }
 
 

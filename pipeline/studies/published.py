@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from pipeline import papers
-from pipeline.papers import Kind, Outcome, placeholders
+from pipeline.papers import Agreement, Beyond, Kind, placeholders
 from pipeline.storage import tables
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies.ledger import judge, numbers_of, read_folder
@@ -75,14 +75,24 @@ def verdict_counts(
     for keys in _judged_together(layout):
         claims = [c for key in keys for c in papers.paper(key).claims if not c.untestable]
         verdicts = judge(claims, by_name, data_name)
-        if {verdict.outcome for verdict in verdicts} != {Outcome.UNTESTED}:
-            counts = papers.count(verdicts)
+        if {verdict.agreement for verdict in verdicts} != {Agreement.UNTESTABLE}:
+            found = papers.count(verdicts)
             counted += [
-                ("", _count_name(keys, kind, outcome), float(counts.get(kind, {}).get(outcome, 0)), "claims")
+                ("", _count_name(keys, kind, agreement, *beyond), float(times), "claims")
                 for kind in Kind
-                for outcome in kind.outcomes
+                for agreement in kind.answers
+                for beyond, times in _counts(found.get(kind, {}), agreement).items()
             ]
     return counted
+
+
+def _counts(
+    found: Mapping[tuple[Agreement, Beyond], int], agreement: Agreement
+) -> dict[tuple[Beyond, ...], int]:
+    """Return how many claims have an agreement, and how many of these have each answer about their baseline."""
+    of_it: dict[tuple[Beyond, ...], int] = {(beyond,): found.get((agreement, beyond), 0) for beyond in Beyond}
+    judged = agreement not in (Agreement.MET, Agreement.NOT_MET, Agreement.UNTESTABLE)
+    return {(): sum(of_it.values())} | (of_it if judged else {})
 
 
 def renew(path: Path, rows: pd.DataFrame) -> None:
@@ -113,12 +123,8 @@ def _table(table: Mapping[str, Any], values: Mapping[str, Mapping[str, float]]) 
     heads = [_filled([title], of[data_name]) for data_name, title in table["columns"].items()]
     rows = []
     for row in table["rows"]:
-        if "verdicts" in row:
-            kind = Kind(row["kind"])
-            counts = [_count_name(row["verdicts"], kind, outcome) for outcome in kind.outcomes]
-            templates = [", ".join(f"{{{name}:.0f}}" for name in counts)]
-        else:
-            templates = _templates(row)
+        counts = _counted(row["verdicts"], Kind(row["kind"])) if "verdicts" in row else ()
+        templates = [", ".join(counts)] if counts else _templates(row)
         cells = [re.sub(" +", " ", _filled(templates, of[data_name])) for data_name in table["columns"]]
         if any(cells):
             rows.append([row["label"], *([row.get("paper", "")] if paper else []), *cells])
@@ -164,8 +170,20 @@ def _judged_together(layout: Mapping[str, Any]) -> Iterable[tuple[str, ...]]:
     return dict.fromkeys(tuple(row["verdicts"]) for row in rows if "verdicts" in row)
 
 
-def _count_name(keys: Iterable[str], kind: Kind, outcome: Outcome) -> str:
-    return f"{' and '.join(keys)}, {kind}s, {outcome}"
+def _counted(keys: Sequence[str], kind: Kind) -> list[str]:
+    """Return the templates of the counts of a kind; of those that agree, how many are beyond their baseline as well."""
+    told = []
+    for agreement in kind.answers:
+        beyond = f" ({{{_count_name(keys, kind, agreement, Beyond.YES)}:.0f}})"
+        told.append(
+            f"{{{_count_name(keys, kind, agreement)}:.0f}}" + beyond * (agreement is Agreement.AGREES)
+        )
+    return told
+
+
+def _count_name(keys: Iterable[str], kind: Kind, agreement: Agreement, *beyond: Beyond) -> str:
+    said = "".join(f", beyond the baseline {answer}" for answer in beyond)
+    return f"{' and '.join(keys)}, {kind}s, {agreement}{said}"
 
 
 def insert(text: str, made: Mapping[str, str]) -> str:

@@ -50,10 +50,30 @@ class Replicated:
         return self.frame.iloc[np.repeat(np.arange(len(self.frame)), times)]
 
 
-def replicate(
-    names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0
-) -> dict[str, Replicated | pd.DataFrame] | None:
-    """Return tables in replicates that they share; one that has none of its own stays as it is.
+@dataclass(frozen=True)
+class Replicates:
+    """The tables of a claim in replicates that they share.
+
+    Attributes
+    ----------
+    kind : str
+        What is drawn: `POPULATION`, `DRAW`, `PERSON` or `CLIP`.
+    tables : mapping
+        Those without replicates of their own as they are.
+    clusters : int
+        People or clips; 0 of populations and draws.  As many replicates, the last ones, leave out one cluster each.
+    size : int
+        Replicates.
+    """
+
+    kind: str
+    tables: Mapping[str, Replicated | pd.DataFrame]
+    clusters: int
+    size: int
+
+
+def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: int = 0) -> Replicates | None:
+    """Return tables in replicates that they share.
 
     Parameters
     ----------
@@ -66,7 +86,7 @@ def replicate(
 
     Returns
     -------
-    dict or None
+    Replicates or None
         None if no table has replicates, or those of two tables are of different kinds.
     """
     found = {name: _rows_behind(name, tables) for name in names}
@@ -77,11 +97,12 @@ def replicate(
     labels = np.unique(np.concatenate([rows[kind].astype(str) for k, rows in found.values() if k]))
     if len(labels) < 2:
         return None
-    if kind in (POPULATION, DRAW):
-        weights = np.eye(len(labels), dtype=int)
-    else:
-        weights = bootstrap.resampling_weights(len(labels), derive_generator(seed, "people"))
-    return {
+    clusters = len(labels) if kind in (PERSON, CLIP) else 0
+    weights = np.eye(len(labels), dtype=int)
+    if clusters:
+        drawn = bootstrap.resampling_weights(clusters, derive_generator(seed, "people"))
+        weights = np.concatenate([drawn, 1 - weights])
+    made = {
         name: Replicated(
             rows, np.searchsorted(labels, rows[kind].astype(str)), weights, tables[name]
         )
@@ -89,6 +110,7 @@ def replicate(
         else rows
         for name, (kind, rows) in found.items()
     }  # fmt: skip
+    return Replicates(kind, made, clusters, len(weights))
 
 
 def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

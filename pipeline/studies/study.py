@@ -176,8 +176,8 @@ class Sweep(ABC):
         """Validate the options.  Raises InvalidInput if one is out of range."""
         require_bounds("sweep", self)
 
-    def coarser(self) -> Sweep:
-        """Return the sweep that further populations go through: the same, or with fewer values."""
+    def of_populations(self) -> Sweep:
+        """Return the sweep that further populations go through: the same, or with less beside it."""
         return self
 
     @abstractmethod

@@ -12,6 +12,7 @@ synchronization all ordered pairs of performances with their paths, against dtai
 binary_quadratic   signs of a limb with a proof, against SCIP; growth with F and K
 refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust region
 articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
+coverage_of_intervals   95 % intervals over people: how often they hold the true mean; no times
 growth          with the number of walkers and of view angles
 held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
@@ -52,6 +53,7 @@ BENCHMARKS = (
     "binary_quadratic",
     "refinement",
     "articulated",
+    "coverage_of_intervals",
     "growth",
     "held_out_joints",
     "whole",

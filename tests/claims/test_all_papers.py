@@ -1,4 +1,4 @@
-"""Every claim of the papers has its table, and whatever is not reproduced is explained.
+"""Every claim of the papers has its table, and whatever does not agree is explained.
 
 Targets of our own are judged where their figures are made: `tests/stages`, `make sweeps`.
 """
@@ -36,6 +36,6 @@ def test_no_claim_about_the_papers_figures_lacks_its_table(paper: str, synthetic
 
 
 @pytest.mark.parametrize("paper", PAPERS)
-def test_whatever_is_not_reproduced_is_explained(paper: str, synthetic_tables: Tables) -> None:
+def test_whatever_does_not_agree_is_explained(paper: str, synthetic_tables: Tables) -> None:
     verdicts = judge(claims_of(paper), synthetic_tables, "synthetic")
     assert [v.claim.name for v in verdicts if "not explained" in v.why] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import pytest
 from pipeline.cli import pool
 from pipeline.cli.inspect import inspect
 from pipeline.cli.main import COMMANDS, main
-from pipeline.processes import CAN_FORK
+from pipeline.processes import CAN_FORK, die_with_parent
 from pipeline.storage import sealed_folders
 from pipeline.validation import InvalidInput
 
@@ -148,7 +149,12 @@ def test_what_workers_leave_that_have_to_be_killed_is_removed(
     context = multiprocessing.get_context("fork")
     ready = context.Event()
 
+    us = os.getpid()
+    monkeypatch.setattr(pool, "TIMES", 1)
+    monkeypatch.setattr(pool, "EACH_S", 0.0)
+
     def deaf() -> None:
+        die_with_parent(us)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         with sealed_folders.temporary_folder(folders[0]), sealed_folders.temporary_folder(folders[1]):
             ready.set()
@@ -160,7 +166,6 @@ def test_what_workers_leave_that_have_to_be_killed_is_removed(
     worker.start()
     ready.wait()
     assert [len(list(folder.iterdir())) for folder in folders] == [1, 1]
-    monkeypatch.setattr(pool, "GRACE_S", 0.0)
     experiment = SimpleNamespace(results=str(tmp_path))
     pool._end([SimpleNamespace(process=worker)], [(experiment, folders[0] / "zhang2007_fig5")])  # type: ignore[list-item]
     assert worker.exitcode == -signal.SIGKILL

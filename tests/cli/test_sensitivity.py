@@ -12,7 +12,7 @@ from pipeline import papers
 from pipeline.cli.compose import compose
 from pipeline.cli.presets import CONF
 from pipeline.cli.sensitivity import PLAIN, compare, moved_table, sensitivity, switches
-from pipeline.papers import Estimate, Evidence, Outcome, Verdict
+from pipeline.papers import Agreement, Estimate, Evidence, Verdict
 from pipeline.storage import tables
 from pipeline.validation import InvalidInput
 
@@ -39,20 +39,20 @@ def test_every_switch_changes_an_option_of_its_figures(name: str) -> None:
             assert experiment != plain(*given), switch.name
 
 
-def verdict(name: str, value: float, outcome: Outcome) -> Verdict:
-    return Verdict(papers.claim(name), outcome, "", Evidence(value=Estimate(value, value - 1, value + 1)))
+def verdict(name: str, value: float, agreement: Agreement) -> Verdict:
+    return Verdict(papers.claim(name), agreement, "", Evidence(value=Estimate(value, value - 1, value + 1)))
 
 
 def test_a_switch_is_compared_with_the_figures_as_they_are() -> None:
     plain = [
-        verdict("zhang2007_map_thirty_percent", 30.0, Outcome.REPRODUCED),
-        verdict("zhang2007_fundamental_share", 91.0, Outcome.REPRODUCED),
+        verdict("zhang2007_map_thirty_percent", 30.0, Agreement.AGREES),
+        verdict("zhang2007_fundamental_share", 91.0, Agreement.AGREES),
     ]
     with_it = [
-        verdict("zhang2007_map_thirty_percent", 20.5, Outcome.UNDECIDED),
-        verdict("zhang2007_fundamental_share", 91.5, Outcome.REPRODUCED),
-        verdict("zhang2007_second_harmonic_share", 6.0, Outcome.REPRODUCED),
-        Verdict(papers.claim("zhang2007_view_angle_mean"), Outcome.UNTESTED, ""),
+        verdict("zhang2007_map_thirty_percent", 20.5, Agreement.UNDECIDED),
+        verdict("zhang2007_fundamental_share", 91.5, Agreement.AGREES),
+        verdict("zhang2007_second_harmonic_share", 6.0, Agreement.AGREES),
+        Verdict(papers.claim("zhang2007_view_angle_mean"), Agreement.UNTESTABLE, ""),
     ]
     gain, share = compare(plain, with_it, "divisor R")
     assert (gain["value_as_it_is"], gain["value"], gain["verdict_moves"]) == (30.0, 20.5, True)

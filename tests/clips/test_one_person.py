@@ -71,10 +71,10 @@ def test_disguised_copies_bear_a_remark_that_names_the_other_and_people_bear_non
         many["person"] = np.array([f"{person} {n}" for n, person in enumerate(many["person"])])
         made = {"zhang2007_fig5": tables["table"], "zhang2007_fig5/table_people": tables["table_people"]}
         (verdict,) = judge([claim], made | {"zhang2007_fig5/table_ingest": many}, "folder")
-        outcomes[named] = (str(verdict.outcome), verdict.why)
-    assert outcomes["as they are"][0] == "reproduced"
+        outcomes[named] = (str(verdict.agreement), verdict.why)
+    assert outcomes["as they are"][0] == "agrees"
     told, why = outcomes["with copies"]
-    assert told == "cannot be tested on this data"
+    assert told == "untestable"
     assert "who is who is not known: " in why
     assert "_1.trc may be the person of" in why
 

@@ -14,15 +14,18 @@ from hypothesis import strategies as st
 
 from pipeline import papers
 from pipeline.papers import (
+    Agreement,
+    Baseline,
+    Beyond,
     Claim,
     Estimate,
     Evidence,
     Interval,
     Kind,
     Measure,
-    Outcome,
     Verdict,
 )
+from pipeline.papers import loading as papers_loading
 from pipeline.studies import evaluation, rows
 from pipeline.studies.ledger import TIMING, judge, numbers_of
 from pipeline.studies.registry import MEASURES
@@ -30,11 +33,14 @@ from pipeline.validation import InvalidInput
 from tests.call_graph import CallGraph
 
 ROOT = Path(__file__).resolve().parents[2]
-PAPER_FILES = {path.stem: path for path in sorted((ROOT / "conf" / "paper").glob("*.yaml"))}
+PAPER_FILES = {
+    path.stem: path for path in sorted((ROOT / "conf" / "paper").glob("*.yaml")) if path.stem in papers.PAPERS
+}
 UNNUMBERED = [equation for paper in papers.PAPERS.values() for equation in paper.unnumbered]
 EQUATIONS = [equation for paper in papers.PAPERS.values() for equation in paper.equations]
 CLAIMS = [claim for paper in papers.PAPERS.values() for claim in paper.claims]
 JUDGED = [claim for claim in CLAIMS if claim.measure is not None]
+BASELINES = papers_loading.read_baselines(ROOT / "conf" / "paper" / papers.BASELINES)
 MEASURED = [item for paper in papers.PAPERS.values() for item in paper.measured if item.measure]
 NOT_USED = ["[park2011 14]", "[park2011 15]", "[park2011 16]", "[park2011 17]", "[park2011 18]"]
 """Equations that no result passes through."""
@@ -196,19 +202,14 @@ def test_the_published_number_stands_in_the_quotation(claim: Claim) -> None:
 
 @pytest.mark.parametrize("claim", by_name(CLAIMS))
 def test_a_claim_is_of_the_kind_that_its_number_makes_it(claim: Claim) -> None:
-    if claim.published is None:
-        assert claim.kind is not Kind.RESULT
-    else:
-        assert claim.kind is not Kind.SENTENCE
-    counted = (
-        claim.reproduced is not None and claim.reproduced.low == claim.reproduced.high == claim.published
-    )
+    assert claim.published is not None or claim.kind is not Kind.RESULT
+    counted = claim.agrees is not None and claim.agrees.low == claim.agrees.high == claim.published
     assert not counted or claim.kind is Kind.CONDITION
 
 
 @pytest.mark.parametrize("claim", by_name(JUDGED))
 def test_every_judged_claim_was_decided_beforehand(claim: Claim) -> None:
-    assert claim.reproduced is not None
+    assert claim.agrees is not None
     assert claim.reason
     assert claim.how
     assert claim.figure in {name.split("/")[0] for name in claim.tables}
@@ -221,10 +222,27 @@ def test_no_claim_is_judged_by_the_seconds_of_a_machine() -> None:
 
 
 @pytest.mark.parametrize("claim", by_name(JUDGED))
-def test_every_result_and_sentence_has_a_null_or_says_why_not(claim: Claim) -> None:
-    assert claim.kind is Kind.CONDITION or claim.no_null or claim.null is not None
-    if isinstance(claim.null, Measure):
-        evaluation.check(claim.null, MEASURES, claim.name)
+def test_every_result_and_sentence_has_the_baseline_of_its_class(claim: Claim) -> None:
+    assert (claim.baseline is None) == (claim.kind is Kind.CONDITION)
+    if claim.baseline:
+        assert claim.baseline == BASELINES[claim.baseline.measures]
+        assert (claim.of_baseline is None) == (not claim.baseline.name)
+    if isinstance(claim.of_baseline, Measure):
+        evaluation.check(claim.of_baseline, MEASURES, claim.name)
+
+
+def test_every_class_of_measures_is_used_and_says_what_its_baseline_knows() -> None:
+    assert {claim.baseline.measures for claim in CLAIMS if claim.baseline} == set(BASELINES)
+    for baseline in BASELINES.values():
+        assert baseline.reason
+        assert bool(baseline.knows) == bool(baseline.name)
+
+
+def test_a_number_that_is_printed_twice_is_one_that_is_there() -> None:
+    for claim in (c for c in CLAIMS if c.same_as):
+        first = papers.claim(claim.same_as)
+        assert not first.same_as
+        assert (first.kind, first.published) == (claim.kind, claim.published), claim.name
 
 
 @pytest.mark.parametrize("item", by_name(MEASURED))
@@ -288,11 +306,7 @@ def test_a_claim_like_another_differs_only_in_what_it_says() -> None:
         for field in ("section", "quote", "published", "unit", "kind", "figure", "how", "untestable"):
             assert field in body or getattr(ours, field) == getattr(other, field), f"{name}: {field}"
         if "bounds" not in body:
-            assert (ours.reproduced, ours.direction, ours.reason) == (
-                other.reproduced,
-                other.direction,
-                other.reason,
-            )
+            assert (ours.agrees, ours.close, ours.reason) == (other.agrees, other.close, other.reason)
     ours, other = papers.claim("zhang2004_fundamental_share"), papers.claim("zhang2007_fundamental_share")
     assert ours.tables == ("zhang2004_fig2/table_harmonics",), "tables are the claim's own figure's"
     assert other.tables == ("zhang2007_fig2/table_harmonics",)
@@ -305,6 +319,7 @@ title: A title
 authors: An author
 year: 2000
 venue: A venue
+clips: walks
 figures: [little2000_fig1]
 equations:
   - {number: "1", words: an equation in words, printed: papers.load, used: papers.load, test: test_papers.py}
@@ -318,7 +333,8 @@ claims:
     figure: little2000_fig1
     how: mean of x_mm
     measure: {mean: {table: table, column: x_mm}}
-    bounds: {reproduced: {within: 1}, direction: {above: 0}, reason: an example}
+    class: error
+    bounds: {agrees: {within: 1}, close: {above: 0}, reason: an example}
     why: {any: {shown: "it is {value:.1f}, of {little2000_quantity:.0f}"}}
 quantities:
   little2000_quantity:
@@ -328,7 +344,15 @@ quantities:
 """
 
 
-def loaded(folder: Path, text: str) -> papers.Paper:
+LITTLE_BASELINES = """
+error: {baseline: the mean, knows: nothing, replace: {x_mm: mean_x_mm}, reason: it does not look}
+count: {reason: no method has a part in it}
+half: {baseline: a coin, knows: nothing, value: 1/2, better: less, reason: by chance}
+"""
+
+
+def loaded(folder: Path, text: str, baselines: str = LITTLE_BASELINES) -> papers.Paper:
+    (folder / papers.BASELINES).write_text(baselines, encoding="utf-8")
     (folder / "little2000.yaml").write_text(text, encoding="utf-8")
     return papers.load(folder)["little2000"]
 
@@ -338,8 +362,8 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
     (claim,) = paper.claims
     assert (claim.name, claim.kind, claim.published) == ("little2000_claim", Kind.RESULT, 10.0)
     assert claim.measure == Measure("mean", {"table": "little2000_fig1", "column": "x_mm"})
-    assert (claim.reproduced, claim.direction) == (Interval(9, 11), Interval(low=0, low_open=True))
-    assert claim.null is None
+    assert (claim.agrees, claim.close) == (Interval(9, 11), Interval(low=0, low_open=True))
+    assert claim.of_baseline == Measure("mean", {"table": "little2000_fig1", "column": "mean_x_mm"})
     assert paper.equations[0].printed == "pipeline.papers.load"
     assert paper.quantities[0].measure.tables == ("little2000_fig1/table_all",)
 
@@ -356,8 +380,8 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
         ("    quote: about 10 mm", "", "little2000_claim: no 'quote'"),
         ("    how: mean of x_mm", "    hwo: mean", "little2000_claim: no 'how'"),
         (", reason: an example", "", "little2000_claim, bounds: no 'reason'"),
-        ("{within: 1}", "{at_least: 11}", "the published number would not reproduce the paper"),
-        ("{above: 0}", "{above: 9.5}", "the direction is not wider"),
+        ("{within: 1}", "{at_least: 11}", "the published number does not agree with itself"),
+        ("{above: 0}", "{above: 9.5}", "what is close is not wider than what agrees"),
         ("{above: 0}", "{above: zero}", "bounds, above: is not a number"),
         ("{above: 0}", "{above: 3, at_most: 3}", "the ends contradict each other"),
         ("{above: 0}", "{beyond: 3}", "must be exactly, within"),
@@ -377,6 +401,13 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
         ("  little2000_quantity:\n", "  little2000_claim:\n", "the name is there twice"),
         ("used: papers.load", "used: null", "equation 1: nothing uses it, and no note says why"),
         ("used: papers.load, ", "", "equation 1: no 'used'"),
+        ("    class: error", "", "little2000_claim: no 'class'"),
+        ("    class: error", "    class: mine", "little2000_claim, class must be one of error, count, half"),
+        ("    class: error", "    class: error\n    null: 3", "little2000_claim: unknown key 'null'"),
+        ("    class: error", "    class: error\n    baseline: 3", "little2000_claim: unknown key 'baseline'"),
+        ("column: x_mm", "column: y_mm", "names nothing that the baseline of 'error' replaces"),
+        ("    class: error", "    class: error\n    same_as: little2000_no", "no claim 'little2000_no'"),
+        ("clips: walks", "clips: films", "little2000.yaml, clips must be one of walks, clips, performances"),
         ('    section: "1"', '    like: little2000_claim\n    section: "1"', "like must be another claim"),
         ("claims:", "claims: [", "little2000.yaml: cannot be read"),
         ("any: {shown: ", "any: {rumoured: ", "why any: unknown key 'rumoured'"),
@@ -430,23 +461,43 @@ def test_an_explanation_quotes_the_run_that_tested_it(tmp_path: Path) -> None:
     )
 
 
-def test_a_null_may_be_missing_for_a_reason_and_people_counted(tmp_path: Path) -> None:
-    text = LITTLE.replace(
-        "    unit: mm", "    unit: mm\n    null: {none: a property of people}\n    people: 3"
-    )
-    claim = loaded(tmp_path, text).claims[0]
-    assert (claim.null, claim.no_null, claim.least_people) == (None, "a property of people", 3)
-    for_all = loaded(tmp_path, LITTLE.replace("year: 2000", "year: 2000\npeople: 4")).claims[0]
-    assert for_all.least_people == 4
+@pytest.mark.parametrize(("clips", "least"), [("walks", 10), ("clips", 10), ("performances", 3)])
+def test_no_file_lowers_how_few_people_decide_nothing(tmp_path: Path, clips: str, least: int) -> None:
+    text = LITTLE.replace("clips: walks", f"clips: {clips}")
+    for asked, people in ((1, least), (40, 40)):
+        own = text.replace("    unit: mm", f"    unit: mm\n    people: {asked}")
+        assert loaded(tmp_path, own).claims[0].people == people
+    with pytest.raises(InvalidInput, match="unknown key 'people'"):
+        loaded(tmp_path, text.replace("year: 2000", "year: 2000\npeople: 3"))
 
 
-def test_a_null_may_be_a_measure_or_a_number(tmp_path: Path) -> None:
-    number = loaded(tmp_path, LITTLE.replace("    unit: mm", "    unit: mm\n    null: 1/4")).claims[0]
-    assert number.null == 0.25
-    measure = loaded(
-        tmp_path, LITTLE.replace("    unit: mm", "    unit: mm\n    null: {mean: {table: table, column: y}}")
-    ).claims[0]
-    assert measure.null == Measure("mean", {"table": "little2000_fig1", "column": "y"})
+def test_the_class_gives_the_baseline(tmp_path: Path) -> None:
+    none = loaded(tmp_path, LITTLE.replace("class: error", "class: count")).claims[0]
+    assert (none.of_baseline, none.tables) == (None, ("little2000_fig1",))
+    half = loaded(tmp_path, LITTLE.replace("class: error", "class: half")).claims[0]
+    assert half.of_baseline == 0.5
+    assert half.baseline is not None
+    assert (half.baseline.name, half.baseline.better) == ("a coin", -1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("reason: it does not look", "raeson: it", "baselines.yaml, error: no 'reason'"),
+        ("{baseline: the mean, ", "{nulls: 3, baseline: the mean, ", "error: unknown key 'nulls'"),
+        ("{baseline: the mean, ", "{", "a baseline has its name and its words or its value"),
+        (", value: 1/2", "", "baselines.yaml, half: a baseline has its name and its words or its value"),
+        ("value: 1/2", "value: half", "half: is not a number"),
+        ("better: less", "better: fewer", "half, better must be one of"),
+    ],
+)
+def test_what_the_baselines_say_wrongly_is_refused(
+    tmp_path: Path, old: str, new: str, complaint: str
+) -> None:
+    assert old in LITTLE_BASELINES
+    with pytest.raises(InvalidInput) as refused:
+        loaded(tmp_path, LITTLE, LITTLE_BASELINES.replace(old, new, 1))
+    assert complaint in str(refused.value)
 
 
 # --- the measures, on tables that can be worked out in the head --------------------------------------------
@@ -525,7 +576,11 @@ def worked_walks() -> dict[str, dict[str, np.ndarray]]:
         ),
         "zhang2007_fig3": columns(sigma2_mm2=[1.0, 70.0, 625.0], absolute_error_mm2=[300.0, 100.0, 200.0]),
         "zhang2007_fig3/table_nested": columns(
-            person=["a", "b"], walker=["a", "b"], sigma2_mm2=[60.0, 100.0], absolute_error_mm2=[110.0, 130.0]
+            person=["a", "b"] * 2,
+            walker=["a", "b"] * 2,
+            method=[MAP] * 2 + [AVERAGE] * 2,
+            sigma2_mm2=[60.0, 100.0, 1.0, 1.0],
+            absolute_error_mm2=[110.0, 130.0, 200.0, 220.0],
         ),
         "zhang2007_fig4": columns(
             joint=[f"joint {n}" for n in range(15)], instant=[n % 5 for n in range(15)]
@@ -870,6 +925,7 @@ def worked_limbs() -> dict[str, dict[str, np.ndarray]]:
             error_up_to_mirror_mm=[50.0, 60.0, 30.0, 40.0],
             length_change_max=[0.0, 1e-9, 0.0, 0.0],
             acceleration_ratio=[0.5, 1.5, 1.0, 2.0],
+            random_signs_acceleration_ratio=[20.0] * len([0.5, 1.5, 1.0, 2.0]),
             hanging_error_mm=[165.0, 255.0, 165.0, 255.0],
             mean_pose_error_mm=[100.0, 120.0, 100.0, 120.0],
             camera_outside_basis=[0.0, 0.0, 0.02, 0.03],
@@ -1112,8 +1168,11 @@ def shown(text: str) -> papers.Explanation:
     return papers.Explanation(support=papers.Support.SHOWN, text=text)
 
 
+SIMPLER = Baseline(measures="error", name="the mean", knows="nothing", value=0.0, reason="an example")
+
+
 def little_claim(**changes: object) -> Claim:
-    """Mean of one column, published as 10: 9 to 11 reproduces, positive keeps the direction."""
+    """Mean of one column, published as 10: 9 to 11 agrees, positive is close; the baseline gives 0."""
     settings: dict = {
         "name": "zhang2007_little",
         "paper": "zhang2007",
@@ -1125,8 +1184,9 @@ def little_claim(**changes: object) -> Claim:
         "figure": "zhang2007_fig5",
         "how": "mean of x_mm",
         "measure": Measure("mean", {"table": "zhang2007_fig5", "column": "x_mm"}),
-        "reproduced": Interval(9, 11),
-        "direction": Interval(low=0, low_open=True),
+        "baseline": SIMPLER,
+        "agrees": Interval(9, 11),
+        "close": Interval(low=0, low_open=True),
         "reason": "an example",
         "why": {"optical": shown("these walkers are small: {value:.1f} mm")},
     }
@@ -1138,87 +1198,116 @@ def estimate(value: float, half: float = 0.5) -> Estimate:
     return Estimate(value, value - half, value + half)
 
 
-def found(value: float, half: float = 0.5, null: float | None = 0.0, people: int | None = 33) -> Evidence:
-    """Evidence: a value and a null, both with intervals of this half width."""
-    if null is None:
+def found(value: float, half: float = 0.5, gain: float | None = 5.0, people: int | None = 33) -> Evidence:
+    """Evidence: a value and a gain over the baseline, both with intervals of this half width."""
+    if gain is None:
         return Evidence(value=estimate(value, half), people=people)
-    gap = estimate(value - null, half)
-    return Evidence(value=estimate(value, half), null=estimate(null, half), gap=gap, people=people)
+    better = estimate(gain, half)
+    return Evidence(value=estimate(value, half), baseline=estimate(0.0, half), gain=better, people=people)
 
 
-def outcome(evidence: Evidence, data_name: str = "synthetic", **changes: object) -> tuple[str, str]:
-    """Verdict on the little claim, whose null is 0 unless told otherwise, and why."""
-    verdict = papers.judge(little_claim(**{"null": 0.0, **changes}), evidence, data_name)
-    return str(verdict.outcome), verdict.why
+def answers(evidence: Evidence, data_name: str = "synthetic", **changes: object) -> tuple[str, str]:
+    """Agreement of the little claim, and why."""
+    verdict = papers.judge(little_claim(**changes), evidence, data_name)
+    return str(verdict.agreement), verdict.why
 
 
-def test_an_interval_within_the_bounds_and_a_null_outside_is_reproduced() -> None:
-    assert outcome(found(10.0)) == (
-        "reproduced",
-        "10 [9.5, 10.5] mm, null 0 [-0.5, 0.5], bounds 9 to 11: an example",
+def beyond(evidence: Evidence) -> str:
+    return str(papers.judge(little_claim(), evidence, "synthetic").beyond)
+
+
+def test_an_interval_within_the_bounds_agrees() -> None:
+    assert answers(found(10.0)) == (
+        "agrees",
+        "10 [9.5, 10.5] mm, baseline 0 [-0.5, 0.5], bounds 9 to 11: an example",
     )
-    assert outcome(found(9.5))[0] == "reproduced", "the ends belong to the bounds"
 
 
-def test_a_method_that_does_nothing_earns_no_reproduced() -> None:
-    """Planted: the null itself, whatever its interval, and anything that the null does as well."""
-    nothing = Evidence(value=estimate(10.0), null=estimate(10.0), gap=estimate(0.0), people=33)
-    assert outcome(nothing)[0] == "holds, also of the null"
-    assert outcome(found(10.0, null=9.2))[0] == "holds, also of the null"
-    assert outcome(found(10.0, null=8.8))[0] == "undecided", "the null's interval reaches into the bounds"
-    for value in np.linspace(-20, 40, 61):
-        same = Evidence(value=estimate(value), null=estimate(value), gap=estimate(0.0), people=33)
-        assert outcome(same)[0] not in ("reproduced", "direction only"), value
+@pytest.mark.parametrize(
+    ("value", "agreement"),
+    [
+        (9.51, "agrees"), (9.49, "undecided"), (8.51, "undecided"), (8.49, "close"),
+        (10.49, "agrees"), (10.51, "undecided"), (11.49, "undecided"), (11.51, "close"),
+        (0.51, "close"), (0.49, "differs"), (-5.0, "differs"),
+    ],
+)  # fmt: skip
+def test_a_value_on_either_side_of_each_bound(value: float, agreement: str) -> None:
+    assert answers(found(value))[0] == agreement
 
 
-def test_a_result_at_the_edge_is_undecided() -> None:
-    for edge in (9.0, 11.0):
-        told, why = outcome(found(edge), "optical")
-        assert told == "undecided"
-        assert "the interval reaches over an end of the bounds; these walkers are small" in why
-    assert outcome(found(10.0, half=3.0))[0] == "undecided", "however near the value, if the interval is wide"
-    assert outcome(Evidence(value=Estimate(10.0), null=Estimate(0.0), people=33))[0] == "undecided"
+def test_a_wide_interval_or_none_decides_nothing() -> None:
+    told, why = answers(found(9.0), "optical")
+    assert told == "undecided"
+    assert "the interval reaches over an end of the bounds; these walkers are small" in why
+    assert answers(found(10.0, half=3.0))[0] == "undecided", "however near the value, if the interval is wide"
+    assert answers(Evidence(value=Estimate(10.0), people=33))[0] == "undecided"
+    assert answers(found(20.0), close=None)[0] == "differs", "nothing is close without wider bounds"
+
+
+@pytest.mark.parametrize(
+    ("gain", "told"), [(0.51, "yes"), (0.49, "no"), (-0.49, "no"), (-0.51, "worse"), (None, "not applicable")]
+)
+def test_the_interval_of_the_gain_says_what_is_beyond_the_baseline(gain: float | None, told: str) -> None:
+    assert beyond(found(10.0, gain=gain)) == told
+    assert beyond(found(-10.0, gain=gain)) == told, "whatever the agreement"
+
+
+@pytest.mark.parametrize(
+    ("changes", "baseline", "better", "worse"),
+    [
+        ({"agrees": Interval(low=5)}, 7.0, 8.0, 6.0),
+        ({"agrees": Interval(high=5)}, 7.0, 6.0, 8.0),
+        ({}, 0.0, 1.0, -1.0),  # the bounds lie above the baseline
+        ({}, 20.0, 19.0, 21.0),
+        ({}, 9.5, 10.2, 9.2),  # within both ends: what is nearer to the paper's number
+        ({"published": None, "kind": Kind.SENTENCE, "agrees": Interval(0, 4)}, 1.0, 2.5, 0.5),
+        ({"baseline": replace(SIMPLER, better=-1)}, 0.0, -1.0, 1.0),
+    ],
+)
+def test_the_gain_has_the_sign_of_the_better_side(
+    changes: dict, baseline: float, better: float, worse: float
+) -> None:
+    gained = papers.gain(little_claim(**changes), baseline)
+    assert gained(better, baseline) > 0 > gained(worse, baseline)
+    assert gained(baseline, baseline) == 0
 
 
 @pytest.mark.parametrize(
     "claim", [pytest.param(c, id=c.name) for c in JUDGED if c.kind is not Kind.CONDITION]
 )
-def test_no_claim_of_any_kind_is_reproduced_by_nothing_at_an_edge_or_by_few(claim: Claim) -> None:
-    bounds = claim.reproduced
+def test_no_claim_agrees_at_an_edge_or_by_few_and_none_loses_by_its_baseline(claim: Claim) -> None:
+    bounds = claim.agrees
     assert bounds is not None
     finite = [end for end in (bounds.low, bounds.high) if np.isfinite(end)]
     step = 1e-3 * (abs(finite[-1] - finite[0]) or abs(finite[0]) or 1.0)
     edge, data_name = finite[0], (claim.only or ("a lab's",))[0]
     inside = edge + step if bounds.low == edge else edge - step
     small, wide = 1e-3 * step, 2.0 * step
-    null = estimate(edge - 9.0 * step if bounds.low == edge else edge + 9.0 * step, small)
 
-    def told(value: Estimate, null: Estimate, people: int = 100) -> str:
-        gap = estimate(value.value - null.value, small)
-        evidence = Evidence(value=value, null=None if claim.no_null else null, gap=gap, people=people)
-        return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).outcome)
+    def told(value: Estimate, gain: float = 1.0, people: int = 100) -> str:
+        evidence = Evidence(value=value, baseline=value, gain=estimate(gain, 0.1), people=people)
+        return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).agreement)
 
-    assert told(estimate(inside, small), null) == "reproduced"
-    if not claim.no_null:
-        assert told(estimate(inside, small), estimate(inside, small)) == "holds, also of the null"
-        assert told(estimate(inside, small), estimate(edge, small)) != "reproduced"
-    assert told(estimate(inside, wide), null) == "undecided"
-    assert told(Estimate(inside), null) == "undecided", "no interval"
-    assert told(estimate(inside, small), null, claim.least_people - 1) == "cannot be tested on this data"
+    assert {told(estimate(inside, small), gain) for gain in (-1.0, 0.0, 1.0)} == {"agrees"}
+    assert told(estimate(inside, wide)) == "undecided"
+    assert told(Estimate(inside)) == "undecided", "no interval"
+    assert told(estimate(inside, small), people=claim.people - 1) == "untestable"
+    assert claim.people >= min(papers.LEAST_PEOPLE.values())
 
 
 def test_what_is_assumed_of_a_data_set_cannot_be_tested_on_it() -> None:
     assumed = {"synthetic": "people are drawn so"}
-    told, why = outcome(found(10.0), "synthetic", assumed=assumed)
-    assert told == "cannot be tested on this data"
-    assert why == "10 [9.5, 10.5] mm: assumed of this data: people are drawn so"
-    assert outcome(found(10.0), "optical", assumed=assumed)[0] == "reproduced"
+    told, why = answers(found(10.0), "synthetic", assumed=assumed)
+    assert told == "untestable"
+    assert why.startswith("10 [9.5, 10.5] mm: assumed of this data: people are drawn so")
+    assert answers(found(10.0), "optical", assumed=assumed)[0] == "agrees"
 
 
 def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
-    told, why = outcome(found(10.0), "optical", only=("synthetic",))
-    assert (told, why) == ("cannot be tested on this data", "about synthetic alone")
-    assert outcome(found(10.0), "synthetic", only=("synthetic",))[0] == "reproduced"
+    told, why = answers(found(10.0), "optical", only=("synthetic",))
+    assert told == "untestable"
+    assert "about synthetic alone" in why
+    assert answers(found(10.0), "synthetic", only=("synthetic",))[0] == "agrees"
     for name, data_name in (
         ("zhang2007_structure_synthetic_below_map", "synthetic"),
         ("zhang2007_structure_error", "optical"),
@@ -1227,63 +1316,50 @@ def test_a_claim_about_one_data_set_cannot_be_tested_on_another() -> None:
 
 
 def test_recordings_that_may_be_one_persons_decide_nothing() -> None:
-    told, why = outcome(replace(found(10.0), doubt="a_1 may be the person of b in b_1"))
-    assert told == "cannot be tested on this data"
+    told, why = answers(replace(found(10.0), doubt="a_1 may be the person of b in b_1"))
+    assert told == "untestable"
     assert "who is who is not known: a_1 may be the person of b in b_1" in why
 
 
 def test_nine_people_are_too_few() -> None:
-    told, why = outcome(found(10.0, people=9))
-    assert told == "cannot be tested on this data"
-    assert "9 people, and fewer than 10 decide nothing" in why
-    assert outcome(found(10.0, people=10))[0] == "reproduced"
-    assert outcome(found(10.0, people=3), least_people=3)[0] == "reproduced"
-    assert outcome(found(10.0, people=2), least_people=3)[0] == "cannot be tested on this data"
+    told, why = answers(found(10.0, people=9))
+    assert told == "untestable"
+    assert "too few people: 9, and fewer than 10 decide nothing" in why
+    assert answers(found(10.0, people=10))[0] == "agrees"
+    assert answers(found(10.0, people=3), people=3)[0] == "agrees"
+    assert answers(found(10.0, people=2), people=3)[0] == "untestable"
 
 
-def test_outside_the_bounds_but_away_from_the_null_is_direction_only() -> None:
-    told, why = outcome(found(20.0), "optical")
-    assert told == "direction only"
-    assert why == "20 [19.5, 20.5] mm, null 0 [-0.5, 0.5], bounds 9 to 11: these walkers are small: 20.0 mm"
-    assert outcome(found(5.0))[0] == "direction only"
-    assert outcome(found(0.3, half=0.2), direction=None)[0] == "direction only"
-    assert outcome(found(20.0), direction=Interval(0, 15))[0] == "differs", "beyond the direction's bounds"
-    assert outcome(found(-5.0), direction=None)[0] == "differs", "away from the null on the other side"
-    told, why = outcome(found(0.3), direction=None)
-    assert told == "differs"
-    assert "not told apart from a method that does nothing" in why
+def test_a_sample_of_the_papers_size_decides_nothing() -> None:
+    for low, high, inside in ((9.0, 12.0, True), (10.5, 12.0, False), (np.nan, np.nan, None)):
+        evidence = replace(found(10.0), one_sample=Estimate(10.0, low, high))
+        verdict = papers.judge(little_claim(), evidence, "synthetic")
+        assert (verdict.paper_in_prediction, verdict.agreement) == (inside, "agrees")
+    assert papers.judge(little_claim(), found(10.0), "synthetic").paper_in_prediction is None
 
 
-def test_without_a_null_nothing_is_reproduced_unless_the_claim_says_why_it_has_none() -> None:
-    without = found(10.0, null=None)
-    assert outcome(without, null=None)[0] == "undecided"
-    assert "no null is stated" in outcome(without, null=None)[1]
-    assert outcome(without, null=None, no_null="a length of people")[0] == "reproduced"
-    assert outcome(found(20.0, null=None), null=None, no_null="so it is")[0] == "direction only"
-    assert outcome(found(-20.0, null=None), null=None, no_null="so it is")[0] == "differs"
-
-
-def test_a_condition_is_checked_and_never_reproduced() -> None:
+def test_a_condition_is_checked_and_a_number_printed_twice_counts_once() -> None:
     for value, expected in ((10.0, "met"), (12.0, "not met")):
         evidence = Evidence(value=Estimate(value), people=2)
-        assert outcome(evidence, kind=Kind.CONDITION)[0] == expected
-    verdicts = [papers.judge(little_claim(kind=kind, null=0.0), found(10.0), "cmu") for kind in Kind]
-    counts = papers.count(verdicts)
-    assert counts[Kind.CONDITION] == {"met": 1}
-    assert counts[Kind.RESULT] == counts[Kind.SENTENCE] == {"reproduced": 1}
+        assert answers(evidence, kind=Kind.CONDITION)[0] == expected
+    claims = [little_claim(kind=kind) for kind in Kind] + [little_claim(same_as="zhang2007_first")]
+    counts = papers.count(papers.judge(claim, found(10.0), "cmu") for claim in claims)
+    assert counts[Kind.CONDITION] == {("met", "not applicable"): 1}
+    assert counts[Kind.RESULT] == counts[Kind.SENTENCE] == {("agrees", "yes"): 1}
 
 
 def test_a_small_run_decides_nothing_but_conditions() -> None:
     for kind in Kind:
-        verdict = papers.judge(little_claim(kind=kind, null=0.0), found(10.0), "synthetic", smoke=True)
-        assert verdict.outcome == ("met" if kind is Kind.CONDITION else "not judged at smoke scale")
+        verdict = papers.judge(little_claim(kind=kind), found(10.0), "synthetic", smoke=True)
+        assert verdict.agreement == ("met" if kind is Kind.CONDITION else "not judged at smoke scale")
+        assert verdict.beyond is Beyond.NOT_APPLICABLE
 
 
 def test_a_difference_that_nobody_has_explained_says_so() -> None:
-    assert outcome(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
-    changed = papers.judge(little_claim(null=0.0), found(-20.0), "optical", overridden=True)
+    assert answers(found(-20.0), "cmu")[1].endswith("bounds 9 to 11: not explained yet")
+    changed = papers.judge(little_claim(), found(-20.0), "optical", overridden=True)
     assert changed.why.endswith("differ from the preset's"), "whatever is said of the preset's own"
-    assert outcome(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
+    assert answers(found(-1.0), "cmu", why={"any": shown("so it is")})[1].endswith("so it is")
 
 
 ESTIMATES = st.builds(
@@ -1294,19 +1370,20 @@ ESTIMATES = st.builds(
 )
 
 
-@given(ESTIMATES, ESTIMATES, st.integers(0, 40), st.booleans())
-def test_no_evidence_is_called_reproduced_that_is_not(
-    value: Estimate, null: Estimate, people: int, smoke: bool
+@given(ESTIMATES, ESTIMATES, ESTIMATES, st.integers(0, 40), st.booleans())
+def test_agreement_rests_on_our_interval_alone(
+    value: Estimate, baseline: Estimate, gain: Estimate, people: int, smoke: bool
 ) -> None:
-    gap = Estimate(value.value - null.value, value.low - null.high, value.high - null.low)
-    evidence = Evidence(value=value, null=null, gap=gap, people=people)
-    verdict = papers.judge(little_claim(null=0.0), evidence, "synthetic", smoke=smoke)
-    if verdict.outcome == "reproduced":
-        assert not smoke
-        assert people >= 10
-        assert 9 <= value.low <= value.high <= 11
-        assert null.high < 9 or null.low > 11
-    assert verdict.outcome in (*Kind.RESULT.outcomes, "not judged at smoke scale")
+    alone = Evidence(value=value, people=people)
+    both = replace(alone, baseline=baseline, gain=gain)
+    without, verdict = (papers.judge(little_claim(), e, "synthetic", smoke=smoke) for e in (alone, both))
+    assert verdict.agreement == without.agreement
+    assert (verdict.agreement == "agrees") == (
+        not smoke and people >= 10 and 9 <= value.low <= value.high <= 11
+    )
+    assert verdict.agreement in (*Kind.RESULT.answers, Agreement.NOT_JUDGED)
+    assert (verdict.beyond == "yes") <= (gain.low > 0)
+    assert (verdict.beyond == "worse") <= (gain.high < 0)
 
 
 def little_verdict(claim: Claim, x_mm: list, data_name: str = "synthetic") -> Verdict:
@@ -1324,20 +1401,20 @@ def test_explanations_quote_our_numbers_and_say_when_there_is_none() -> None:
 
 def test_a_figure_that_is_not_made_cannot_be_tested() -> None:
     (verdict,) = judge([little_claim()], {}, "synthetic")
-    assert (verdict.value, verdict.outcome) == (None, "cannot be tested on this data")
+    assert (verdict.value, verdict.agreement) == (None, "untestable")
     assert verdict.why == "figure zhang2007_fig5 is not made yet"
 
 
 def test_a_fact_about_the_recorded_people_cannot_be_tested() -> None:
     (verdict,) = judge([papers.claim("zhang2007_frame_rate")], worked_tables(), "optical")
-    assert (verdict.value, verdict.outcome) == (None, "cannot be tested on this data")
+    assert (verdict.value, verdict.agreement) == (None, "untestable")
     assert "the eighty recordings are not public" in verdict.why
 
 
 @pytest.mark.parametrize("x_mm", [[np.nan, 1.0], [np.inf, -np.inf], ["a", "b"], []])
 def test_a_value_that_is_not_finite_cannot_be_tested(x_mm: list) -> None:
     verdict = little_verdict(little_claim(), x_mm)
-    assert (verdict.value, verdict.outcome) == (None, "cannot be tested on this data")
+    assert (verdict.value, verdict.agreement) == (None, "untestable")
     assert "mean of x_mm" in verdict.why
 
 
@@ -1398,8 +1475,8 @@ def test_odd_tables_are_judged_or_refused_for_texts_among_numbers(
             if "compares texts with numbers" not in str(refused):
                 raise
             continue
-        assert verdict.outcome in Outcome
-        assert (verdict.value is None) <= (verdict.outcome == "cannot be tested on this data")
+        assert verdict.agreement in Agreement
+        assert (verdict.value is None) <= (verdict.agreement == "untestable")
         assert verdict.why
 
 

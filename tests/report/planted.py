@@ -26,7 +26,8 @@ CLAIM = {
     "value_low": [22.5],
     "value_high": [35.0],
     "unit": ["%"],
-    "verdict": ["reproduced"],
+    "agreement": ["agrees"],
+    "beyond_baseline": ["yes"],
     "why": ["bounds 20 to 40"],
 }
 

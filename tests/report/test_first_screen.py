@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.report import first_screen
 from pipeline.report.first_screen import draw_first_screen
 from pipeline.report.published import read_published
 from pipeline.validation import InvalidInput
@@ -45,6 +46,33 @@ def table() -> dict[str, list[object]]:
         "rms_error_mm_low": [19.0] * 12,
         "rms_error_mm_high": [21.0] * 12,
     }
+
+
+def test_what_agrees_comes_first_and_is_told_apart_by_its_baseline(tmp_path: Path) -> None:
+    folder = tmp_path / "synthetic" / "smoke"
+    rows = [
+        ("result", "agrees", "yes", ""),
+        ("result", "agrees", "yes", "zhang2007_first"),
+        ("sentence", "agrees", "worse", ""),
+        ("sentence", "agrees", "no", ""),
+        ("sentence", "agrees", "not applicable", ""),
+        ("sentence", "differs", "yes", ""),
+        ("condition", "met", "not applicable", ""),
+        ("target", "agrees", "yes", ""),
+    ]
+    names = ("kind", "agreement", "beyond_baseline", "same_as")
+    claims = {name: values * len(rows) for name, values in CLAIM.items()}
+    claims |= {"claim": [f"zhang2007_{n}" for n in range(len(rows))]}
+    claims |= {name: [row[n] for row in rows] for n, name in enumerate(names)}
+    plant(folder / "zhang2007_fig5", table=table(), arrays=arrays(), claims=claims)
+    counts = first_screen._counts(read_published(folder, ["zhang2007_fig5"]), "zhang2007")
+    assert counts == {
+        "agrees, beyond its baseline": 1,
+        "agrees, not beyond its baseline": 2,
+        "agrees, has no baseline": 1,
+        "differs": 1,
+    }
+    assert list(first_screen._ANSWERS)[:3] == [name for name in first_screen._ANSWERS if "agrees" in name]
 
 
 def test_the_walker_of_the_median_error_is_drawn(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from pipeline import papers
 from pipeline.charts import Lines, Reference, Sheet, from_json, to_json
 from pipeline.palette import Style
 from pipeline.pictures.embedding import reduced
+from pipeline.report import templates, verdicts
 from pipeline.report.document import MOST_BYTES, PAGE, write_page
 from pipeline.report.entries import TABLE_BYTES
 from pipeline.report.page_charts import charts_of
@@ -118,22 +119,41 @@ def test_our_numbers_and_verdicts_come_from_the_claims(results: Path) -> None:
     _, page = page_of(results)
     assert "ours is 29 % smaller" in page.text
     assert "(no number here)" in page.text  # of a figure that is not made
-    assert "1 reproduced, " in page.text
+    assert "1 agrees, " in page.text
 
 
-def test_kinds_intervals_and_nulls_are_shown_where_they_are_known(tmp_path: Path) -> None:
+def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_path: Path) -> None:
     folder = tmp_path / "synthetic" / "smoke"
     known = {
         "kind": ["result"],
         "value_low": [25.25],
         "value_high": [31.5],
-        "null": [12.125],
-        "verdict": ["holds, also of the null"],
+        "one_sample_low": [19.5],
+        "one_sample_high": [38.5],
+        "paper_in_prediction": ["yes"],
+        "baseline": ["the average walker"],
+        "baseline_knows": ["nothing of the person"],
+        "baseline_value": [12.125],
+        "gain_low": [-3.25],
+        "gain_high": [-1.5],
+        "agreement": ["close"],
+        "beyond_baseline": ["worse"],
+        "help": ["the true heading"],
+        "same_as": ["zhang2007_other"],
     }
     plant(folder / "zhang2007_fig5", claims={**CLAIM, **known})
     _, page = page_of(folder)
-    for words in ("25.25 to 31.5", "12.12", "holds, also of the null", "results", "null"):
+    for words in (
+        "25.25 to 31.5",
+        "the average walker: 12.12; it knows nothing of the person",
+        "one sample gives the paper's number: yes",
+        "Help that the paper's method did not have: the true heading.",
+        "The same number as zhang2007_other",
+    ):
         assert words in page.text, words
+    chips = {a["title"]: a["class"] for _, a in page.found if "chip" in a.get("class", "") and "title" in a}
+    assert chips["gain -3.25 to -1.5"] == "chip worse"
+    assert "95 % of samples of the paper's size: 19.5 to 38.5" in page.values("title")
 
 
 def test_the_alternative_text_says_what_a_picture_shows(results: Path) -> None:
@@ -280,17 +300,32 @@ def test_published_numbers_stand_in_the_ledger_alone() -> None:
     assert plain == Reference(y=1.0)
 
 
-def test_verdicts_are_counted_by_kind_in_the_papers_order() -> None:
-    claims = [
-        {"kind": "condition", "verdict": "reproduced"},
-        {"kind": "result", "verdict": "differs"},
-        {"kind": "result", "verdict": "cannot be tested on this data"},
-        {"kind": "result", "verdict": "reproduced"},
+def test_verdicts_are_counted_by_kind_agreement_first_and_a_repeated_number_once() -> None:
+    answers = [
+        ("condition", "met", "not applicable", ""),
+        ("result", "differs", "worse", ""),
+        ("result", "untestable", "not applicable", ""),
+        ("result", "agrees", "yes", ""),
+        ("result", "agrees", "yes", "zhang2007_first"),
+        ("result", "agrees", "no", ""),
+        ("result", "agrees", "not applicable", ""),
     ]
-    assert counts_by_kind(claims) == [
-        ("results", [("reproduced", 1), ("differs", 1), ("cannot be tested", 1)]),
-        ("conditions", [("reproduced", 1)]),
+    names = ("kind", "agreement", "beyond_baseline", "same_as")
+    assert counts_by_kind([dict(zip(names, each, strict=True)) for each in answers]) == [
+        (
+            "results",
+            [("agrees", 3, [("yes", 1), ("no", 1)]), ("differs", 1, [("worse", 1)]), ("untestable", 1, [])],
+        ),
+        ("conditions", [("met", 1, [])]),
     ]
+
+
+def test_every_answer_has_a_sign_and_words() -> None:
+    assert set(verdicts.AGREEMENTS) == set(papers.Agreement)
+    assert {*verdicts.BEYOND, papers.Beyond.NOT_APPLICABLE} == set(papers.Beyond)
+    style = templates.style()
+    for name, _ in (*verdicts.AGREEMENTS.values(), *verdicts.BEYOND.values()):
+        assert f".{name}::before" in style, name
 
 
 def test_first_rows_keep_the_header() -> None:

@@ -16,7 +16,7 @@ from pipeline.storage import tables
 ROW: dict[str, Any] = {
     "data": "synthetic", "group": "walks", "scale": "full", "commit": "a" * 12, "claim": "zhang2007_map_thirty_percent",
     "switch": "divisor R", "value": 12.5, "value_low": 10.0, "value_high": 15.0, "verdict": "differs",
-    "value_as_it_is": 28.0, "verdict_as_it_is": "reproduced", "outside_the_interval": True, "verdict_moves": True,
+    "value_as_it_is": 28.0, "verdict_as_it_is": "agrees", "outside_the_interval": True, "verdict_moves": True,
     "common": "scale.populations=0",
 }  # fmt: skip
 
@@ -49,13 +49,15 @@ def test_a_claim_stands_once_with_every_switch_that_moves_it(tmp_path: Path) -> 
     )
     [claim] = found["claims"]
     assert claim["with"] == [("divisor R", 12.5, "differs"), ("origin floor", 20.0, "differs")]
-    assert (claim["value"], claim["verdict"], claim["figure"]) == (28.0, "reproduced", "zhang2007_fig5")
+    assert (claim["value"], claim["verdict"], claim["figure"]) == (28.0, "agrees", "zhang2007_fig5")
 
 
 def test_the_downloaded_table_has_the_rows_that_are_shown(tmp_path: Path) -> None:
     found = shown(tmp_path, {"verdict": "holds, also of the null"}, {"data": "optical"}, {"scale": "smoke"})
     [row] = csv.DictReader(io.StringIO(found["text"]))
     assert row["verdict"] == "holds, also of the null"
+    assert found["earlier"], "words of before the two answers are said to be so"
+    assert not shown(tmp_path, {})["earlier"]
     assert (found["rows"], found["columns"]) == (1, len(row))
 
 

@@ -19,7 +19,7 @@ def run(tmp_path: Path) -> Path:
     for job, components in ((10, 30), (2, 20), (0, 10)):
         plant(
             folder / f"{job}_model.components={components}" / "zhang2007_fig5",
-            claims={**CLAIM, "value": [float(components)], "verdict": ["differs" if job else "reproduced"]},
+            claims={**CLAIM, "value": [float(components)], "agreement": ["differs" if job else "agrees"]},
             configuration={"model": {"components": components, "divisor": {"<type>": "Divisor", "name": "R-1"}},
                            "results": f"run{job}"},
         )  # fmt: skip
@@ -44,7 +44,7 @@ def test_the_table_has_a_row_for_each_variant_and_claim(run: Path) -> None:
     table = tables.read(run / "variants.csv")
     assert table["model.components"].tolist() == [10, 20, 30]
     assert table["value"].tolist() == [10.0, 20.0, 30.0]
-    assert table["verdict"].tolist() == ["reproduced", "differs", "differs"]
+    assert table["agreement"].tolist() == ["agrees", "differs", "differs"]
     assert set(table["claim"].tolist()) == {"zhang2007_map_thirty_percent"}
 
 
@@ -54,7 +54,7 @@ def test_the_page_shows_variants_of_its_own_data_and_scale(run: Path, tmp_path: 
     (entry,) = shown_variants(run.parent, "synthetic", "smoke")
     assert entry["header"] == ["claim", "published", "components=10", "components=20", "components=30"]
     assert entry["rows"] == [
-        ["zhang2007_map_thirty_percent", "30", "10 %, reproduced", "20 %, differs", "30 %, differs"]
+        ["zhang2007_map_thirty_percent", "30", "10 %, agrees", "20 %, differs", "30 %, differs"]
     ]
     folder = tmp_path / "synthetic" / "smoke"
     plant(folder / "zhang2007_fig5")

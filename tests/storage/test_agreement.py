@@ -15,7 +15,12 @@ from pipeline.storage.agreement import CLOSED_FORM, DIGITS, SEARCHED, compare_ag
 from pipeline.validation import InvalidInput
 
 TABLE = {"method": ["map", "null"], "error_mm": [20.0, 30.0]}
-CLAIM = {"claim": ["one", "two"], "verdict": ["reproduced", "differs"], "value": [20.0, np.nan]}
+CLAIM = {
+    "claim": ["one", "two"],
+    "agreement": ["agrees", "differs"],
+    "beyond_baseline": ["yes", "worse"],
+    "value": [20.0, np.nan],
+}
 
 
 def figure(folder: Path, table: dict[str, Any] | None = None, claims: dict[str, Any] | None = None) -> Path:
@@ -96,10 +101,11 @@ def test_a_claim_that_only_the_new_figure_has_is_named(kept: Path, tmp_path: Pat
 @pytest.mark.parametrize(
     ("claims", "complaint"),
     [
-        ({**CLAIM, "verdict": ["reproduced", "undecided"]}, "two: differs is not undecided"),
+        ({**CLAIM, "agreement": ["agrees", "undecided"]}, "two, agreement: differs is not undecided"),
+        ({**CLAIM, "beyond_baseline": ["no", "worse"]}, "one, beyond_baseline: yes is not no"),
         ({**CLAIM, "value": [20.1, np.nan]}, "one: 20 is not 20.1"),
         ({**CLAIM, "value": [np.nan, np.nan]}, "one: 20 is not nan"),
-        ({name: values[:1] for name, values in CLAIM.items()}, "two: differs is not there"),
+        ({name: values[:1] for name, values in CLAIM.items()}, "two: not there"),
     ],
 )
 def test_another_verdict_or_value_is_named(
@@ -107,6 +113,13 @@ def test_another_verdict_or_value_is_named(
 ) -> None:
     found = compare_again(kept, figure(tmp_path / "made" / "zhang2007_fig5", claims=claims))
     assert [one.complaints for one in found] == [(), (complaint,)]
+
+
+def test_claims_of_another_rule_are_refused(kept: Path, tmp_path: Path) -> None:
+    made = figure(tmp_path / "made" / "zhang2007_fig5")
+    (kept / "claims.csv").write_text("claim,verdict,value\none,differs,20\n")
+    with pytest.raises(InvalidInput, match=r"claims of another rule.*agreement, beyond_baseline"):
+        compare_again(kept, made)
 
 
 def test_other_rows_are_a_difference_and_no_tables_are_refused(kept: Path, tmp_path: Path) -> None:

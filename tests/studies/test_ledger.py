@@ -43,14 +43,14 @@ def test_a_figure_is_judged_on_its_own_tables() -> None:
     found = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
     thirty = found["zhang2007_thirty_components"]
     assert thirty.value == pytest.approx(95.5)
-    assert thirty.outcome == "undecided", "no interval is known of two walkers' spectrum"
+    assert thirty.agreement == "undecided", "no interval is known of two walkers' spectrum"
     assert found["zhang2007_fundamental_share"].value == pytest.approx(91.9)
 
 
 def test_verdicts_on_some_figures_leave_those_on_others(tmp_path: Path) -> None:
     path = tmp_path / "claims.csv"
     spectrum = judge_figure("zhang2007_fig2", SPECTRUM, "synthetic")
-    others = [papers.Verdict(papers.claim("zhang2007_walkers"), papers.Outcome.UNTESTED, "no people")]
+    others = [papers.Verdict(papers.claim("zhang2007_walkers"), papers.Agreement.UNTESTABLE, "no people")]
     write_claims(path, others)
     write_claims(path, spectrum, judged=["zhang2007_fig2"])
     both = path.read_bytes()
@@ -72,28 +72,21 @@ def test_a_folder_is_judged_like_its_figures(tmp_path: Path) -> None:
     alone = by_name(judge_figure("zhang2007_fig2", SPECTRUM, "synthetic"))
     found = by_name(judge_folder(tmp_path, "synthetic", ["zhang2007_fig2", "zhang2007_fig5"]))
     for name, verdict in alone.items():
-        assert found[name].outcome == verdict.outcome
-    assert found["zhang2007_map_thirty_percent"].outcome == "cannot be tested on this data"
+        assert found[name].agreement == verdict.agreement
+    assert found["zhang2007_map_thirty_percent"].agreement == "untestable"
 
     write_claims(tmp_path / "claims.csv", list(found.values()))
     written = tables.read(tmp_path / "claims.csv")
     row = written["claim"].tolist().index("zhang2007_thirty_components")
     assert written["published"][row] == 95.5
-    assert written["verdict"][row] == "undecided"
+    assert written["agreement"][row] == "undecided"
     assert written["value"][row] == pytest.approx(95.5)
-    assert written["null"][row] == 38.0
-    expected = {
-        "kind",
-        "measure",
-        "value_low",
-        "value_high",
-        "null_low",
-        "null_high",
-        "bounds",
-        "n_people",
-        "history",
-    }
-    assert expected <= set(written)
+    assert written["class"][row] == "description"
+    assert written["beyond_baseline"][row] == "not applicable"
+    expected = """claim paper section kind same_as figure quote published unit measure help agreement value value_low
+        value_high bounds close_bounds one_sample_low one_sample_high paper_in_prediction beyond_baseline class baseline
+        baseline_knows baseline_value baseline_low baseline_high gain gain_low gain_high why n_people written"""
+    assert list(written) == expected.split()
 
 
 def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> None:
@@ -104,7 +97,7 @@ def test_small_figures_are_not_judged_wherever_they_stand(tmp_path: Path) -> Non
             tables.write(folder / f"{name}.csv", columns)
         write_manifest(folder, {"scale": scale})
         verdicts = by_name(judge_folder(folder.parent, "synthetic", ["zhang2007_fig2"]))
-        assert verdicts["zhang2007_thirty_components"].outcome == told
+        assert verdicts["zhang2007_thirty_components"].agreement == told
 
 
 def test_a_table_that_was_edited_after_publication_is_not_judged(tmp_path: Path) -> None:
@@ -142,19 +135,19 @@ def test_timings_are_judged_by_nothing(tmp_path: Path) -> None:
         write_manifest(folder, {})
         verdicts.append(judge_figure("mozerov2006_fig3", made, "synthetic"))
         verdicts.append(judge_folder(folder.parent, "synthetic", ["mozerov2006_fig3"]))
-    told = [{name: v.outcome for name, v in by_name(found).items()} for found in verdicts]
+    told = [{name: v.agreement for name, v in by_name(found).items()} for found in verdicts]
     assert told[0] == told[2]
     assert told[1] == told[3]
-    assert "reproduced" not in {*told[0].values(), *told[1].values()}
+    assert "agrees" not in {*told[0].values(), *told[1].values()}
 
 
-# --- intervals and nulls ----------------------------------------------------------------------------------
+# --- intervals and baselines ----------------------------------------------------------------------------------
 
 LS, MAP, NOTHING, ONE = "least_squares", "map", "average_walker", "map_1"
 
 
 def errors_of(people: int, gains: np.ndarray, nothing: float) -> dict[str, dict[str, np.ndarray]]:
-    """Figure 5 of people whose MAP error is below that of least squares by these shares, and its nulls by another."""
+    """Figure 5 of people whose MAP error is below that of least squares by these shares; its baseline by another."""
     level = np.linspace(80.0, 120.0, people)
     of = {LS: level, MAP: level * (1 - gains), NOTHING: level * (1 - nothing), ONE: level}
     names = np.array([f"p{n:02d}" for n in range(people)])
@@ -182,30 +175,42 @@ def thirty_percent(tables: dict[str, dict[str, np.ndarray]], *, smoke: bool = Fa
     return verdict
 
 
-def test_a_gain_that_all_people_share_is_reproduced() -> None:
+def test_a_gain_that_all_people_share_agrees_and_is_beyond_the_average_walker() -> None:
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
     verdict = thirty_percent(errors_of(20, gains, -0.2))
-    assert verdict.outcome == "reproduced"
+    assert (verdict.agreement, verdict.beyond) == ("agrees", "yes")
     assert verdict.evidence is not None
-    value, null = verdict.evidence.value, verdict.evidence.null
-    assert null is not None
+    value, baseline, gain = verdict.evidence.value, verdict.evidence.baseline, verdict.evidence.gain
+    assert baseline is not None
+    assert gain is not None
     assert 20 < value.low < value.value < value.high < 40
-    assert null.value == pytest.approx(0.0), "one eigenwalker is the better of the two nulls"
+    assert baseline.value == pytest.approx(-20.0), "the average walker's error is a fifth larger"
+    assert gain.value == pytest.approx(value.value - baseline.value)
+    assert gain.low <= gain.value <= gain.high
     assert verdict.evidence.people == 20
-    assert verdict.evidence.value.value == pytest.approx(value.value)
 
 
-def test_planted_cases_are_not_reproduced() -> None:
+@pytest.mark.parametrize(("nothing", "told"), [(-0.2, "yes"), (0.3, "no"), (0.45, "worse")])
+def test_another_baseline_changes_nothing_but_what_is_said_of_it(nothing: float, told: str) -> None:
     gains = 0.3 + 0.05 * np.sin(np.arange(20))
-    assert thirty_percent(errors_of(20, gains, 0.3)).outcome == "holds, also of the null"
-    assert thirty_percent(errors_of(20, gains + 0.1, -0.2)).outcome == "undecided", "40 is the edge"
-    assert thirty_percent(errors_of(9, gains[:9], -0.2)).outcome == "cannot be tested on this data"
-    assert thirty_percent(errors_of(20, gains, -0.2), smoke=True).outcome == "not judged at smoke scale"
-    assert thirty_percent(errors_of(20, gains + 0.4, -0.2)).outcome == "direction only"
-    assert thirty_percent(errors_of(20, -gains, -0.9)).outcome == "differs"
+    verdict = thirty_percent(errors_of(20, gains, nothing))
+    assert (verdict.agreement, verdict.beyond) == ("agrees", told)
+    assert verdict.evidence is not None
+    plain = thirty_percent(errors_of(20, gains, 0.0)).evidence
+    assert plain is not None
+    assert verdict.evidence.value == plain.value
+
+
+def test_planted_cases_do_not_agree() -> None:
+    gains = 0.3 + 0.05 * np.sin(np.arange(20))
+    assert thirty_percent(errors_of(20, gains + 0.1, -0.2)).agreement == "undecided", "40 is the edge"
+    assert thirty_percent(errors_of(9, gains[:9], -0.2)).agreement == "untestable"
+    assert thirty_percent(errors_of(20, gains, -0.2), smoke=True).agreement == "not judged at smoke scale"
+    assert thirty_percent(errors_of(20, gains + 0.4, -0.2)).agreement == "close"
+    assert thirty_percent(errors_of(20, -gains, -0.9)).agreement == "differs"
     one = errors_of(20, gains, -0.2)
     one["table_people"]["person"] = np.full(80, "p00")
-    assert thirty_percent(one).outcome == "undecided", "clips are not people"
+    assert thirty_percent(one).agreement == "undecided", "clips are not people"
 
 
 def test_an_extreme_near_a_bound_is_undecided_though_no_person_drawn_again_exceeds_it() -> None:
@@ -222,8 +227,8 @@ def test_an_extreme_near_a_bound_is_undecided_though_no_person_drawn_again_excee
         return judge([papers.claim(name)], made, "synthetic")[0]
 
     far, near = verdict(12.0), verdict(19.0)
-    assert far.outcome == "reproduced"
-    assert near.outcome == "undecided"
+    assert far.agreement == "agrees"
+    assert near.agreement == "undecided"
     for one, worst in ((far, 12.0), (near, 19.0)):
         assert one.evidence is not None
         value = one.evidence.value
@@ -240,9 +245,35 @@ def test_populations_take_the_place_of_people() -> None:
         **{name: np.concatenate([table[name] for table in each]) for name in each[0]},
     }
     verdict = thirty_percent(tables)
-    assert verdict.outcome == "undecided"
     assert verdict.evidence is not None
-    assert verdict.evidence.value.low < 10 < 50 < verdict.evidence.value.high
+    value, one = verdict.evidence.value, verdict.evidence.one_sample
+    each_gain = 100.0 * np.array([np.mean(gains) + shift for shift in (-0.25, 0.0, 0.1, 0.25)])
+    assert value.value == pytest.approx(each_gain.mean(), abs=0.5), (
+        "their mean, not the published population's"
+    )
+    se = each_gain.std(ddof=1) / 2.0
+    assert value.high - value.value == pytest.approx(3.182 * se, rel=0.05), "Student's, of four"
+    assert value.value - value.low == pytest.approx(value.high - value.value)
+    assert one is not None
+    assert one.high - one.value == pytest.approx(3.182 * se * np.sqrt(5.0), rel=0.05), "and of one more"
+    assert verdict.paper_in_prediction
+    assert verdict.agreement == "undecided"
+
+
+def test_an_interval_does_not_move_to_hold_its_value() -> None:
+    """The published population is an outlier of the others: value and interval are theirs alone."""
+    gains = 0.3 + 0.05 * np.sin(np.arange(20))
+    tables = errors_of(20, gains - 0.25, -0.2)
+    each = [errors_of(20, gains + shift, -0.2)["table"] for shift in (-0.01, 0.0, 0.01, 0.0)]
+    tables["table_populations"] = {
+        "population": np.repeat([1, 2, 3, 4], 4),
+        **{name: np.concatenate([table[name] for table in each]) for name in each[0]},
+    }
+    verdict = thirty_percent(tables)
+    assert verdict.evidence is not None
+    assert verdict.agreement == "agrees"
+    assert verdict.evidence.value.value == pytest.approx(30.0, abs=1.5)
+    assert verdict.evidence.value.low > 25
 
 
 def test_every_replicate_is_what_its_rows_give() -> None:
@@ -261,7 +292,7 @@ def test_every_replicate_is_what_its_rows_give() -> None:
     )
     drawn = replicate(["fig"], {"fig": table}, seed=3)
     assert drawn is not None
-    rows = drawn["fig"]
+    rows = drawn.tables["fig"]
     assert isinstance(rows, Replicated)
     wanted = [
         Measure("mean", {"table": "fig", "column": "x", "where": f"method == '{LS}'"}),
@@ -283,13 +314,13 @@ def test_every_replicate_is_what_its_rows_give() -> None:
         Measure("root", {"of": one}),
     ]
     for measure in wanted:
-        fast = evaluation.evaluate(measure, MEASURES, drawn, len(rows.weights))
-        assert np.shape(fast) == (2000,)
-        for b in range(5):
+        fast = evaluation.evaluate(measure, MEASURES, drawn.tables, drawn.size)
+        assert np.shape(fast) == (drawn.size,) == (2000 + 7,), "and each person left out"
+        for b in (0, 1, 2, 2000, 2006):
             slow = evaluation.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
             assert np.asarray(fast)[b] == pytest.approx(slow, rel=1e-9, nan_ok=True), measure.name
     counted = Measure("distinct", {"table": "fig", "columns": ("walker",)})
-    assert evaluation.evaluate(counted, MEASURES, drawn, 2000) == 7, "a count of what was done"
+    assert evaluation.evaluate(counted, MEASURES, drawn.tables, drawn.size) == 7, "a count of what was done"
 
 
 def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() -> None:
@@ -297,9 +328,9 @@ def test_a_measure_that_knows_no_replicates_is_computed_one_after_the_other() ->
     drawn = replicate(["fig"], {"fig": table})
     assert drawn is not None
     broken = Measure("broken_time_constraints", {"table": "fig"})
-    found = np.asarray(evaluation.evaluate(broken, MEASURES, drawn, 2000))
-    assert found.shape == (2000,)
-    rows = drawn["fig"]
+    found = np.asarray(evaluation.evaluate(broken, MEASURES, drawn.tables, drawn.size))
+    assert found.shape == (2003,)
+    rows = drawn.tables["fig"]
     assert isinstance(rows, Replicated)
     assert found[7] == pytest.approx(evaluation.evaluate(broken, MEASURES, {"fig": rows.drawn(7)}))
 
@@ -311,6 +342,6 @@ def test_people_drawn_again_already_are_the_replicates() -> None:
     drawn = replicate(["fig/table_space"], frames)
     assert drawn is not None
     found = evaluation.evaluate(
-        Measure("mean", {"table": "fig/table_space", "column": "components"}), MEASURES, drawn, 5
+        Measure("mean", {"table": "fig/table_space", "column": "components"}), MEASURES, drawn.tables, 5
     )
     assert np.asarray(found).tolist() == [3.0, 4.0, 5.0, 4.0, 3.0]

@@ -22,6 +22,7 @@ FILES = {
         year: 2030
         venue: nowhere
         figures: [pace2030_fig1]
+        clips: walks
         page:
           figure: pace2030_fig1
           sentences: [Quick people walk large., It is the first harmonic., The second adds little.]

@@ -57,7 +57,8 @@ _THIGHS = ("left_knee", "right_knee")
 
 PAPERS = (
     "papers_error_mm", "papers_error_sd_mm", "papers_error_up_to_mirror_mm", "papers_length_change_max",
-    "papers_acceleration_ratio", "papers_hanging_error_mm", "papers_true_root_error_mm",
+    "papers_acceleration_ratio", "papers_random_signs_acceleration_ratio", "papers_hanging_error_mm",
+    "papers_true_root_error_mm",
 )  # fmt: skip
 """What is measured in the paper's conditions."""
 
@@ -117,7 +118,8 @@ class MotionsSweep(CameraSweep):
                 _Reconstruction(options, basis, truth, lengths, camera, images, kind)
                 for options in (self, self.as_in_the_paper())
             )
-            beside = papers.in_papers_conditions() if self.papers_too else dict.fromkeys(PAPERS, np.nan)
+            signs = derive_generator(inputs.seed, f"sweep:motions:signs:{place}")
+            beside = papers.in_papers_conditions(signs) if self.papers_too else dict.fromkeys(PAPERS, np.nan)
             as_chosen, *tried = ours.found()
             return [{**as_chosen, **beside}, *({**one, **dict.fromkeys(PAPERS, np.nan)} for one in tried)]
 
@@ -194,8 +196,8 @@ class _Reconstruction:
         given = self.root if root is None else root
         return prepared(self.images, self.camera, given, self.lengths, options)
 
-    def in_papers_conditions(self) -> dict[str, float]:
-        """Return `PAPERS` of it, whose options are those of the paper."""
+    def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
+        """Return `PAPERS` of it, whose options are those of the paper; signs of the baseline are drawn."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         made = skeleton.whole()
@@ -208,6 +210,9 @@ class _Reconstruction:
             self.error_mm(better),
             length_changes(made.positions).max(),
             acceleration_ratio(made.positions, self.truth),
+            acceleration_ratio(
+                nulls.random_signs(self.camera, self.images, self.root, lengths, generator), self.truth
+            ),
             self.error_mm(nulls.hanging(self.root, lengths)),
             error.mean()
             if np.array_equal(self.root, true_root)

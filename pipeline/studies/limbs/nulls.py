@@ -2,6 +2,7 @@
 
 hanging    trunk and head straight up, arms and legs straight down, from the given root and with the given lengths.  No
            image is used.  Which way the body faces is not known either, so that hips and shoulders stay in the middle.
+random signs  of each limb one of the two candidates of every frame at random, about the parent that is so found.
 mean pose  the mean of the true motion over the clip, standing still: more than any method without the truth can know.
 """
 
@@ -9,9 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, forward
+from pipeline.core.pinhole import Pinhole
 from pipeline.studies.limbs.scores import distance
-from pipeline.studies.limbs.trials import LimbTrial
+from pipeline.studies.limbs.trials import ROOT, LimbTrial
 
 _UPWARDS = {"sternum": 1.0, "head": 1.0, "elbow": -1.0, "wrist": -1.0, "knee": -1.0, "ankle": -1.0}
 
@@ -27,6 +30,19 @@ HANGING = np.array(
 def hanging(root: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Return positions (F, 15, 3), mm, of a skeleton that hangs from a root (F, 3), its lengths (14,) given."""
     return forward(WALKER14, root, np.broadcast_to(lengths[:, None] * HANGING, (len(root), *HANGING.shape)))
+
+
+def random_signs(
+    camera: Pinhole, images: np.ndarray, root: np.ndarray, lengths: np.ndarray, generator: np.random.Generator
+) -> np.ndarray:
+    """Return positions (F, 15, 3), mm, of candidates chosen at random, from images (F, 15, 2), px, root and lengths."""
+    positions = np.full((len(root), len(WALKER14.joints), 3), np.nan)
+    positions[:, ROOT] = root
+    for length, (parent, child) in zip(lengths, WALKER14.ends, strict=True):
+        hits = ray_sphere(camera.matrix, images[:, child], positions[:, parent], float(length)).resolved()
+        signs = generator.choice([-1.0, 1.0], len(root))
+        positions[:, child] = positions[:, parent] + hits.chosen(signs)
+    return positions
 
 
 def mean_pose(root: np.ndarray, truth: np.ndarray) -> np.ndarray:

@@ -40,6 +40,8 @@ class Motions:
         and what follows NaN if they were not asked for.
     papers_error_up_to_mirror_mm, papers_length_change_max, papers_acceleration_ratio : (N, C)
         In the paper's conditions; the last as `acceleration_ratio`.
+    papers_random_signs_acceleration_ratio : (N, C)
+        Of candidates chosen at random.
     papers_true_root_error_mm : (N, C)
         As `papers_error_mm`, with the true root before the still camera as well.
     camera_outside_basis : (N, C)
@@ -76,6 +78,7 @@ class Motions:
     papers_error_up_to_mirror_mm: np.ndarray
     papers_length_change_max: np.ndarray
     papers_acceleration_ratio: np.ndarray
+    papers_random_signs_acceleration_ratio: np.ndarray
     papers_hanging_error_mm: np.ndarray
     papers_true_root_error_mm: np.ndarray
     camera_outside_basis: np.ndarray

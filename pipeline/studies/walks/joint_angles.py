@@ -19,7 +19,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import PUBLISHED, Method, Null, coarser_views
+from pipeline.studies.walks.methods import PUBLISHED, Method, Null
 from pipeline.studies.walks.seen_walker import SeenWalker
 from pipeline.validation import Distinct, Positive, bounded
 
@@ -68,12 +68,10 @@ class JointAngles(Sweep):
     noise_variance_mm2: Positive = 70.0
     instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
 
-    def coarser(self) -> JointAngles:
-        """Return the sweep with every tenth degree of view, of the papers' approaches alone."""
+    def of_populations(self) -> JointAngles:
+        """Return the sweep of the papers' approaches alone."""
         methods = [method for method in self.methods if method in PUBLISHED]
-        return replace(
-            self, view_angle_deg=coarser_views(self.view_angle_deg), methods=methods or self.methods
-        )
+        return replace(self, methods=methods or self.methods)
 
     def measure(self, inputs: SweepInputs[Walks, FourierSamples, Eigenwalkers]) -> JointAngleErrors:
         """Return how far joint angles are off from every view."""
@@ -81,7 +79,6 @@ class JointAngles(Sweep):
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
         times = np.arange(self.instants) / self.instants
         design = fourier.design(1.0, times, (data.coefficients.shape[1] - 1) // 2)
-        average_walker = Null.average_walker.noise_variance(self.noise_variance_mm2)
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
 
         def motions(r: int, angles_deg: np.ndarray) -> np.ndarray:
@@ -94,7 +91,7 @@ class JointAngles(Sweep):
                 else source.reconstruct(method.noise_variance(self.noise_variance_mm2)).missing
                 for method in self.methods
             ]
-            missing = np.stack([*found, source.reconstruct(average_walker).missing])
+            missing = np.stack([*found, source.average_walker().missing])
             turned = view[:, None, None]
             across = camera.horizontal(data.coefficients[r], turned)
             height = np.broadcast_to(camera.vertical(data.coefficients[r]), across.shape)

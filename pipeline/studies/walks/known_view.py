@@ -6,7 +6,7 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -21,7 +21,6 @@ from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
     Null,
-    coarser_views,
 )
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
@@ -130,10 +129,6 @@ class KnownView(Sweep):
     missing_variance: MissingVariance = MissingVariance.temporal
     demonstration_views_deg: Distinct[Finite] = field(default_factory=lambda: [0.0, 30.0, 90.0])
 
-    def coarser(self) -> KnownView:
-        """Return the sweep with every tenth degree of view."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg))
-
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
@@ -209,8 +204,12 @@ class KnownView(Sweep):
             found["coefficients_beyond"].append((over > 1).mean())
             found["views_far_beyond"].append((over > 2).any(axis=1).mean())
         for null in Null.beside(self.methods):
-            noise = null.noise_variance(self.noise_variance_mm2)
-            here, there = (s.given(single).reconstruct(noise) for s in (everywhere, demonstration))
+            here, there = (
+                s.average_walker()
+                if null is Null.average_walker
+                else s.given(single).reconstruct(null.noise_variance(self.noise_variance_mm2))
+                for s in (everywhere, demonstration)
+            )
             keep(here, there, "null_", "null_error_mm2")
         own = linear_model.coefficients(fold, model.samples[r : r + 1], measured=~data.unmeasured[r])
         own = np.abs(own[0]) / limit

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from enum import StrEnum
 
 from pipeline.studies.study import Grid
@@ -50,10 +49,20 @@ class Null(StrEnum):
         return [Null.average_walker, *(Null(f"{method}_1") for method in methods if method in PUBLISHED)]
 
 
-POPULATION_STEP_DEG = 10.0
-"""Step of the view angle in further populations; the bands of frontal, oblique and profile views end on it."""
+STRIP_DEG = 10.0
+"""Width of a strip of view angles; the bands of frontal, oblique and profile views end on it."""
 
 
-def coarser_views(views: Grid) -> Grid:
-    """Return a grid of view angles with steps of ten degrees, or its own if they are wider."""
-    return replace(views, step=max(views.step, POPULATION_STEP_DEG))
+def middles_of_strips(views: Grid) -> Grid:
+    """Return the middles of strips of a grid of view angles, or itself if its steps are as wide.
+
+    Each strip weighs the same, as in the whole grid: a mean over its views and one over the middles are one quantity.
+
+    Examples
+    --------
+    >>> middles_of_strips(Grid(start=-20, stop=20, step=1)).values("views")
+    array([-15.,  -5.,   5.,  15.])
+    """
+    if views.step >= STRIP_DEG or views.stop - views.start < STRIP_DEG:
+        return views
+    return Grid(start=views.start + STRIP_DEG / 2, stop=views.stop - STRIP_DEG / 2, step=STRIP_DEG)

@@ -11,7 +11,7 @@ from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import IMAGE_IGNORED_MM2, Method
+from pipeline.studies.walks.methods import Method
 from pipeline.studies.walks.seen_walker import SeenWalker
 
 LEAST_WALKERS = 3
@@ -57,7 +57,7 @@ def other_source_errors(
         ]
         return [
             float(errors.walker_error(errors.absolute_error(each.delta, views.residual_power)).mean())
-            for each in (*found, views.reconstruct(IMAGE_IGNORED_MM2))
+            for each in (*found, views.average_walker())
         ]
 
     return np.array(map_processes(one, range(len(samples)), workers)).T

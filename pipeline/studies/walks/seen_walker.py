@@ -85,6 +85,13 @@ class SeenWalker:
             missing = np.where(self.measured, missing, expected)
         return Reconstruction(views.delta, missing, views.coefficients)
 
+    def average_walker(self) -> Reconstruction:
+        """Return the depth of the average walker: of the mean alone, without an estimator."""
+        view = self._view[:, None, None]
+        off = linear_model.unflatten(self._sample - self._seen_fold.mean)
+        missing = camera.missing_dimension(linear_model.unflatten(self.fold.mean), view)
+        return Reconstruction(camera.missing_dimension(off, view), missing, np.empty((len(self._view), 0)))
+
     def error_path(self, noise_variances: np.ndarray) -> np.ndarray:
         """E_a of MAP for every view and sigma², residual left out; mean over the joints that were measured."""
         path = reconstruction.error_path(self._seen_fold, self._sample, self._view, noise_variances)

@@ -22,7 +22,7 @@ from pipeline.studies.walks.methods import (
     PUBLISHED,
     Method,
     Null,
-    coarser_views,
+    middles_of_strips,
 )
 from pipeline.validation import Distinct, InvalidInput, Positive
 
@@ -32,6 +32,9 @@ Solver.__doc__ = """How the view angle is found: over the whole range, or as app
 
 ESTIMATED = ("angle_rad", "cost", "runner_up_cost", "converged", "n_iterations")
 """What is kept of a `ViewEstimate`."""
+
+RANDOM_VIEW = "random_view"
+"""A view drawn on the whole circle, one for every walker and view: no estimator, which knows nothing."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,7 @@ class ViewAngles:
         Estimated angle; cost of its fit, and of the best fit at another local minimum.  Of the anatomical method: 1,
         and by how much the angle is likelier than that of the next mode.
     null_angle_deg : (K, R, A)
+        The last is drawn at random.
     converged : (M, R, A) bool
     n_iterations : (M, R, A) int
     failure_deg : float
@@ -79,6 +83,8 @@ class ViewAngles:
 class UnknownView(Sweep):
     """The view angle estimated together with the motion."""
 
+    draws_random_numbers = True
+
     view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
     methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))
     noise_variance_mm2: Positive = 70.0
@@ -104,9 +110,12 @@ class UnknownView(Sweep):
                 received=str(self.angle_range_deg),
             )
 
-    def coarser(self) -> UnknownView:
-        """Return the sweep with every tenth degree of view, and without the published solver beside it."""
-        return replace(self, view_angle_deg=coarser_views(self.view_angle_deg), published_views_deg=[])
+    def of_populations(self) -> UnknownView:
+        """Return the sweep at the middles of strips of views, and without the published solver beside it.
+
+        Its tables have a row for every walker and view.
+        """
+        return replace(self, view_angle_deg=middles_of_strips(self.view_angle_deg), published_views_deg=[])
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
@@ -163,10 +172,14 @@ class UnknownView(Sweep):
             name.replace("_rad", "_deg"): np.degrees(found.pop(name))
             for name in ("angle_rad", "null_angle_rad", "published_angle_rad")
         }
+        generator = inputs.generator("random view")
+        for name, views in (("null_angle_deg", view_deg), ("published_angle_deg", published_deg)):
+            drawn = generator.uniform(-180.0, 180.0, (1, len(folds), len(views)))
+            degrees[name] = np.concatenate([degrees[name], drawn])
         unconverged = int((~found["converged"]).sum())
         return ViewAngles(
             methods=np.array([method.value for method in self.methods]),
-            nulls=np.array([null.value for null in nulls]),
+            nulls=np.array([*(null.value for null in nulls), RANDOM_VIEW]),
             view_angle_deg=view_deg,
             **found,
             **degrees,

@@ -100,6 +100,7 @@ class MotionsFigure(Figure):
             "error_up_to_mirror_mm": sweep.papers_error_up_to_mirror_mm,
             "length_change_max": sweep.papers_length_change_max,
             "acceleration_ratio": sweep.papers_acceleration_ratio,
+            "random_signs_acceleration_ratio": sweep.papers_random_signs_acceleration_ratio,
             "hanging_error_mm": sweep.papers_hanging_error_mm,
             "true_root_error_mm": sweep.papers_true_root_error_mm,
             "camera_outside_basis": sweep.camera_outside_basis,

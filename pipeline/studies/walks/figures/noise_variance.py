@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
+from pipeline.core import errors
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
@@ -19,7 +20,7 @@ from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
-from pipeline.studies.walks.methods import Method
+from pipeline.studies.walks.methods import Method, Null
 from pipeline.validation import InvalidInput
 
 if TYPE_CHECKING:
@@ -51,12 +52,15 @@ class NoiseVariance(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
 
-        ``table_nested``: σ² that others choose for each walker, on models without that walker.
+        ``table_nested``: σ² that others choose for each walker, on models without that walker, and the average walker.
         """
         sweep = inputs.sweep
         sigma2, path, views = sweep.sigma2_mm2, sweep.path_walker_mm2, sweep.view_angle_deg
         person, nested = inputs.dataset.person, sweep.nested
         chosen = np.arange(len(nested))  # nobody, where people are too few to choose for others
+        average = errors.walker_error(
+            sweep.null_error_mm2[sweep.nulls.tolist().index(Null.average_walker)]
+        ).mean(axis=1)
         low, high = interval_over_people(person, path)
         return {
             "table": tidy(
@@ -88,12 +92,13 @@ class NoiseVariance(Figure):
             ),
             "table_nested": tidy(
                 {
-                    "person": person[chosen].astype(str),
-                    "walker": np.asarray(inputs.samples, dtype=str)[chosen],
-                    "sigma2_mm2": sigma2[nested],
-                    "absolute_error_mm2": path[chosen, nested],
+                    "person": np.tile(person[chosen].astype(str), 2),
+                    "walker": np.tile(np.asarray(inputs.samples, dtype=str)[chosen], 2),
+                    "method": np.repeat([Method.map, Null.average_walker], len(chosen)).astype(str),
+                    "sigma2_mm2": np.concatenate([sigma2[nested], np.full(len(chosen), np.nan)]),
+                    "absolute_error_mm2": np.concatenate([path[chosen, nested], average[chosen]]),
                 },
-                by=["walker"],
+                by=["walker", "method"],
             ),
         }
 
