@@ -77,10 +77,9 @@ def cloned(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
     for name in ("docs/figures.md", "docs/results.md", "conf/readme.yaml", "results/published.csv"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, folder / name)
-    text = (folder / "docs" / "figures.md").read_text(encoding="utf-8")
-    (folder / "docs" / "figures.md").write_text(
-        text.replace("results:begin figures -->\n", "results:begin figures -->\nold\n")
-    )
+    page = folder / "docs" / "figures.md"
+    text = page.read_text(encoding="utf-8")
+    page.write_text(text.replace("results:begin figures -->\n", "results:begin figures -->\nold\n"))
     patch.setattr(provenance, "PROJECT", folder)
 
 
