@@ -91,7 +91,7 @@ def test_variance_left_is_the_variance_of_the_sequences_also_of_people_drawn_aga
     assert np.isnan(of_actions.variance_left(pairs.assign(x=np.nan), "x"))
     drawn = replicate(["t"], {"t": pairs})
     assert drawn is not None
-    rows = drawn["t"]
+    rows = drawn.tables["t"]
     assert isinstance(rows, Replicated)
     found = np.asarray(of_actions.variance_left(rows, "x"))
     for b in range(20):

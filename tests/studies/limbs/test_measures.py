@@ -61,11 +61,11 @@ WANTED = [
 def test_every_replicate_is_what_its_rows_give(measure: Measure) -> None:
     drawn = replicate(["fig"], {"fig": trials()}, seed=3)
     assert drawn is not None
-    rows = drawn["fig"]
+    rows = drawn.tables["fig"]
     assert isinstance(rows, Replicated)
-    assert rows.weights.shape == (2000, CLIPS), "all rows of a clip together"
-    fast = np.asarray(evaluation.evaluate(measure, MEASURES, drawn, len(rows.weights)))
-    assert fast.shape == (2000,)
+    assert rows.weights.shape == (2000 + CLIPS, CLIPS), "all rows of a clip together, and each clip left out"
+    fast = np.asarray(evaluation.evaluate(measure, MEASURES, drawn.tables, drawn.size))
+    assert fast.shape == (drawn.size,) == (2000 + CLIPS,)
     assert len(np.unique(fast[np.isfinite(fast)])) > 1
     for b in range(8):
         slow = evaluation.evaluate(measure, MEASURES, {"fig": rows.drawn(b)})
