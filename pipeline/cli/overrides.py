@@ -15,19 +15,22 @@ _WORDS = {
 def quoted(overrides: Sequence[str]) -> list[str]:
     """Return overrides in Hydra's grammar: text with letters or signs of its own is quoted, a mapping is an option.
 
+    A comma is one of these signs, except with ``-m``, where it stands between variants.
+
     Examples
     --------
     >>> quoted(["data.path=/daten/müller/x", "data.person=^(.{4})", "skeleton=auto", "seed=3"])
     ["data.path='/daten/müller/x'", "data.person='^(.{4})'", 'skeleton.mapping=auto', 'seed=3']
     """
-    return [_quoted(item) for item in overrides]
+    variants = "," if {"-m", "--multirun"} & set(overrides) else ""
+    return [_quoted(item, rf"[A-Za-z0-9_./:{variants}-]*") for item in overrides]
 
 
-def _quoted(item: str) -> str:
+def _quoted(item: str, plain: str) -> str:
     key, equals, value = item.partition("=")
     if key == "skeleton" and equals:
         key = "skeleton.mapping"
-    if key not in _WORDS or re.fullmatch(r"[A-Za-z0-9_./,:-]*|(['\"]).*\1|\$\{.*\}", value, re.DOTALL):
+    if key not in _WORDS or re.fullmatch(rf"{plain}|(['\"]).*\1|\$\{{.*\}}", value, re.DOTALL):
         return f"{key}{equals}{value}"
     # A backslash only counts before a quote, and the last one stands before the closing quote.
     inner = re.sub(r"(\\*)'", r"\1\1\\'", value)
