@@ -61,7 +61,7 @@ def counts_by_kind(claims: Iterable[Mapping[str, Any]]) -> list[tuple[str, Tally
     Examples
     --------
     >>> counts_by_kind([{"kind": "result", "agreement": "agrees", "beyond_baseline": "yes"}])
-    [('results', [('agrees', 1, [('yes', 1)])])]
+    [('results', [('agrees', 1, [(<Beyond.YES: 'yes'>, 1)])])]
     """
     kinds: dict[str, list[Mapping[str, Any]]] = {}
     for claim in claims:

@@ -64,7 +64,17 @@ def _code(content: bytes) -> tuple[str, frozenset[tuple[str, str]]]:
     """Return the digest of a module's syntax tree, and each name that it imports with the module it comes from."""
     tree = ast.parse(content)
     imports: set[tuple[str, str]] = set()
+    # What is imported for annotations alone does not run.
+    unread = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for line in node.body
+        for inner in ast.walk(line)
+    }
     for node in ast.walk(tree):
+        if id(node) in unread:
+            continue
         if isinstance(node, ast.ImportFrom):
             imports |= {(f"{node.module}.{alias.name}", str(node.module)) for alias in node.names}
         elif isinstance(node, ast.Import):

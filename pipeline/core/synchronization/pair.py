@@ -242,8 +242,8 @@ def synchronize(
     --------
     >>> x_n = np.array([[0.0], [0.0], [1.0], [2.0], [3.0], [3.0]])
     >>> x_m = np.array([[0.0], [1.0], [2.0], [3.0], [3.0], [3.0]])
-    >>> synchronize(x_n, x_m, max_disparity=2, smoothness=0.1)
-    Synchronization(disparity=array([ 0, -1, -1, -1,  0,  0]), cost=0.2)
+    >>> synchronize(x_n, x_m, max_disparity=2, smoothness=0.1).disparity.tolist()
+    [0, -1, -1, -1, 0, 0]
     """
     x_n, x_m = same_size([x_n, x_m], ["x_n", "x_m"])
     nodes = allowed_disparities(
