@@ -18,7 +18,7 @@ all colours in `pipeline.palette`; what is drawn is described by `pipeline.chart
 >>> METHODS = {"least_squares": Style("approach I", "least_squares"), "map": Style("approach II", "map")}
 >>> CHARTS = Sheet(charts=[
 ...     Chart(x="view_angle_deg", x_label="View", x_unit="°", y=y, by="method", styles=METHODS, label=label, unit=unit)
-...     for y, label, unit in [("absolute_error_mm2", "Absolute error", "mm²"), ("relative_error", "Relative error", "")]
+...     for y, label, unit in [("absolute_error_mm2", "Absolute error", "mm²"), ("relative_error", "Its share", "")]
 ... ])
 >>> def picture(table, stem):
 ...     pictures.draw_charts(stem, CHARTS, {"table": table})
