@@ -69,7 +69,7 @@ class JointAngleFigure(Figure):
         def ordered(*patterns: str) -> list[str]:
             return [pattern.format(stem) for stem in ("rmse", "offset_free_rmse") for pattern in patterns]
 
-        by_view = over(rows, [*which, "view_angle_deg"], sd=lambda values: sd(values.to_numpy(), 0))
+        by_view = over(rows, [*which, "view_angle_deg"], sd=lambda values: float(sd(values.to_numpy(), 0)))
         summary = over(walkers, which, median="median", worst="max")
         ends = ("{}_deg_low", "{}_deg_high")
         return {
