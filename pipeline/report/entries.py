@@ -143,25 +143,28 @@ def _interval(row: Mapping[str, Any], name: str) -> str:
 
 
 def curve_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return what charts and players read of tables that are too large for the page: those columns of all rows.
+    """Return what charts and players read of tables that are too large for the page: these rows and columns.
 
     Numbers have six digits; intervals go with their quantity.
     """
     needed = page_charts.columns_of(figure)
     for name, wanted in players.COLUMNS.get(figure.name, {}).items():
         needed.setdefault(name, set()).update(wanted)
+    played = players.COLUMNS.get(figure.name, {})
     made = {}
     for table in figure.tables:
         if table.name in needed and not _whole(table):
             kept = [name for name in table.header if name in needed[table.name]]
-            made[table.name] = _columns(figure, table, kept)
+            made[table.name] = _columns(figure, table, kept, every_row=table.name in played)
     return made
 
 
-def _columns(figure: PublishedFigure, table: Table, names: Sequence[str]) -> str:
-    rows = figure.table(Path(table.name).stem) or {}
+def _columns(figure: PublishedFigure, table: Table, names: Sequence[str], *, every_row: bool) -> str:
+    stem = Path(table.name).stem
+    rows = figure.table(stem) or {}
+    drawn = slice(None) if every_row else page_charts.drawn_rows(figure, stem, rows)
     texts = [
-        [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name]).tolist()]
+        [f"{v:.6g}" if isinstance(v, float) else str(v) for v in np.asarray(rows[name])[drawn].tolist()]
         for name in names
     ]
     lines = [names, *zip(*texts, strict=True)]

@@ -7,7 +7,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from pipeline.charts import Chart, Lines, from_json
+import numpy as np
+
+from pipeline.charts import Chart, Lines, from_json, style_keys
 from pipeline.palette import CYCLE, Style, colour_name
 from pipeline.report.published import PublishedFigure
 
@@ -51,6 +53,23 @@ def columns_of(figure: PublishedFigure) -> dict[str, set[str]]:
                 ends = {f"{lines.y}_low", f"{lines.y}_high"} & set(header)
                 needed.setdefault(f"{lines.table}.csv", set()).update(_columns(chart, lines) | ends)
     return needed
+
+
+def drawn_rows(figure: PublishedFigure, name: str, rows: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return which rows of a table (n,) bool its charts draw."""
+    size = len(next(iter(rows.values())))
+    drawn = np.zeros(size, dtype=bool)
+    for chart in declared(figure):
+        for lines, header in _drawn(figure, chart):
+            if header is None or lines.table != name:
+                continue
+            chosen = np.ones(size, dtype=bool)
+            for column, value in lines.where.items():
+                chosen &= np.isin(rows[column], value)
+            if lines.by and (keys := style_keys(lines.styles)):
+                chosen &= np.isin(np.asarray(rows[lines.by]).astype(str), keys)
+            drawn |= chosen
+    return drawn
 
 
 def _columns(chart: Chart, lines: Lines) -> set[str]:
