@@ -16,7 +16,7 @@ from pipeline.report.verdicts import answers, counts_by_kind, tally
 from pipeline.storage import provenance, tables
 from pipeline.studies.published import filled
 
-TABLE_BYTES = 52_000
+TABLE_BYTES = 20_000
 """Tables up to this size are in the page as they are; of larger ones the first rows."""
 
 FIRST_ROWS = 50

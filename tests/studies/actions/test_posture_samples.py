@@ -115,7 +115,7 @@ def test_the_figure_shows_what_is_in_its_table(smoke_results: Path) -> None:
     ("override", "sentence"),
     [
         ("sweep.frames=[0]", r"sweep.frames\[0\] must be at least 1"),
-        ("sweep.frames=[101]", r"sweep.frames\[0\] must be at least 1 and at most 100 \(got 101\)"),
+        ("sweep.frames=[101]", r"sweep.frames must be at least 1 and at most 100 \(got 101\)"),
         ("sweep.frames=[]", r"sweep.frames must hold some values, each once \(got none\)"),
         ("sweep.frames=[10,10]", r"sweep.frames must hold some values, each once \(got 10, 10\)"),
         ("sweep.samples=0", "sweep.samples must be at least 1"),
