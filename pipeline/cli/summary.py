@@ -129,6 +129,7 @@ _STYLES = {
     Beyond.YES: "green",
     Beyond.NO: "yellow",
     Beyond.WORSE: "red",
+    Beyond.UNKNOWN: "yellow",
 }
 
 
@@ -174,4 +175,4 @@ def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
     return lines
 
 
-_BEYOND = {Beyond.YES: "beyond the baseline", Beyond.NO: "not", Beyond.WORSE: "worse than it"}
+_BEYOND = {Beyond.YES: "beyond the baseline", Beyond.NO: "not", Beyond.WORSE: "worse than it", Beyond.UNKNOWN: "not known"}

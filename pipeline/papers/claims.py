@@ -37,6 +37,8 @@ class Beyond(StrEnum):
     YES = "yes"
     NO = "no"
     WORSE = "worse"
+    UNKNOWN = "unknown"
+    """No interval of the gap is known."""
     NOT_APPLICABLE = "not applicable"
 
 

@@ -14,6 +14,10 @@ from typing import Any
 from pipeline.papers.claims import Agreement, Beyond, Claim, Kind
 from pipeline.papers.intervals import Estimate, Interval
 
+FEWEST_COVERED = 12
+"""Over fewer people a 95 % interval of a mean holds the true one less than 93 times in a hundred, if it is exponential
+(``make bench ARGS=coverage_of_intervals``): they decide nothing."""
+
 _OVERRIDDEN = "not explained: the options differ from the preset's"
 
 
@@ -35,6 +39,8 @@ class Evidence:
         How many people the tables rest on; None if it is not known.
     doubt : str
         Why it is not known how many people they are; empty if it is.
+    drawn : int
+        How many people or clips the interval draws from; 0 if it is over populations.
     """
 
     value: Estimate
@@ -43,6 +49,7 @@ class Evidence:
     gain: Estimate | None = None
     people: int | None = None
     doubt: str = ""
+    drawn: int = 0
 
 
 @dataclass(frozen=True)
@@ -164,6 +171,10 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
         return f"about {' and '.join(claim.only)} alone"
     if found.people is not None and found.people < claim.people:
         return f"too few people: {found.people}, and fewer than {claim.people} decide nothing"
+    if 0 < found.drawn < FEWEST_COVERED:
+        return f"{found.value} {claim.unit}".rstrip() + (
+            f": too few people: an interval over {found.drawn}, and over fewer than {FEWEST_COVERED} it does not hold its level"
+        )
     return f"who is who is not known: {found.doubt}" if found.doubt else ""
 
 
@@ -174,19 +185,22 @@ def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
         return Agreement.UNDECIDED, "no interval is known"
     if claim.agrees.covers(value):
         return Agreement.AGREES, ""
-    if claim.agrees.meets(value):
-        return Agreement.UNDECIDED, "the interval reaches over an end of the bounds"
-    if claim.close is not None and claim.close.covers(value):
+    wider = claim.close or claim.agrees
+    if wider.covers(value):
         return Agreement.CLOSE, ""
+    if wider.meets(value):
+        return Agreement.UNDECIDED, f"the interval reaches over an end of {wider}"
     return Agreement.DIFFERS, ""
 
 
 def _beyond(found: Evidence) -> Beyond:
     if found.baseline is None or found.gain is None:
         return Beyond.NOT_APPLICABLE
-    if found.gain.known and found.gain.low > 0:
+    if not found.gain.known:
+        return Beyond.UNKNOWN
+    if found.gain.low > 0:
         return Beyond.YES
-    return Beyond.WORSE if found.gain.known and found.gain.high < 0 else Beyond.NO
+    return Beyond.WORSE if found.gain.high < 0 else Beyond.NO
 
 
 def count(verdicts: Iterable[Verdict]) -> dict[Kind, dict[tuple[Agreement, Beyond], int]]:

@@ -30,15 +30,17 @@ _METHODS = {
     "map": Style("with a prior (MAP)", "map"),
 }
 
-_BEYOND, _WITHOUT, _ALIKE = (
+_BEYOND, _WITHOUT, _ALIKE, _UNKNOWN = (
     "agrees, beyond its baseline",
     "agrees, has no baseline",
     "agrees, not beyond its baseline",
+    "agrees, baseline not known",
 )
 _ANSWERS = {
     _BEYOND: "green",
     _WITHOUT: "blue",
     _ALIKE: "sky",
+    _UNKNOWN: "purple",
     str(Agreement.CLOSE): "amber",
     str(Agreement.UNDECIDED): "silver",
     str(Agreement.DIFFERS): "orange",
@@ -149,7 +151,7 @@ def _counts(results: Published, key: str) -> dict[str, int]:
         for c in results.claims_of(paper=key)
         if c.get("kind") not in (Kind.CONDITION, Kind.TARGET) and not c.get("same_as")
     ]
-    within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT}
+    within = {Beyond.YES: _BEYOND, Beyond.NOT_APPLICABLE: _WITHOUT, Beyond.UNKNOWN: _UNKNOWN}
     told = [within.get(Beyond(b), _ALIKE) if a == Agreement.AGREES else a for a, b in judged]
     return dict(Counter(answer for answer in told if answer in _ANSWERS))
 

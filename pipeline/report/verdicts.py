@@ -12,8 +12,8 @@ from pipeline.report.published import Published
 
 AGREEMENTS = {
     Agreement.AGREES: ("good", "the 95 % interval of our value lies within the bounds."),
-    Agreement.CLOSE: ("half", "it lies within wider bounds: the paper's direction, not its size."),
-    Agreement.UNDECIDED: ("open", "it reaches over an end of the bounds."),
+    Agreement.CLOSE: ("half", "it lies within wider bounds: the paper's direction, its size not for certain."),
+    Agreement.UNDECIDED: ("open", "it reaches over an end of the wider bounds."),
     Agreement.DIFFERS: ("bad", "it lies outside; the ledger says why."),
     Agreement.MET: ("met", "a condition of the paper's experiment, a count or a setting, is ours as well."),
     Agreement.NOT_MET: ("unmet", "it is not: see the ledger."),
@@ -26,6 +26,7 @@ BEYOND = {
     Beyond.YES: ("better", "the method is better than its baseline, a simpler method that is fixed by rule."),
     Beyond.NO: ("even", "it is not told apart from its baseline, which agrees or differs as it does."),
     Beyond.WORSE: ("worse", "it is worse than its baseline."),
+    Beyond.UNKNOWN: ("unsure", "no interval of its gap to the baseline is known."),
 }
 """The same of what is said about the baseline; not where there is none."""
 

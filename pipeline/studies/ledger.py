@@ -98,6 +98,7 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
         one_sample=_one_sample(claim, value, values, drawn),
         people=people,
         doubt=doubt,
+        drawn=drawn.clusters if drawn else 0,
     )
     simpler = claim.of_baseline
     if simpler is None:

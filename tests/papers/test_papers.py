@@ -1227,9 +1227,9 @@ def test_an_interval_within_the_bounds_agrees() -> None:
 @pytest.mark.parametrize(
     ("value", "agreement"),
     [
-        (9.51, "agrees"), (9.49, "undecided"), (8.51, "undecided"), (8.49, "close"),
-        (10.49, "agrees"), (10.51, "undecided"), (11.49, "undecided"), (11.51, "close"),
-        (0.51, "close"), (0.49, "differs"), (-5.0, "differs"),
+        (9.51, "agrees"), (9.49, "close"), (8.51, "close"), (8.49, "close"),
+        (10.49, "agrees"), (10.51, "close"), (11.49, "close"), (11.51, "close"),
+        (0.51, "close"), (0.49, "undecided"), (-0.49, "undecided"), (-0.51, "differs"), (-5.0, "differs"),
     ],
 )  # fmt: skip
 def test_a_value_on_either_side_of_each_bound(value: float, agreement: str) -> None:
@@ -1237,10 +1237,12 @@ def test_a_value_on_either_side_of_each_bound(value: float, agreement: str) -> N
 
 
 def test_a_wide_interval_or_none_decides_nothing() -> None:
-    told, why = answers(found(9.0), "optical")
+    told, why = answers(found(0.2), "optical")
     assert told == "undecided"
-    assert "the interval reaches over an end of the bounds; these walkers are small" in why
-    assert answers(found(10.0, half=3.0))[0] == "undecided", "however near the value, if the interval is wide"
+    assert "the interval reaches over an end of over 0; these walkers are small" in why
+    assert answers(found(10.0, half=3.0))[0] == "close", "within the wider bounds, over both ends of the inner ones"
+    assert answers(found(10.0, half=12.0))[0] == "undecided", "however near the value, if the interval is wide"
+    assert answers(found(9.0), close=None)[0] == "undecided", "without wider bounds the inner ones have the ends"
     assert answers(Evidence(value=Estimate(10.0), people=33))[0] == "undecided"
     assert answers(found(20.0), close=None)[0] == "differs", "nothing is close without wider bounds"
 
@@ -1251,6 +1253,11 @@ def test_a_wide_interval_or_none_decides_nothing() -> None:
 def test_the_interval_of_the_gain_says_what_is_beyond_the_baseline(gain: float | None, told: str) -> None:
     assert beyond(found(10.0, gain=gain)) == told
     assert beyond(found(-10.0, gain=gain)) == told, "whatever the agreement"
+
+
+def test_a_gain_without_an_interval_is_not_known() -> None:
+    for gain in (Estimate(5.0), Estimate(-5.0), Estimate(np.nan)):
+        assert beyond(replace(found(10.0), gain=gain)) == "unknown"
 
 
 @pytest.mark.parametrize(
@@ -1290,7 +1297,8 @@ def test_no_claim_agrees_at_an_edge_or_by_few_and_none_loses_by_its_baseline(cla
         return str(papers.judge(claim, evidence, data_name, lambda name: 1.0).agreement)
 
     assert {told(estimate(inside, small), gain) for gain in (-1.0, 0.0, 1.0)} == {"agrees"}
-    assert told(estimate(inside, wide)) == "undecided"
+    within = claim.close is not None and claim.close.covers(estimate(inside, wide))
+    assert told(estimate(inside, wide)) == ("close" if within else "undecided")
     assert told(Estimate(inside)) == "undecided", "no interval"
     assert told(estimate(inside, small), people=claim.people - 1) == "untestable"
     assert claim.people >= min(papers.LEAST_PEOPLE.values())
@@ -1329,6 +1337,14 @@ def test_nine_people_are_too_few() -> None:
     assert answers(found(10.0, people=10))[0] == "agrees"
     assert answers(found(10.0, people=3), people=3)[0] == "agrees"
     assert answers(found(10.0, people=2), people=3)[0] == "untestable"
+
+
+def test_an_interval_over_fewer_people_than_it_holds_its_level_for_decides_nothing() -> None:
+    told, why = answers(replace(found(10.0, people=11), drawn=11))
+    assert told == "untestable"
+    assert why.startswith("10 [9.5, 10.5] mm: too few people: an interval over 11")
+    assert answers(replace(found(10.0, people=12), drawn=12))[0] == "agrees"
+    assert answers(found(10.0, people=11))[0] == "agrees", "over populations it has no people to draw"
 
 
 def test_a_sample_of_the_papers_size_decides_nothing() -> None:
