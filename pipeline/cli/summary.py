@@ -175,4 +175,9 @@ def counts_by_kind(verdicts: Sequence[Verdict]) -> list[str]:
     return lines
 
 
-_BEYOND = {Beyond.YES: "beyond the baseline", Beyond.NO: "not", Beyond.WORSE: "worse than it", Beyond.UNKNOWN: "not known"}
+_BEYOND = {
+    Beyond.YES: "beyond the baseline",
+    Beyond.NO: "not",
+    Beyond.WORSE: "worse than it",
+    Beyond.UNKNOWN: "not known",
+}

@@ -172,9 +172,8 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
     if found.people is not None and found.people < claim.people:
         return f"too few people: {found.people}, and fewer than {claim.people} decide nothing"
     if 0 < found.drawn < FEWEST_COVERED:
-        return f"{found.value} {claim.unit}".rstrip() + (
-            f": too few people: an interval over {found.drawn}, and over fewer than {FEWEST_COVERED} it does not hold its level"
-        )
+        too_few = f"too few people: an interval over fewer than {FEWEST_COVERED} does not hold its level"
+        return f"{found.value} {claim.unit}".rstrip() + f": {too_few} (received {found.drawn})"
     return f"who is who is not known: {found.doubt}" if found.doubt else ""
 
 

@@ -12,7 +12,10 @@ from pipeline.report.published import Published
 
 AGREEMENTS = {
     Agreement.AGREES: ("good", "the 95 % interval of our value lies within the bounds."),
-    Agreement.CLOSE: ("half", "it lies within wider bounds: the paper's direction, its size not for certain."),
+    Agreement.CLOSE: (
+        "half",
+        "it lies within wider bounds: the paper's direction, its size not for certain.",
+    ),
     Agreement.UNDECIDED: ("open", "it reaches over an end of the wider bounds."),
     Agreement.DIFFERS: ("bad", "it lies outside; the ledger says why."),
     Agreement.MET: ("met", "a condition of the paper's experiment, a count or a setting, is ours as well."),

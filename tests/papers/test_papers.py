@@ -1240,9 +1240,15 @@ def test_a_wide_interval_or_none_decides_nothing() -> None:
     told, why = answers(found(0.2), "optical")
     assert told == "undecided"
     assert "the interval reaches over an end of over 0; these walkers are small" in why
-    assert answers(found(10.0, half=3.0))[0] == "close", "within the wider bounds, over both ends of the inner ones"
-    assert answers(found(10.0, half=12.0))[0] == "undecided", "however near the value, if the interval is wide"
-    assert answers(found(9.0), close=None)[0] == "undecided", "without wider bounds the inner ones have the ends"
+    assert answers(found(10.0, half=3.0))[0] == "close", (
+        "within the wider bounds, over both ends of the inner ones"
+    )
+    assert answers(found(10.0, half=12.0))[0] == "undecided", (
+        "however near the value, if the interval is wide"
+    )
+    assert answers(found(9.0), close=None)[0] == "undecided", (
+        "without wider bounds the inner ones have the ends"
+    )
     assert answers(Evidence(value=Estimate(10.0), people=33))[0] == "undecided"
     assert answers(found(20.0), close=None)[0] == "differs", "nothing is close without wider bounds"
 
@@ -1342,7 +1348,7 @@ def test_nine_people_are_too_few() -> None:
 def test_an_interval_over_fewer_people_than_it_holds_its_level_for_decides_nothing() -> None:
     told, why = answers(replace(found(10.0, people=11), drawn=11))
     assert told == "untestable"
-    assert why.startswith("10 [9.5, 10.5] mm: too few people: an interval over 11")
+    assert why.startswith("10 [9.5, 10.5] mm: too few people: an interval over fewer than 12")
     assert answers(replace(found(10.0, people=12), drawn=12))[0] == "agrees"
     assert answers(found(10.0, people=11))[0] == "agrees", "over populations it has no people to draw"
 
