@@ -94,7 +94,8 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
     if len(kinds) != 1:
         return None
     (kind,) = kinds
-    labels = np.unique(np.concatenate([rows[kind].astype(str) for k, rows in found.values() if k]))
+    of_rows = {name: np.array(list(map(str, rows[kind]))) for name, (k, rows) in found.items() if k}
+    labels = np.unique(np.concatenate(list(of_rows.values())))
     if len(labels) < 2:
         return None
     clusters = len(labels) if kind in (PERSON, CLIP) else 0
@@ -104,7 +105,7 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
         weights = np.concatenate([drawn, 1 - weights])
     made = {
         name: Replicated(
-            rows, np.searchsorted(labels, rows[kind].astype(str)), weights, tables[name]
+            rows, np.searchsorted(labels, of_rows[name]), weights, tables[name]
         )
         if kind
         else rows
