@@ -9,6 +9,7 @@ dimension of a walk [zhang2007 3.2], with standard deviations.
 `lengths`            the same with bones of constant and symmetric length: a few Newton steps a view
 `stance`             the foot on the belt
 `proportions`        everybody built like the average walker
+`laboratories`       walkers of a laboratory that the prior was not learnt from
 `bars`               standard deviations at instants; multipliers learnt from other people
 `view_posterior`     probability of every view angle, the coefficients integrated out
 ===================  ======================================================================================
@@ -27,6 +28,13 @@ from pipeline.core.anatomical.conditional import (
     Noise,
     condition,
     unknown_coefficients,
+)
+from pipeline.core.anatomical.laboratories import (
+    STRENGTHS,
+    Differences,
+    concentration,
+    learn_differences,
+    unfamiliar,
 )
 from pipeline.core.anatomical.lengths import Lengths, Posterior, Tolerances, fit_lengths, tolerances
 from pipeline.core.anatomical.prior import (
@@ -65,7 +73,9 @@ __all__ = [
     "NOTHING_HIDDEN",
     "PAIRS",
     "PHASES",
+    "STRENGTHS",
     "Conditional",
+    "Differences",
     "Lengths",
     "Noise",
     "Posterior",
@@ -79,11 +89,13 @@ __all__ = [
     "by_block",
     "by_joint",
     "circle",
+    "concentration",
     "condition",
     "deviation_at_instants",
     "fit",
     "fit_lengths",
     "image_axes",
+    "learn_differences",
     "mirrored_image",
     "multipliers_without",
     "person_weights",
@@ -93,6 +105,7 @@ __all__ = [
     "structured_covariance",
     "tolerances",
     "turned",
+    "unfamiliar",
     "unknown_coefficients",
     "view_costs",
     "with_proportions",

@@ -81,8 +81,9 @@ def tolerances(
     for name, value in (("within", within), ("pairs", pairs)):
         if value != np.inf:
             require_range(f"the factor on the tolerance of {name}", value, above=0)
-    s_b = np.sqrt(within**2 * prior.length_variance + LEAST_VARIANCE + 2.0 * slow**2 + TURNING * bias**2)
-    s_p = np.sqrt(pairs**2 * prior.pair_variance + LEAST_VARIANCE + 4.0 * bias**2)
+    fixed = bias**2 + prior.definition_variance
+    s_b = np.sqrt(within**2 * prior.length_variance + LEAST_VARIANCE + 2.0 * slow**2 + TURNING * fixed)
+    s_p = np.sqrt(pairs**2 * prior.pair_variance + LEAST_VARIANCE + 4.0 * fixed)
     return Tolerances(within=s_b, pairs=s_p)
 
 

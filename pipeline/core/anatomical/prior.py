@@ -75,12 +75,15 @@ class Prior:
         Mean over training walks of the variance of each bone's length within the cycle, mm².
     pair_variance : (P,)
         Mean square of the difference of the mean lengths of left and right bone, mm².
+    definition_variance : float
+        Of where a joint of the walker lies about where the training walks had it, along each axis, mm².
     """
 
     mean: np.ndarray
     covariance: np.ndarray
     length_variance: np.ndarray
     pair_variance: np.ndarray
+    definition_variance: float = 0.0
 
     @cached_property
     def by_axis(self) -> np.ndarray:

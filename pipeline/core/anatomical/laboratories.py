@@ -1,0 +1,164 @@
+"""Walkers of a laboratory that a prior was not learnt from: joints lie elsewhere in the body, people are of another size.
+
+Symbols
+-------
+``o_g``      standard deviation, over pairs of laboratories, of how far apart they put a joint of group g, mm per axis
+``s``        that of the size of their people, as a share
+``omega_l``  weight of laboratory l among the training walks
+``J_g``      one on the constant coefficients of the joints of group g, zero elsewhere
+``C'``       ``C + sum_l omega_l² (sum_g o_g² J_g + s² m m^T)``
+
+A laboratory's offset has half the variance of a difference, B.  The new offset differs from the mean of the training
+ones by ``B (1 + sum omega²)``, of which the training walks show ``B (1 - sum omega²)``: what they lack is
+``2 B sum omega²``, everything for one laboratory and ever less as laboratories are added.  Positions are about the mean
+pelvis, which therefore has no offset.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.core import fourier
+from pipeline.core.anatomical.bars import GROUP_OF_JOINT, GROUPS
+from pipeline.core.anatomical.prior import JOINTS, Prior, person_weights
+from pipeline.skeleton import WALKER15
+from pipeline.validation import require_range, require_shape
+
+WORTH = 4.0
+"""Contrasts between laboratories that what is assumed of them counts as, beside those that are measured."""
+STRENGTHS = (0.5, 1.0, 2.0)
+"""Factors on the variances of differences, among which laboratories that are left out choose."""
+_PLACED = np.array([joint != "pelvis" for joint in WALKER15.joints])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Differences:
+    """How two laboratories differ.
+
+    Attributes
+    ----------
+    offset_mm : tuple of float
+        o_g of each of `GROUPS`: landmarks are found again within 6 to 25 mm by another examiner, centres of hips within
+        25 to 30 mm by another rule (Della Croce 2005 and Leardini 2005, Gait & Posture 21).
+    size : float
+        s; sizes from 1.2 to 1.8 m, of children and adults alike, have 0.1.
+    """
+
+    offset_mm: tuple[float, ...] = (25.0,) * len(GROUPS)
+    size: float = 0.1
+
+    def __post_init__(self) -> None:
+        require_shape("the offsets between laboratories", np.array(self.offset_mm), (len(GROUPS),))
+        for offset in self.offset_mm:
+            require_range("an offset between laboratories", offset, at_least=0, unit="mm")
+        require_range("the difference in size between laboratories", self.size, at_least=0)
+
+    def times(self, factor: float) -> Differences:
+        """The same with all variances multiplied."""
+        scale = float(np.sqrt(factor))
+        return Differences(offset_mm=tuple(scale * o for o in self.offset_mm), size=scale * self.size)
+
+
+def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:
+    """Sum of squares of the laboratories' weights: one over how many laboratories there are in effect.
+
+    Examples
+    --------
+    >>> concentration(np.array([0.25, 0.25, 0.5]), np.array(["a", "a", "b"]))
+    0.5
+    """
+    _, of = np.unique(laboratories, return_inverse=True)
+    return min(float((np.bincount(of, weights) ** 2).sum()), 1.0)
+
+
+def unfamiliar(prior: Prior, differences: Differences, share: float = 1.0) -> Prior:
+    """Return the prior of a walker of a laboratory that is not among the training walks.
+
+    Parameters
+    ----------
+    prior : Prior
+    differences : Differences
+    share : float
+        As `concentration` gives it.
+
+    Notes
+    -----
+    Bones turn in the cycle about joints that lie elsewhere, so that their lengths are less constant, too: each joint's
+    own offset has half the variance of a difference.
+    """
+    require_range("the concentration of laboratories", share, above=0, at_most=1)
+    offset = np.array(differences.offset_mm)[GROUP_OF_JOINT] * _PLACED
+    constant = np.zeros(prior.mean.shape)
+    constant[..., 0] = share * offset[:, None] ** 2
+    mean = prior.mean.ravel()
+    C = prior.covariance.reshape(mean.size, mean.size) + share * differences.size**2 * np.outer(mean, mean)
+    C[np.diag_indices_from(C)] += constant.ravel()
+    own = 0.5 * share * float((offset[_PLACED] ** 2).mean())
+    return replace(
+        prior,
+        covariance=C.reshape(prior.covariance.shape),
+        definition_variance=prior.definition_variance + own,
+    )
+
+
+def learn_differences(
+    coefficients: np.ndarray,
+    people: np.ndarray,
+    laboratories: np.ndarray,
+    assumed: Differences,
+    *,
+    worth: float = WORTH,
+) -> Differences:
+    """Learn how laboratories differ as random effects, shrunken towards what is assumed.
+
+    Parameters
+    ----------
+    coefficients : (R, 1 + 2H, 15, 3)
+        Fourier representations about the mean pelvis, mm.
+    people, laboratories : (R,)
+    assumed : Differences
+        What is returned if there is one laboratory, or none with two people.
+    worth : float
+        Number of contrasts between laboratories of many people that the assumption counts as.
+
+    Notes
+    -----
+    By moments, as DerSimonian and Laird do: the variance of the laboratories' means less what the people of each, drawn
+    anew, would make of it.  A laboratory counts by how much of the variance of its mean is its own, if the assumption
+    holds.  Left and right are taken together, as mirror images among training walks do.
+    """
+    coefficients = require_shape("the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3))
+    require_range("the worth of what is assumed", worth, at_least=0)
+    constant = (coefficients[:, 0] + fourier.mirrored(coefficients)[:, 0]) / 2.0
+    who, first = np.unique(people, return_index=True)
+    of_person = np.stack([constant[people == person].mean(axis=0) for person in who])
+    names, of, counts = np.unique(laboratories[first], return_inverse=True, return_counts=True)
+    if len(names) < 2 or counts.max() < 2:
+        return assumed
+    average = of_person.mean(axis=0)
+    size = np.einsum("pjk,jk->p", of_person, average) / (average**2).sum()
+    offset = of_person - size[:, None, None] * average
+
+    def learnt(values: np.ndarray, before: float) -> float:
+        """Standard deviation of a difference between laboratories, of values (P, n) that have it in common."""
+        means = np.stack([values[of == number].mean(axis=0) for number in range(len(names))])
+        drawn = ((values - means[of]) ** 2).sum(axis=0).mean() / (len(who) - len(names)) / counts
+        own = 0.5 * before**2 / np.maximum(0.5 * before**2 + drawn, np.finfo(float).tiny)
+        if own.sum() <= 1.0:
+            return before
+        spread = (own @ (means - own @ means / own.sum()) ** 2).mean()
+        by_chance = own @ drawn - own**2 @ drawn / own.sum()
+        between = max((spread - by_chance) / (own.sum() - (own**2).sum() / own.sum()), 0.0)
+        contrasts = own.sum() - 1.0
+        return float(np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts)))
+
+    groups = [_PLACED & (GROUP_OF_JOINT == number) for number in range(len(GROUPS))]
+    return Differences(
+        offset_mm=tuple(
+            learnt(offset[:, group].reshape(len(who), -1), before)
+            for group, before in zip(groups, assumed.offset_mm, strict=True)
+        ),
+        size=learnt(size[:, None], assumed.size),
+    )
