@@ -1,4 +1,4 @@
-"""Walkers of a laboratory that a prior was not learnt from: joints lie elsewhere in the body, people are of another size.
+"""Walkers of a laboratory that a prior was not learnt from: joints lie elsewhere, people are of another size.
 
 Symbols
 -------
@@ -22,7 +22,7 @@ import numpy as np
 
 from pipeline.core import fourier
 from pipeline.core.anatomical.bars import GROUP_OF_JOINT, GROUPS
-from pipeline.core.anatomical.prior import JOINTS, Prior, person_weights
+from pipeline.core.anatomical.prior import JOINTS, Prior
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_range, require_shape
 
@@ -154,7 +154,7 @@ def learn_differences(
         contrasts = own.sum() - 1.0
         return float(np.sqrt((worth * before**2 + contrasts * 2.0 * between) / (worth + contrasts)))
 
-    groups = [_PLACED & (GROUP_OF_JOINT == number) for number in range(len(GROUPS))]
+    groups = [_PLACED & (number == GROUP_OF_JOINT) for number in range(len(GROUPS))]
     return Differences(
         offset_mm=tuple(
             learnt(offset[:, group].reshape(len(who), -1), before)

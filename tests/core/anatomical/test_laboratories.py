@@ -54,7 +54,8 @@ def test_bones_of_other_joints_may_be_less_constant() -> None:
     prior = prior_of(4)
     before = anatomical.tolerances(prior)
     after = anatomical.tolerances(anatomical.unfamiliar(prior, Differences()))
-    assert (after.within > before.within).all() and (after.pairs > before.pairs).all()
+    assert (after.within > before.within).all()
+    assert (after.pairs > before.pairs).all()
 
 
 def test_what_training_lacks_falls_with_every_laboratory() -> None:
@@ -114,7 +115,8 @@ def test_what_is_assumed_counts_less_as_laboratories_are_added() -> None:
         )
         for count in (1, 2, 6, 40)
     ]
-    assert found == sorted(found, reverse=True) and found[-1] < 45.0
+    assert found == sorted(found, reverse=True)
+    assert found[-1] < 45.0
 
 
 def test_differences_are_validated() -> None:
