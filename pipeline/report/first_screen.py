@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline import papers, pictures
 from pipeline.charts import Chart, Sheet
-from pipeline.core import camera, errors, fourier
+from pipeline.core import camera, fourier
 from pipeline.palette import Style
 from pipeline.papers import Agreement, Beyond, Kind
 from pipeline.report.published import Published, PublishedFigure
@@ -111,10 +111,14 @@ def _walker(figure: PublishedFigure, to: Path) -> list[Path]:
                            expected=f"map at {VIEW_DEG:g}°", received=", ".join(methods))  # fmt: skip
     view, angle = int(views[0]), np.radians(VIEW_DEG)
     method = methods.index("map")
-    of_all = np.sqrt(errors.walker_error(arrays["demonstration_error_mm2"][method][:, view]))
+    table = figure.table("table_people") or {}
+    of = {}
+    for name in ("map", "average_walker"):
+        here = (table["method"] == name) & (table["view_angle_deg"] == VIEW_DEG)
+        of[name] = dict(zip(table["walker"][here], table["rms_error_mm"][here], strict=True))
+    of_all = [of["map"][walker] for walker in arrays["walker"]]
     r = int(np.argsort(of_all, kind="stable")[len(of_all) // 2])
-    null = arrays["nulls"].tolist().index("average_walker")
-    mean_mm = float(np.sqrt(errors.walker_error(arrays["null_demonstration_error_mm2"][null, r, view])))
+    mean_mm = of["average_walker"][arrays["walker"][r]]
     truth = arrays["original"][r]
     again = camera.combine(camera.project(truth, angle), arrays["missing"][method, r, view], angle)
     cycle = np.arange(_FRAMES) / _FRAMES

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -148,10 +149,14 @@ def interval_over_clusters(
     names, cluster = np.unique(labels, return_inverse=True)
     if len(names) < 2:
         return np.full(values.shape[1:], np.nan), np.full(values.shape[1:], np.nan)
-    weights = bootstrap.resampling_weights(len(names), derive_generator(0, "people"))
-    low, high = bootstrap.percentile_interval(statistic(values, cluster, weights))
+    low, high = bootstrap.percentile_interval(statistic(values, cluster, _weights(len(names))))
     unknown = np.isnan(values).any(axis=0)
     return np.where(unknown, np.nan, low), np.where(unknown, np.nan, high)
+
+
+@cache
+def _weights(clusters: int) -> np.ndarray:
+    return bootstrap.resampling_weights(clusters, derive_generator(0, "people"))
 
 
 def aggregate(
@@ -176,7 +181,7 @@ def aggregate(
         Those means and medians that have 95 % intervals, ``<name>_low`` and ``<name>_high``: all rows of a clip, or
         person, are drawn together; NaN where there is only one.
     cluster, count : str
-        Column of clips or persons, and name of the number of rows.
+        Column of clips or persons, and name of the number of rows; empty for a table without it.
     """
     groups = rows.groupby(list(by))
     bands: dict[str, dict[Any, float]] = {}
@@ -188,8 +193,11 @@ def aggregate(
             for name, *at in zip(names, *ends, strict=True):
                 for end, value in zip(("low", "high"), at, strict=True):
                     bands.setdefault(f"{name}_{end}", {})[key] = value
-    aggregated = groups.agg(**{count: (by[0], "size")}, **columns)
-    return aggregated.assign(**{name: list(ends.values()) for name, ends in bands.items()}).reset_index()
+    aggregated = groups.agg(**({count: (by[0], "size")} if count else {}), **columns)
+    for name, of_groups in reversed(bands.items()):
+        after = list(aggregated).index(name.rpartition("_")[0]) + 1
+        aggregated.insert(after, name, list(of_groups.values()))
+    return aggregated.reset_index()
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:

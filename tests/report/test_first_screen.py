@@ -20,19 +20,24 @@ def arrays() -> dict[str, np.ndarray]:
     """Three walkers from two views; from 30° the second one's error is the median."""
     generator = np.random.default_rng(3)
     original = 100.0 * generator.standard_normal((3, 5, 15, 3))
-    errors_mm2 = np.ones((1, 3, 2, 15))
-    errors_mm2[0, :, 1] = np.array([900.0, 400.0, 100.0])[:, None]
     return {
         "walker": np.array(["a", "b", "c"]),
         "methods": np.array(["map"]),
-        "nulls": np.array(["average_walker"]),
         "demonstration_view_deg": np.array(VIEWS, dtype=float),
-        "demonstration_error_mm2": errors_mm2,
-        "null_demonstration_error_mm2": np.full((1, 3, 2, 15), 2500.0),
         "missing": generator.standard_normal((1, 3, 2, 5, 15)),
         "original": original,
         "stride_hz": np.array([1.0, 0.8, 1.0]),
         "unmeasured": np.zeros((3, 15), dtype=bool),
+    }
+
+
+def people() -> dict[str, list[object]]:
+    """Errors of every walker from the front and from 30°."""
+    return {
+        "walker": ["a", "b", "c"] * 4,
+        "method": ["map"] * 6 + ["average_walker"] * 6,
+        "view_angle_deg": [0.0] * 3 + [30.0] * 3 + [0.0] * 3 + [30.0] * 3,
+        "rms_error_mm": [1.0] * 3 + [30.0, 20.0, 10.0] + [1.0] * 3 + [50.0] * 3,
     }
 
 
@@ -64,7 +69,13 @@ def test_what_agrees_comes_first_and_is_told_apart_by_its_baseline(tmp_path: Pat
     claims = {name: values * len(rows) for name, values in CLAIM.items()}
     claims |= {"claim": [f"zhang2007_{n}" for n in range(len(rows))]}
     claims |= {name: [row[n] for row in rows] for n, name in enumerate(names)}
-    plant(folder / "zhang2007_fig5", table=table(), arrays=arrays(), claims=claims)
+    plant(
+        folder / "zhang2007_fig5",
+        table=table(),
+        more={"table_people.csv": people()},
+        arrays=arrays(),
+        claims=claims,
+    )
     counts = first_screen._counts(read_published(folder, ["zhang2007_fig5"]), "zhang2007")
     assert counts == {
         "agrees, beyond its baseline": 1,
@@ -77,7 +88,13 @@ def test_what_agrees_comes_first_and_is_told_apart_by_its_baseline(tmp_path: Pat
 
 def test_the_walker_of_the_median_error_is_drawn(tmp_path: Path) -> None:
     folder = tmp_path / "synthetic" / "smoke"
-    plant(folder / "zhang2007_fig5", table=table(), arrays=arrays(), claims=CLAIM)
+    plant(
+        folder / "zhang2007_fig5",
+        table=table(),
+        more={"table_people.csv": people()},
+        arrays=arrays(),
+        claims=CLAIM,
+    )
     files = draw_first_screen(read_published(folder, ["zhang2007_fig5"]), tmp_path / "pictures")
     assert {path.name for path in files} == {"walker.svg", "walker_still.svg", "curve.svg", "verdicts.svg"}
     assert {path.name for path in (tmp_path / "pictures").iterdir()} == {path.name for path in files}

@@ -73,7 +73,7 @@ def test_with_all_walks_a_person_is_left_out_whole(store: Store, twice: Path) ->
     assert samples.words == "8 walks of 4 walkers"
     assert_folds_leave_out(learnt, people)
     np.testing.assert_array_equal(learnt.fold_mean[0], learnt.fold_mean[1])
-    assert swept.absolute_error_mm2.shape[1] == 8
+    assert swept.rows["walker"].nunique() == 8
 
 
 def test_subjects_that_are_one_person_never_straddle_a_fold(
@@ -139,20 +139,22 @@ def test_measured_against_the_fourier_series_the_error_lacks_the_residual(store:
     _, samples, _, motion = stages(store)
     _, _, _, series = stages(store, "sweep.truth=fourier")
     view = np.radians(motion.view_angle_deg)
-    for r, residual in enumerate(samples.residual_covariance):
-        less = motion.absolute_error_mm2[:, r] - series.absolute_error_mm2[:, r]
-        expected = np.broadcast_to(errors.along_missing(residual, view), less.shape)
-        np.testing.assert_allclose(less, expected, atol=1e-6)
+    less = motion.rows["absolute_error_mm2"] - series.rows["absolute_error_mm2"]
+    for clip, residual in zip(samples.clip, samples.residual_covariance, strict=True):
+        of_walker = less[motion.rows["walker"] == clip].to_numpy().reshape(-1, len(view))
+        expected = np.broadcast_to(errors.along_missing(residual, view).mean(axis=1), of_walker.shape)
+        np.testing.assert_allclose(of_walker, expected, atol=1e-6)
         assert (expected > 0).all()
-    assert (series.missing_variance_mm2 < motion.missing_variance_mm2).all()
+    assert (series.rows["missing_variance_mm2"] < motion.rows["missing_variance_mm2"]).all()
 
 
 def test_the_overall_variance_counts_where_the_joints_are_too(store: Store) -> None:
     _, _, _, temporal = stages(store)
     _, _, _, overall = stages(store, "sweep.missing_variance=overall")
-    assert (overall.missing_variance_mm2 > temporal.missing_variance_mm2).all()
-    np.testing.assert_array_equal(overall.absolute_error_mm2, temporal.absolute_error_mm2)
-    assert (overall.relative_error < temporal.relative_error).all()
+    overall, temporal = overall.rows, temporal.rows
+    assert (overall["missing_variance_mm2"] > temporal["missing_variance_mm2"]).all()
+    np.testing.assert_array_equal(overall["absolute_error_mm2"], temporal["absolute_error_mm2"])
+    assert (overall["relative_error"] < temporal["relative_error"]).all()
 
 
 def test_the_published_solver_finds_near_views_as_the_global_one_does(store: Store) -> None:
@@ -160,13 +162,13 @@ def test_the_published_solver_finds_near_views_as_the_global_one_does(store: Sto
     unknown = {"figure": "zhang2007_fig6"}
     *_, everywhere = stages(store, *overrides, **unknown)
     *_, published = stages(store, *overrides, "sweep.solver=published", **unknown)
-    assert everywhere.angle_deg.shape == published.angle_deg.shape == (2, 5, 5)
-    least_squares, map_grid = published.angle_deg
-    assert published.converged.all()
+    assert published.rows["converged"].all()
     # Approach I goes downhill from 0 degrees, approach II takes the best whole degree.
-    np.testing.assert_allclose(least_squares, everywhere.angle_deg[0], atol=0.5)
-    np.testing.assert_allclose(map_grid, everywhere.angle_deg[1], atol=0.6)
-    assert (everywhere.cost <= published.cost * (1 + 1e-6)).all()
+    for method, apart_deg in (("least_squares", 0.5), ("map", 0.6)):
+        ours, theirs = (found.rows[found.rows["method"] == method] for found in (everywhere, published))
+        assert len(ours) == 5 * 5
+        np.testing.assert_allclose(theirs["error_deg"], ours["error_deg"], atol=apart_deg)
+        assert (ours["cost"] <= theirs["cost"] * (1 + 1e-6)).all()
 
 
 def test_another_divisor_scales_the_eigenvalues_alone(store: Store) -> None:
@@ -193,7 +195,7 @@ def test_other_numbers_of_harmonics(store: Store, harmonics: int) -> None:
     _, samples, learnt, swept = stages(store, f"dataset.harmonics={harmonics}")
     assert samples.coefficients.shape[1:] == (1 + 2 * harmonics, 15, 3)
     assert learnt.samples.shape[1] == 45 * (1 + 2 * harmonics)
-    assert np.isfinite(swept.absolute_error_mm2).all()
+    assert np.isfinite(swept.rows["absolute_error_mm2"]).all()
 
 
 def test_fewer_components_are_the_first_of_many(store: Store) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
+import pandas as pd
 
 from pipeline.clips.kinds import Walks
 from pipeline.core import camera, fourier
@@ -26,18 +27,15 @@ from pipeline.validation import Distinct, Positive, bounded
 
 @dataclass(frozen=True)
 class JointAngleErrors:
-    """How far joint angles of reconstructed walks are off, by view, and the angles of one walker to look at.
+    """Errors of joint angles of reconstructed walks by view, and the angles of one walker to look at.
 
     Attributes
     ----------
+    rows : DataFrame
+        A row to each walker, method or average walker, angle and view: root mean square over a cycle, mean of left and
+        right; and without the constant offset of each angle.  None of angles of which a joint was not measured.
     methods : (M,) text
         Those of the sweep, and last the average walker's depth with the image kept.
-    view_angle_deg : (A,)
-    error_rad, offset_free_rad : (M, R, A, 4)
-        Root mean square over a cycle, as `JOINT_ANGLES`, mean of left and right; the second without the constant offset
-        of each angle.
-    measured : (R, 4) bool
-        Whether all joints of the angle were measured.
     shown : (1,) int
         Walker of median error.
     shown_angle_rad : (M + 1, T, 4, 2)
@@ -48,11 +46,8 @@ class JointAngleErrors:
         Of the walker shown.
     """
 
+    rows: pd.DataFrame
     methods: np.ndarray
-    view_angle_deg: np.ndarray
-    error_rad: np.ndarray
-    offset_free_rad: np.ndarray
-    measured: np.ndarray
     shown: np.ndarray
     shown_angle_rad: np.ndarray
     shown_joints_mm: np.ndarray
@@ -102,30 +97,45 @@ class JointAngles(Sweep):
         def true(r: int) -> np.ndarray:
             return fourier.synthesise(data.coefficients[r], 1.0, times)
 
-        def one(r: int) -> tuple[np.ndarray, np.ndarray]:
+        names = [*map(str, self.methods), str(Null.average_walker)]
+        measured = np.stack(
+            [~data.unmeasured[:, list(joints_of(a))].any(axis=1) for a in JOINT_ANGLES], axis=1
+        )
+
+        def one(r: int) -> pd.DataFrame:
             own = np.moveaxis(flexion(true(r)), 0, -1)
             found = np.moveaxis(flexion(motions(r, view_deg)), 2, -1)
-            return tuple(e.mean(axis=-1) for e in angle_errors(found, own))
+            error, offset_free = (np.degrees(e.mean(axis=-1)) for e in angle_errors(found, own))  # (M, A, 4)
+            return pd.DataFrame(
+                {
+                    "method": method,
+                    "angle": angle,
+                    "person": data.person[r],
+                    "walker": data.clip[r],
+                    "view_angle_deg": view,
+                    "rmse_deg": error[m, a, k],
+                    "offset_free_rmse_deg": offset_free[m, a, k],
+                }
+                for m, method in enumerate(names)
+                for k, angle in enumerate(JOINT_ANGLES)
+                for a, view in enumerate(view_deg)
+                if measured[r, k]
+            )
 
-        walkers = range(len(data.coefficients))
-        error, offset_free = (
-            np.stack(each, axis=1) for each in zip(*map_processes(one, walkers, inputs.workers), strict=True)
-        )
-        measured = np.stack(
-            [~data.unmeasured[:, list(joints_of(angle))].any(axis=1) for angle in JOINT_ANGLES], axis=1
-        )
-        error, offset_free = (np.where(measured[:, None], e, np.nan) for e in (error, offset_free))
+        rows = pd.concat(map_processes(one, range(len(data.coefficients)), inputs.workers), ignore_index=True)
         whole = np.flatnonzero(measured.all(axis=1))
         chosen = whole if len(whole) else np.arange(len(measured))
-        off = error[0, chosen].mean(axis=(1, 2))
+        off = (
+            rows[rows["method"] == names[0]]
+            .groupby("walker")["rmse_deg"]
+            .mean()[data.clip[chosen]]
+            .to_numpy()
+        )
         shown = int(chosen[np.argsort(off, kind="stable")[len(off) // 2]])
         joints = np.concatenate([true(shown)[None], motions(shown, np.zeros(1))[:, 0]])
         return JointAngleErrors(
-            methods=np.array([*(method.value for method in self.methods), Null.average_walker.value]),
-            view_angle_deg=view_deg,
-            error_rad=error,
-            offset_free_rad=offset_free,
-            measured=measured,
+            rows=rows,
+            methods=np.array(names),
             shown=np.array([shown]),
             shown_angle_rad=flexion(joints),
             shown_joints_mm=joints,

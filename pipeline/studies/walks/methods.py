@@ -29,7 +29,7 @@ IMAGE_IGNORED_MM2 = 1e15
 
 
 class Null(StrEnum):
-    """Reconstructions that do next to nothing, against which the approaches are held."""
+    """Baselines."""
 
     average_walker = "average_walker"
     """The depth of the average walker; the image is kept [zhang2007 3.16]."""

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core import errors, linear_model
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import Method
-from pipeline.studies.walks.seen_walker import SeenWalker
+from pipeline.studies.walks.methods import Method, Null
+from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
 
 LEAST_WALKERS = 3
 """Walkers of other sources that a model needs at least."""
@@ -26,8 +27,8 @@ def other_source_errors(
     view_angles_rad: np.ndarray,
     third: AnatomicalApproach | None,
     workers: int,
-) -> np.ndarray | None:
-    """Return errors (M + 1, R) in mm², mean over views, of each method and of the average walker; None for one source.
+) -> pd.DataFrame:
+    """Return rows of each walker, method and the average walker: errors, mean over views; no rows for one source.
 
     The truth is the motion, whatever the sweep's options.
     """
@@ -35,7 +36,7 @@ def other_source_errors(
     sources = np.unique(data.source)
     others = {source: data.source != source for source in sources}
     if len(sources) < 2 or any(kept.sum() < LEAST_WALKERS for kept in others.values()):
-        return None
+        return pd.DataFrame()
     mirrors = how.pop("mirrors")
     models = {
         source: linear_model.fit(
@@ -46,18 +47,26 @@ def other_source_errors(
         for source, kept in others.items()
     }
 
-    def one(r: int) -> list[float]:
+    def one(r: int) -> dict[str, float]:
         model = models[data.source[r]]
         views = SeenWalker(model, samples[r], data, r, view_angles_rad)
-        found = [
-            third.reconstruct(r, view_angles_rad, model, without_source=True)
+        found: dict[Method | Null, Reconstruction] = {
+            method: third.reconstruct(r, view_angles_rad, model, without_source=True)
             if method is Method.anatomical and third
             else views.reconstruct(method.noise_variance(noise_variance_mm2))
             for method in methods
-        ]
-        return [
-            float(errors.walker_error(errors.absolute_error(each.delta, views.residual_power)).mean())
-            for each in (*found, views.average_walker())
-        ]
+        }
+        found[Null.average_walker] = views.average_walker()
+        return {
+            str(method): float(
+                errors.walker_error(errors.absolute_error(each.delta, views.residual_power)).mean()
+            )
+            for method, each in found.items()
+        }
 
-    return np.array(map_processes(one, range(len(samples)), workers)).T
+    walkers = map_processes(one, range(len(samples)), workers)
+    return pd.DataFrame(
+        {"person": who, "source": source, "method": method, "absolute_error_mm2": error}
+        for who, source, errors_of in zip(data.person, data.source, walkers, strict=True)
+        for method, error in errors_of.items()
+    )

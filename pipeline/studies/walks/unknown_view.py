@@ -7,31 +7,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import partial
 
 import numpy as np
+import pandas as pd
 
-from pipeline.core import camera, linear_model, viewpoint
+from pipeline.core import camera, linear_model, statistics, viewpoint
 from pipeline.core.linear_model import unflatten
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
-from pipeline.studies.walks.methods import (
-    PUBLISHED,
-    Method,
-    Null,
-    middles_of_strips,
-)
+from pipeline.studies.walks.methods import PUBLISHED, Method, Null, middles_of_strips
 from pipeline.validation import Distinct, InvalidInput, Positive
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
 Solver.__doc__ = """How the view angle is found: over the whole range, or as appendix B has it."""
 
-
-ESTIMATED = ("angle_rad", "cost", "runner_up_cost", "converged", "n_iterations")
-"""What is kept of a `ViewEstimate`."""
 
 RANDOM_VIEW = "random_view"
 """A view drawn on the whole circle, one for every walker and view: no estimator, which knows nothing."""
@@ -39,43 +31,26 @@ RANDOM_VIEW = "random_view"
 
 @dataclass(frozen=True)
 class ViewAngles:
-    """The view angles that both approaches find, and the costs behind them.
+    """The view angles that both approaches and baselines find, and the costs behind them.
 
     Attributes
     ----------
+    rows : DataFrame
+        A row to each walker, method or baseline, and true view: estimate less truth; cost of the fit, and of the best
+        fit at another local minimum (of the anatomical method: 1, and by how much the angle is likelier than that of
+        the next mode; of a view drawn at random none).
+    published : DataFrame
+        The same by the solver of appendix B, on some views; no rows if it is not tried.
     methods : (M,) text
-    nulls : (K,) text
-        Estimates that know next to nothing of the walker.
-    view_angle_deg : (A,)
-        True ones.
-    angle_deg, cost, runner_up_cost : (M, R, A)
-        Estimated angle; cost of its fit, and of the best fit at another local minimum.  Of the anatomical method: 1,
-        and by how much the angle is likelier than that of the next mode.
-    null_angle_deg : (K, R, A)
-        The last is drawn at random.
-    converged : (M, R, A) bool
-    n_iterations : (M, R, A) int
     failure_deg : float
         An estimate that is further off is a failure.
-    published_view_deg : (P,)
-        True views that the solver of appendix B is tried on as well; none if it is not.
-    published_angle_deg : (M + K, R, P)
-        What it finds, by the methods and by the nulls.
     remarks : list of str
     """
 
+    rows: pd.DataFrame
+    published: pd.DataFrame
     methods: np.ndarray
-    nulls: np.ndarray
-    view_angle_deg: np.ndarray
-    angle_deg: np.ndarray
-    null_angle_deg: np.ndarray
-    cost: np.ndarray
-    runner_up_cost: np.ndarray
-    converged: np.ndarray
-    n_iterations: np.ndarray
     failure_deg: float
-    published_view_deg: np.ndarray
-    published_angle_deg: np.ndarray
     remarks: list[str]
 
 
@@ -119,72 +94,72 @@ class UnknownView(Sweep):
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, Eigenwalkers]) -> ViewAngles:
         """Return the view angles that both approaches find, and the costs behind them."""
-        view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
-        view = np.radians(view_deg)
-        low, high = np.radians(self.angle_range_deg)
         data, model = inputs.dataset, inputs.model
         third = AnatomicalApproach(data) if Method.anatomical in self.methods else None
-        nulls = Null.beside(self.methods)
-        estimate = partial(
-            viewpoint.estimate,
-            angle_range_rad=(float(low), float(high)),
+        views = (
+            self.view_angle_deg.values("sweep.view_angle_deg"),
+            np.array(self.published_views_deg, dtype=float),
         )
-        published_deg = np.array(self.published_views_deg, dtype=float)
+        walkers, generator = range(len(model.samples)), inputs.generator("random view")
+        drawn = [generator.uniform(-180.0, 180.0, (len(walkers), len(view_deg))) for view_deg in views]
+        low, high = np.radians(self.angle_range_deg)
+        tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
 
-        def one(r: int) -> dict[str, np.ndarray]:
-            fold = linear_model.of_measured(model.fold(r), ~data.unmeasured[r])
-            seen = _observed(linear_model.without_joints(model.samples[r], ~data.unmeasured[r]), view)
+        def one(r: int) -> list[pd.DataFrame]:
+            measured = ~data.unmeasured[r]
+            fold = linear_model.of_measured(model.fold(r), measured)
             single = linear_model.truncated(fold, 1)
-            tries = [
-                (fold, m.value, m.noise_variance(self.noise_variance_mm2))
-                for m in self.methods
-                if m in PUBLISHED
-            ]
-            known = len(tries)
-            for null in nulls:
-                noise = null.noise_variance(self.noise_variance_mm2)
-                tries.append((single, "least_squares" if noise is None else "map", noise))
-            estimates = [
-                estimate(given, seen, method=method, noise_variance=noise, solver=self.solver.value)
-                for given, method, noise in tries
-            ]
-            approaches, others = estimates[:known], estimates[known:]
-            if third:
-                approaches.insert(self.methods.index(Method.anatomical), third.estimate(r, view))
-            found = {name: np.stack([getattr(e, name) for e in approaches]) for name in ESTIMATED}
-            found["null_angle_rad"] = np.stack([e.angle_rad for e in others])
-            found["published_angle_rad"] = np.empty((len(tries), 0))
-            if len(published_deg):
-                seen = _observed(model.samples[r], np.radians(published_deg))
-                found["published_angle_rad"] = np.stack(
-                    [
-                        estimate(
-                            given, seen, method=method, noise_variance=noise, solver="published"
-                        ).angle_rad
-                        for given, method, noise in tries
-                    ]
+            sample = linear_model.without_joints(model.samples[r], measured)
+
+            def estimate(method: Method | Null, view: np.ndarray, solver: Solver) -> viewpoint.ViewEstimate:
+                if third and method is Method.anatomical:
+                    return third.estimate(r, view)
+                noise = method.noise_variance(self.noise_variance_mm2)
+                return viewpoint.estimate(
+                    fold if isinstance(method, Method) else single,
+                    _observed(sample, view),
+                    method="least_squares" if noise is None else "map",
+                    noise_variance=noise,
+                    solver=solver.value,
+                    angle_range_rad=(float(low), float(high)),
                 )
+
+            found = []
+            for view_deg, at_random, solver in zip(
+                views, drawn, (self.solver, Solver["published"]), strict=True
+            ):
+                estimates = [
+                    (method, estimate(method, np.radians(view_deg), solver))
+                    for method in tried
+                    if len(view_deg) and not (view_deg is views[1] and method is Method.anatomical)
+                ]
+                rows = [
+                    {
+                        "method": str(method),
+                        "angle_deg": np.degrees(each.angle_rad),
+                        "cost": each.cost,
+                        "runner_up_cost": each.runner_up_cost,
+                        "converged": each.converged,
+                    }
+                    for method, each in estimates
+                ]
+                rows.append({"method": RANDOM_VIEW, "angle_deg": at_random[r], "converged": True})
+                of = {"person": data.person[r], "walker": data.clip[r], "view_angle_deg": view_deg}
+                found.append(pd.concat([pd.DataFrame({**of, **row}) for row in rows]))
             return found
 
-        folds = map_processes(one, range(len(model.samples)), inputs.workers)
-        found = {name: np.stack([fold[name] for fold in folds], axis=1) for name in folds[0]}
-        degrees = {
-            name.replace("_rad", "_deg"): np.degrees(found.pop(name))
-            for name in ("angle_rad", "null_angle_rad", "published_angle_rad")
-        }
-        generator = inputs.generator("random view")
-        for name, views in (("null_angle_deg", view_deg), ("published_angle_deg", published_deg)):
-            drawn = generator.uniform(-180.0, 180.0, (1, len(folds), len(views)))
-            degrees[name] = np.concatenate([degrees[name], drawn])
-        unconverged = int((~found["converged"]).sum())
+        of_walkers = zip(*map_processes(one, walkers, inputs.workers), strict=True)
+        rows, published = (pd.concat(frames, ignore_index=True) for frames in of_walkers)
+        for frame in (rows, published):
+            off = statistics.angle_difference_deg(frame.pop("angle_deg"), frame["view_angle_deg"])
+            frame["error_deg"] = off
+            frame["failed"] = (np.abs(off) > self.failure_deg).astype(int)
+        unconverged = int((~rows["converged"]).sum())
         return ViewAngles(
-            methods=np.array([method.value for method in self.methods]),
-            nulls=np.array([*(null.value for null in nulls), RANDOM_VIEW]),
-            view_angle_deg=view_deg,
-            **found,
-            **degrees,
+            rows=rows,
+            published=published,
+            methods=np.array(self.methods, dtype=str),
             failure_deg=self.failure_deg,
-            published_view_deg=published_deg,
             remarks=[f"{unconverged} view angles did not converge"] if unconverged else [],
         )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pipeline.core import camera
@@ -56,27 +57,29 @@ def test_known_views_have_the_third_method_beside_the_others() -> None:
         view_angle_deg=GRID, sigma2_mm2=Grid(start=1, stop=101, step=50), methods=list(Method)
     ).measure(given)
     assert three.methods.tolist() == ["least_squares", "map", "anatomical"]
-    np.testing.assert_array_equal(three.absolute_error_mm2[:2], two.absolute_error_mm2)
+    again = three.rows[three.rows["method"] != "anatomical"].reset_index(drop=True)
+    pd.testing.assert_frame_equal(again, two.rows)
     walk, view = 3, np.radians(30.0)
     missing = three.missing[2, walk, 1]
     true = camera.missing_dimension(given.dataset.coefficients[walk], view)
     off = ((true - missing) ** 2 * np.array([1, 0.5, 0.5, 0.5, 0.5])[:, None]).sum(axis=0)
     residual = given.dataset.residual_covariance[walk][:, 0, 0]  # a multiple of the unit matrix
-    np.testing.assert_allclose(three.demonstration_error_mm2[2, walk, 1], off + residual, rtol=1e-9)
-    assert three.other_source_error_mm2 is not None
-    assert three.other_source_error_mm2.shape == (4, 8)
+    shown = three.demonstrations.set_index(["walker", "method", "view_angle_deg"])["rms_error_mm"]
+    expected = np.sqrt((off + residual).mean())
+    np.testing.assert_allclose(shown[given.dataset.clip[walk], "anatomical", 30.0], expected, rtol=1e-9)
+    assert three.sources["method"].tolist() == ["least_squares", "map", "anatomical", "average_walker"] * 8
 
 
 def test_unknown_views_and_joint_angles_have_it_too() -> None:
     given = inputs()
     views = UnknownView(view_angle_deg=GRID, methods=[Method.anatomical, Method.map]).measure(given)
     assert views.methods.tolist() == ["anatomical", "map"]
-    off = np.abs((views.angle_deg - views.view_angle_deg + 180.0) % 360.0 - 180.0)
-    assert np.median(off[0]) < 15.0
-    assert (views.runner_up_cost[0] >= 1.0).all()
+    rows = views.rows[views.rows["method"] == "anatomical"]
+    assert rows["error_deg"].abs().median() < 15.0
+    assert (rows["runner_up_cost"] >= 1.0).all()
     angles = JointAngles(view_angle_deg=GRID, methods=[Method.anatomical]).measure(given)
     assert angles.methods.tolist() == ["anatomical", "average_walker"]
-    assert np.isfinite(angles.error_rad).all()
+    assert np.isfinite(angles.rows["rmse_deg"]).all()
 
 
 def test_joints_that_were_not_measured_are_hidden_not_read() -> None:

@@ -33,18 +33,22 @@ def test_every_error_at_a_known_view_is_that_of_the_printed_estimate() -> None:
     assert found.methods.tolist() == [*PUBLISHED]
     for walk, row in enumerate(ROWS):
         residual = DATA.residual_covariance[walk][:, 0, 0]  # a multiple of the unit matrix
-        for a, view in enumerate(np.radians(found.view_angle_deg)):
-            offs = [printed(without(walk), row, view, noise)[2] for noise in NOISE]
-            expected = [errors.absolute_error(off) + residual for off in offs]
-            np.testing.assert_allclose(found.absolute_error_mm2[:, walk, a], expected, rtol=1e-6)
-        path = [
-            np.mean([
-                errors.absolute_error(printed(without(walk), row, view, sigma2)[2]) + residual
-                for view in np.radians(found.view_angle_deg)
-            ])
-            for sigma2 in found.sigma2_mm2
-        ]  # fmt: skip
-        np.testing.assert_allclose(found.path_walker_mm2[walk], path, rtol=1e-6)
+
+        def error(view: float, noise: float | None) -> np.ndarray:
+            return errors.absolute_error(printed(without(walk), row, view, noise)[2]) + residual  # noqa: B023
+
+        views = np.radians(found.view_angle_deg)
+        of_joints = np.array([[error(view, noise) for view in views] for noise in NOISE])  # (M, A, 15)
+        ours = [
+            f[(f["walker"] == DATA.clip[walk]) & f["method"].isin(PUBLISHED)]
+            for f in (found.rows, found.joints)
+        ]
+        for rows, axis in zip(ours, (2, 1), strict=True):
+            expected = of_joints.mean(axis=axis).ravel()
+            np.testing.assert_allclose(rows["absolute_error_mm2"], expected, rtol=1e-6)
+        path = [np.mean([error(view, sigma2) for view in views]) for sigma2 in found.sigma2_mm2]
+        curve = found.sigma2[found.sigma2["walker"] == DATA.clip[walk]]
+        np.testing.assert_allclose(curve["absolute_error_mm2"], path, rtol=1e-6)
 
 
 def test_every_view_that_is_found_has_the_least_printed_cost() -> None:
@@ -52,12 +56,17 @@ def test_every_view_that_is_found_has_the_least_printed_cost() -> None:
     assert found.methods.tolist() == [*PUBLISHED]
     circle = np.radians(np.arange(-180, 180, 6))
     for walk, walker in enumerate(DATA.coefficients):
-        for a, true in enumerate(np.radians(found.view_angle_deg)):
+        for view_deg in VIEWS.values("views"):
+            true = np.radians(view_deg)
             across = np.cos(true) * walker[..., 0] + np.sin(true) * walker[..., 1]
             image = np.stack([across, walker[..., 2]], axis=-1)
             for m, noise in enumerate(NOISE):
                 costs = [printed_cost(without(walk), image, 0.0, view, 0.0, noise) for view in circle]
-                angle = float(np.radians(found.angle_deg[m, walk, a]))
+                rows = found.rows[found.rows["method"] == PUBLISHED[m]].set_index(
+                    ["walker", "view_angle_deg"]
+                )
+                estimate = rows.loc[(DATA.clip[walk], view_deg)]
+                angle = float(np.radians(view_deg + estimate["error_deg"]))
                 own = printed_cost(without(walk), image, 0.0, angle, 0.0, noise)
-                assert found.cost[m, walk, a] == pytest.approx(own, rel=1e-6)
+                assert estimate["cost"] == pytest.approx(own, rel=1e-6)
                 assert own <= min(costs) * (1 + 1e-9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -70,33 +70,33 @@ def test_no_number_of_a_walker_moves_with_an_estimated_joint(
         missing_variance=MissingVariance.overall if truth is Truth.motion else MissingVariance.temporal,
     )
     here, there = measured(sweep, *people), measured(sweep, *planted(*people))
-    walkers = len(people[1].clip)
+    clip = people[1].clip[R]
+    for name in ("rows", "demonstrations", "coefficients", "sigma2", "chosen", "joints"):
+        one, other = (getattr(found, name) for found in (here, there))
+        one, other = (rows[rows["walker"] == clip].select_dtypes("number") for rows in (one, other))
+        unknown = np.zeros(len(one), dtype=bool)
+        if name == "joints":  # the estimated one has no error, the others are as they were
+            unknown = np.tile(np.arange(15) == HEAD, len(one) // 15)
+            assert one["absolute_error_mm2"][unknown].isna().all()
+        assert np.isfinite(one[~unknown]).all(axis=None), name
+        np.testing.assert_allclose(other[~unknown], one[~unknown], rtol=1e-9, atol=1e-9, err_msg=name)
     seen = np.arange(15) != HEAD
-    compared = []
-    for field in fields(KnownViewErrors):
-        one, other = getattr(here, field.name), getattr(there, field.name)
-        if not isinstance(one, np.ndarray) or field.name == "original" or walkers not in one.shape:
-            continue
-        axis = one.shape.index(walkers)
-        one, other = one.take(R, axis), other.take(R, axis)
-        if (
-            one.ndim and one.shape[-1] == 15
-        ):  # of each joint: the estimated one has none, the others are as they were
-            if "error" in field.name:
-                assert np.isnan(one[..., HEAD]).all()
-            one, other = one[..., seen], other[..., seen]
-        assert np.isfinite(np.asarray(one, dtype=float)).all(), field.name
-        np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9, err_msg=field.name)
-        compared.append(field.name)
-    assert {"path_walker_mm2", "nested", "other_source_error_mm2", "missing_variance_mm2"} <= set(compared)
-    assert {"absolute_error_mm2", "relative_error", "null_error_mm2", "own_far_beyond"} <= set(compared)
+    for name in ("missing", "average_walker"):
+        one, other = (getattr(found, name)[..., R, :, :, seen] for found in (here, there))
+        np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9, err_msg=name)
+    of_r = here.sources["person"] == people[1].person[R]
+    assert of_r.sum() == len(Method) + 1
+    np.testing.assert_allclose(
+        there.sources[of_r]["absolute_error_mm2"], here.sources[of_r]["absolute_error_mm2"], rtol=1e-9
+    )
 
 
 def test_the_view_angle_is_found_without_it(people: tuple[Walks, FourierSamples]) -> None:
     sweep = UnknownView(view_angle_deg=Grid(start=-60, stop=60, step=60), methods=list(PUBLISHED))
     here, there = measured(sweep, *people), measured(sweep, *planted(*people))
-    np.testing.assert_allclose(there.angle_deg[:, R], here.angle_deg[:, R], atol=1e-6)
-    assert np.abs(here.angle_deg[:, R] - here.view_angle_deg).max() < 20
+    one, other = (found.rows[found.rows["walker"] == people[1].clip[R]] for found in (here, there))
+    np.testing.assert_allclose(other["error_deg"], one["error_deg"], atol=1e-6)
+    assert one["error_deg"][one["method"].isin(here.methods)].abs().max() < 20
 
 
 def test_sigma2_is_chosen_by_the_errors_of_measured_joints(people: tuple[Walks, FourierSamples]) -> None:

@@ -111,7 +111,7 @@ class RootErrorFigure(Figure):
             ["camera", "root_error_ratio"],
             {
                 **quartile_columns("child_error", "child_error_ratio"),
-                "child_error_sd": ("child_error_ratio", lambda ratios: float(sd(ratios.to_numpy(), 0))),
+                "child_error_sd": ("child_error_ratio", sd),
                 "share_above_parent_error": ("above_parent", "mean"),
                 "limb_error_median": ("limb_error", "median"),
                 "error_up_to_mirror_median": ("error_up_to_mirror", "median"),

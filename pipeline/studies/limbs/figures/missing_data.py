@@ -61,7 +61,7 @@ class MissingDataFigure(Figure):
             ["missing_fraction", "pattern"],
             {
                 "relative_error_mean": ("relative_error", "mean"),
-                "relative_error_sd": ("relative_error", lambda errors: float(sd(errors.to_numpy(), 0))),
+                "relative_error_sd": ("relative_error", sd),
                 **{f"{name}_median": (name, "median") for name in medians},
                 **{f"{name}_mean": (name, "mean") for name in means},
                 "limb_error_up_to_mirror_median": ("limb_error_up_to_mirror", "median"),

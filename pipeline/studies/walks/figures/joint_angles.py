@@ -42,42 +42,22 @@ class JointAngleFigure(Figure):
         Walkers of whom a joint of the angle was not measured take no part in it.  ``table_summary``: mean, median and
         worst walker, over all views.
         """
-        sweep, which = inputs.sweep, ["method", "angle"]
+        rows, which = inputs.sweep.rows, ["method", "angle"]
         errors = ["rmse_deg", "offset_free_rmse_deg"]
-        rows = tidy(
-            {
-                "method": sweep.methods[:, None, None, None],
-                "angle": JOINT_ANGLES,
-                "person": inputs.dataset.person[:, None, None],
-                "walker": np.array(inputs.samples)[:, None, None],
-                "view_angle_deg": sweep.view_angle_deg[:, None],
-                errors[0]: np.degrees(sweep.error_rad),
-                errors[1]: np.degrees(sweep.offset_free_rad),
-            },
-            by=[],
-        ).dropna()
         walkers = rows.groupby([*which, "person", "walker"], sort=False)[errors].mean().reset_index()
 
-        def over(of: pd.DataFrame, by: list[str], **further: Any) -> pd.DataFrame:
-            columns = {name: (name, "mean") for name in errors} | {
-                name.replace("_deg", f"_{end}_deg"): (name, how)
+        def over(of: pd.DataFrame, by: list[str], count: str = "", **further: Any) -> pd.DataFrame:
+            columns = {
+                name.replace("_deg", f"{end}_deg"): (name, how)
                 for name in errors
-                for end, how in further.items()
+                for end, how in {"": "mean", **further}.items()
             }
-            return aggregate(of, by, columns, errors, cluster="person", count="walkers")
+            return aggregate(of, by, columns, errors, cluster="person", count=count)
 
-        def ordered(*patterns: str) -> list[str]:
-            return [pattern.format(stem) for stem in ("rmse", "offset_free_rmse") for pattern in patterns]
-
-        by_view = over(rows, [*which, "view_angle_deg"], sd=lambda values: float(sd(values.to_numpy(), 0)))
-        summary = over(walkers, which, median="median", worst="max")
-        ends = ("{}_deg_low", "{}_deg_high")
         return {
-            "table": by_view[[*which, "view_angle_deg", *ordered("{}_deg", "{}_sd_deg", *ends)]],
+            "table": over(rows, [*which, "view_angle_deg"], _sd=sd),
             "table_walkers": tidy(walkers, by=["walker", *which]),
-            "table_summary": summary[
-                [*which, "walkers", *ordered("{}_deg", *ends, "{}_median_deg", "{}_worst_deg")]
-            ],
+            "table_summary": over(walkers, which, "walkers", _median="median", _worst="max"),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:

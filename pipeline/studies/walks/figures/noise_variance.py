@@ -10,15 +10,14 @@ import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.core import errors
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
+from pipeline.studies.walks.figures.view_errors import over_walkers
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Method, Null
 from pipeline.validation import InvalidInput
@@ -54,52 +53,27 @@ class NoiseVariance(Figure):
 
         ``table_nested``: σ² that others choose for each walker, on models without that walker, and the average walker.
         """
-        sweep = inputs.sweep
-        sigma2, path, views = sweep.sigma2_mm2, sweep.path_walker_mm2, sweep.view_angle_deg
-        person, nested = inputs.dataset.person, sweep.nested
-        chosen = np.arange(len(nested))  # nobody, where people are too few to choose for others
-        average = errors.walker_error(
-            sweep.null_error_mm2[sweep.nulls.tolist().index(Null.average_walker)]
-        ).mean(axis=1)
-        low, high = interval_over_people(person, path)
+        sweep, by = inputs.sweep, ["person", "walker", "method"]
+        curve = {
+            "absolute_error_mm2": ("absolute_error_mm2", "mean"),
+            "absolute_error_se_mm2": ("absolute_error_mm2", lambda each: sd(each) / np.sqrt(len(each))),
+        }
+        walkers = sweep.rows.groupby(by, as_index=False)["absolute_error_mm2"].mean()
+        average = walkers[
+            (walkers["method"] == Null.average_walker) & walkers["walker"].isin(sweep.chosen["walker"])
+        ]
         return {
-            "table": tidy(
-                {
-                    "sigma2_mm2": sigma2,
-                    "absolute_error_mm2": path.mean(axis=0),
-                    "absolute_error_mm2_low": low,
-                    "absolute_error_mm2_high": high,
-                    "absolute_error_se_mm2": sd(path, 0) / np.sqrt(len(path)),
-                },
-                by=["sigma2_mm2"],
-            ),
-            "table_people": tidy(
-                {
-                    "person": person[:, None],
-                    "walker": np.array(inputs.samples)[:, None],
-                    "sigma2_mm2": sigma2,
-                    "absolute_error_mm2": path,
-                },
-                by=["walker", "sigma2_mm2"],
-            ),
+            "table": over_walkers(sweep.sigma2, ["sigma2_mm2"], curve),
+            "table_people": tidy(sweep.sigma2.drop(columns="method"), by=["walker", "sigma2_mm2"]),
             "table_views": tidy(
                 {
-                    "view_angle_deg": views[:, None],
-                    "sigma2_mm2": sigma2,
-                    "absolute_error_mm2": sweep.path_view_mm2,
+                    "view_angle_deg": sweep.view_angle_deg[:, None],
+                    "sigma2_mm2": sweep.sigma2_mm2,
+                    "absolute_error_mm2": sweep.sigma2_view_mm2,
                 },
                 by=["view_angle_deg", "sigma2_mm2"],
             ),
-            "table_nested": tidy(
-                {
-                    "person": np.tile(person[chosen].astype(str), 2),
-                    "walker": np.tile(np.asarray(inputs.samples, dtype=str)[chosen], 2),
-                    "method": np.repeat([Method.map, Null.average_walker], len(chosen)).astype(str),
-                    "sigma2_mm2": np.concatenate([sigma2[nested], np.full(len(chosen), np.nan)]),
-                    "absolute_error_mm2": np.concatenate([path[chosen, nested], average[chosen]]),
-                },
-                by=["walker", "method"],
-            ),
+            "table_nested": tidy(pd.concat([sweep.chosen, average]), by=["walker", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -136,7 +110,7 @@ class NoiseVariance(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """The curves over sigma², and the error of every view at every sigma² with its valley."""
-        views = inputs.sweep.path_view_mm2
+        views = inputs.sweep.sigma2_view_mm2
         valley = np.column_stack([np.arange(len(views)), views.argmin(axis=1)])
         with begin(timeline="sigma2_mm2") as rec:
             rec.matrix("matrices/error_by_view_and_sigma2", views, paths={"valley": (valley, "orange")})

@@ -75,37 +75,26 @@ class Postures(Figure):
                 for m in range(len(methods))
             ]
         )  # (M, V, T, 15, 3)
-        squared = errors.walker_error(sweep.demonstration_error_mm2)
-        demonstrations: dict[str, np.ndarray] = {
-            "person": data.person[:, None],
-            "walker": np.array(inputs.samples)[:, None],
-            "view_angle_deg": views,
-        }
         # What the paper tries has its columns, empty where this run leaves it out: the ledger then knows why.
         published = list(METHODS) if inputs.experiment.paper == "zhang2007" else ["least_squares"]
-        untried = np.array(np.nan)
-        for method in TRIED:
-            if method in methods:
-                demonstrations[f"rms_error_{method}_mm"] = np.sqrt(squared[methods.index(method)])
-            elif method in published:
-                demonstrations[f"rms_error_{method}_mm"] = untried
-        both = set(METHODS) <= set(methods)
-        if both or len(published) > 1:
-            apart = untried
-            if both:
-                one, other = (sweep.missing[methods.index(method)] for method in METHODS)
-                apart = np.sqrt(errors.walker_error(errors.absolute_error(one - other)))
-            demonstrations["rms_between_methods_mm"] = apart
-        nothing = sweep.nulls.tolist().index(Null.average_walker)
-        average = np.sqrt(errors.walker_error(sweep.null_demonstration_error_mm2[nothing]))
-        demonstrations["rms_error_average_walker_mm"] = average
-        for method in TRIED:
-            if method in methods:
-                away = sweep.missing[methods.index(method)] - sweep.null_missing[nothing]
-                squares = errors.walker_error(errors.absolute_error(away))
-                demonstrations[f"rms_{method}_from_average_walker_mm"] = np.sqrt(squares)
-            elif method in published:
-                demonstrations[f"rms_{method}_from_average_walker_mm"] = untried
+        shown = [method for method in TRIED if method in methods or method in published]
+        missing, rows = _missing_dimensions(sweep), dict(iter(sweep.demonstrations.groupby("method")))
+
+        def apart(one: str, other: str) -> np.ndarray | float:
+            if not {one, other} <= missing.keys():
+                return np.nan
+            return np.sqrt(errors.walker_error(errors.absolute_error(missing[one] - missing[other]))).ravel()
+
+        average = rows[Null.average_walker]
+        demonstrations = {name: average[name] for name in ("person", "walker", "view_angle_deg")}
+        for method in shown:
+            error = rows[method]["rms_error_mm"].to_numpy() if method in rows else np.nan
+            demonstrations[f"rms_error_{method}_mm"] = error
+        if set(METHODS) <= set(shown):
+            demonstrations["rms_between_methods_mm"] = apart(*METHODS)
+        demonstrations["rms_error_average_walker_mm"] = average["rms_error_mm"]
+        for method in shown:
+            demonstrations[f"rms_{method}_from_average_walker_mm"] = apart(method, Null.average_walker)
         return {
             "table": tidy(
                 {
@@ -254,6 +243,12 @@ class Postures(Figure):
             )
 
 
+def _missing_dimensions(sweep: KnownViewErrors) -> dict[str, np.ndarray]:
+    """What each method and the average walker have at the demonstration views, (R, V, 5, 15) each."""
+    reconstructed = dict(zip(sweep.methods.tolist(), sweep.missing, strict=True))
+    return {**reconstructed, str(Null.average_walker): sweep.average_walker}
+
+
 def _identification(inputs: Inputs) -> pd.DataFrame:
     """Whether the nearest of all reconstructions from another view is the same person's, for every pair of views.
 
@@ -261,15 +256,12 @@ def _identification(inputs: Inputs) -> pd.DataFrame:
     """
     sweep, data = inputs.sweep, inputs.dataset
     person = np.unique(data.person, return_inverse=True)[1]
-    nothing = sweep.nulls.tolist().index(Null.average_walker)
-    names = [*sweep.methods.tolist(), str(Null.average_walker)]
-    missing = np.concatenate([sweep.missing, sweep.null_missing[[nothing]]])
     views = sweep.demonstration_view_deg
     turned = np.radians(views)[None, :, None, None]
     across = camera.horizontal(data.coefficients[:, None], turned)
     up = np.broadcast_to(camera.vertical(data.coefficients[:, None]), across.shape)
     blocks = []
-    for name, depth in zip(names, missing, strict=True):
+    for name, depth in _missing_dimensions(sweep).items():
         walkers = camera.combine(np.stack([across, up], axis=-1), depth, turned)
         flat = walkers.reshape(*walkers.shape[:2], -1)
         for one, other in permutations(range(len(views)), 2):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
@@ -13,7 +12,7 @@ from pipeline.core import statistics
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
@@ -36,50 +35,39 @@ class ViewAngleEstimates(Figure):
         ``table_walkers``: per walker and method, mean over views.  ``table_published``: the error of every walker by
         the solver of appendix B, where it was tried.
         """
-        sweep, person = inputs.sweep, inputs.dataset.person
-        names = [*sweep.methods.tolist(), *sweep.nulls.tolist()]
-        views, estimated = sweep.view_angle_deg, np.concatenate([sweep.angle_deg, sweep.null_angle_deg])
-        error = statistics.angle_difference_deg(estimated, views)
-        failed = np.abs(error) > sweep.failure_deg
-        mean_error = statistics.circular_mean_deg(error, axis=1)
-        low, high = interval_over_people(person, np.swapaxes(error, 0, 1))
-        of_published = {}
-        if len(sweep.published_view_deg):
-            of_published["table_published"] = _errors_of_people(
-                inputs, names, sweep.published_view_deg, sweep.published_angle_deg
-            )
-        own, own_failed = error[: len(sweep.methods)], failed[: len(sweep.methods)]
-        return {
-            **of_published,
-            "table": tidy(
-                {
-                    "method": np.array(names)[:, None],
-                    "view_angle_deg": views,
-                    "estimated_mean_deg": views + mean_error,
-                    "estimated_mean_deg_low": views + low,
-                    "estimated_mean_deg_high": views + high,
-                    "estimated_sd_deg": statistics.circular_sd_deg(error, axis=1),
-                    "absolute_angle_error_median_deg": np.median(np.abs(error), axis=1),
-                    "failures": failed.sum(axis=1),
-                    "walkers": len(person),
-                },
-                by=["method", "view_angle_deg"],
-            ),
-            "table_people": _errors_of_people(inputs, names, views, estimated),
-            "table_walkers": tidy(
-                {
-                    "person": person,
-                    "walker": inputs.samples,
-                    "method": sweep.methods[:, None],
-                    "mean_error_deg": statistics.circular_mean_deg(own, axis=2),
-                    "absolute_angle_error_median_deg": np.median(np.abs(own), axis=2),
-                    "absolute_angle_error_max_deg": np.abs(own).max(axis=2),
-                    "failures": own_failed.sum(axis=2),
-                    "runner_up_cost_ratio_min": (sweep.runner_up_cost / sweep.cost).min(axis=2),
-                    "not_converged": (~sweep.converged).sum(axis=2),
-                },
-                by=["walker", "method"],
-            ),
+        rows = inputs.sweep.rows
+        rows["absolute_error_deg"] = rows["error_deg"].abs()
+        by = ["method", "view_angle_deg"]
+        columns = {
+            "estimated_mean_deg": ("error_deg", "mean"),
+            "estimated_sd_deg": ("error_deg", statistics.circular_sd_deg),
+            "absolute_angle_error_median_deg": ("absolute_error_deg", "median"),
+            "failures": ("failed", "sum"),
+        }
+        table = aggregate(rows, by, columns, ["estimated_mean_deg"], cluster="person", count="walkers")
+        table["walkers"] = table.pop("walkers")
+        table["estimated_mean_deg"] = (
+            rows.groupby(by)["error_deg"].agg(statistics.circular_mean_deg).to_numpy()
+        )
+        for name in ("estimated_mean_deg", "estimated_mean_deg_low", "estimated_mean_deg_high"):
+            table[name] += table["view_angle_deg"]
+        methods = rows[rows["method"].isin(inputs.sweep.methods)]
+        methods = methods.assign(
+            ratio=methods["runner_up_cost"] / methods["cost"], lost=~methods["converged"]
+        )
+        walkers = methods.groupby(["person", "walker", "method"], as_index=False).agg(
+            mean_error_deg=("error_deg", statistics.circular_mean_deg),
+            absolute_angle_error_median_deg=("absolute_error_deg", "median"),
+            absolute_angle_error_max_deg=("absolute_error_deg", "max"),
+            failures=("failed", "sum"),
+            runner_up_cost_ratio_min=("ratio", "min"),
+            not_converged=("lost", "sum"),
+        )
+        made = {"table": table, "table_walkers": tidy(walkers, by=["walker", "method"])}
+        each = ["person", "walker", *by, "error_deg", "failed"]
+        every = {"table_people": rows, "table_published": inputs.sweep.published}
+        return made | {
+            name: tidy(found[each], by=["walker", *by]) for name, found in every.items() if len(found)
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -114,22 +102,4 @@ def _note(table: pd.DataFrame, method: str, failure_deg: float) -> str:
     return (
         f"{CURVES[method].label}: means off by {off:.2f}°, sd {rows['estimated_sd_deg'].mean():.2f}°, off by more than "
         f"{failure_deg:g}° {rows['failures'].sum()} of {rows['walkers'].sum()} times."
-    )
-
-
-def _errors_of_people(
-    inputs: Inputs, methods: list[str], views: np.ndarray, estimated_deg: np.ndarray
-) -> pd.DataFrame:
-    """Return a row for every walker, method (M,) and view (A,), from the estimated angles (M, R, A)."""
-    error = statistics.angle_difference_deg(estimated_deg, views)
-    return tidy(
-        {
-            "person": inputs.dataset.person[:, None],
-            "walker": np.array(inputs.samples)[:, None],
-            "method": np.array(methods)[:, None, None],
-            "view_angle_deg": views,
-            "error_deg": error,
-            "failed": (np.abs(error) > inputs.sweep.failure_deg).astype(int),
-        },
-        by=["walker", "method", "view_angle_deg"],
     )

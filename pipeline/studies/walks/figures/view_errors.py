@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.core import camera, errors, fourier
+from pipeline.core import camera, fourier
 from pipeline.core.reconstruction import from_known_views
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
@@ -20,7 +21,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
@@ -36,6 +37,13 @@ THIRTY_PERCENT = Reference(
 _INSTANT = 0.25
 """Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
 
+
+ERRORS = ["absolute_error_mm2", "relative_error"]
+_SD = {
+    "absolute_error_mm2": "absolute_error_sd_mm2",
+    "relative_error": "relative_error_sd",
+    "missing_variance_mm2": "missing_variance_sd_mm2",
+}
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, KnownViewErrors]
 
@@ -57,32 +65,35 @@ class ViewErrors(Figure):
         they leave the range of training; ``table_sources``, of data from several sources: learnt from people of the
         others.  The nulls are methods like the approaches.
         """
-        sweep = inputs.sweep
-        names = [*sweep.methods.tolist(), *sweep.nulls.tolist()]
-        per_joint = np.concatenate([sweep.absolute_error_mm2, sweep.null_error_mm2])
-        absolute = errors.walker_error(per_joint)
-        relative = errors.walker_error(np.concatenate([sweep.relative_error, sweep.null_relative_error]))
-        variance = np.tile(sweep.missing_variance_mm2, (len(names), 1, 1))
-        averaged = {
-            "absolute_error_mm2": absolute,
-            "rms_error_mm": np.sqrt(absolute),
-            "relative_error": relative,
-            "missing_variance_mm2": variance,
-            **_sides_at_random(inputs, absolute_error_mm2=absolute, missing_variance_mm2=variance),
-        }
-        walks = absolute.mean(axis=2)
+        sweep, seed = inputs.sweep, inputs.experiment.seed
+        people = _sides_at_random(sweep.rows, sweep.view_angle_deg, seed)
+        walkers = people.groupby(["person", "walker", "method"], as_index=False)[ERRORS].mean()
+        columns: dict[str, tuple[str, Any]] = {}
+        for name in people.columns[4:]:
+            columns |= {name: (name, "mean")} | ({_SD[name]: (name, sd)} if name in _SD else {})
         made = {
-            "table": _over_walkers(inputs, names, averaged),
-            "table_people": _every_walker(inputs, names, averaged),
-            "table_walkers": _walkers(inputs, names, walks, relative.mean(axis=2)),
-            "table_summary": tidy(
-                {"method": names, **summary_over_walkers(inputs.dataset.person, walks)}, by=["method"]
+            "table": over_walkers(people, ["method", "view_angle_deg"], columns),
+            "table_people": tidy(people, by=["walker", "method", "view_angle_deg"]),
+            "table_walkers": tidy(walkers, by=["walker", "method"]),
+            "table_summary": _summary(walkers, ["method"]),
+            "table_coefficients": tidy(sweep.coefficients, by=["walker", "method"]),
+            "table_joints": over_walkers(
+                sweep.joints.dropna(),
+                ["method", "joint"],
+                {
+                    "absolute_error_mm2": ("absolute_error_mm2", "mean"),
+                    "absolute_error_median_mm2": ("absolute_error_mm2", "median"),
+                    "absolute_error_worst_mm2": ("absolute_error_mm2", "max"),
+                },
             ),
-            "table_coefficients": _coefficients(inputs),
-            "table_joints": _joints(inputs, names, per_joint),
         }
-        if sweep.other_source_error_mm2 is not None:
-            made["table_sources"] = _sources(inputs, sweep.other_source_error_mm2, walks)
+        if len(sweep.sources):
+            data = inputs.dataset
+            own = walkers.assign(source=walkers["walker"].map(dict(zip(data.clip, data.source, strict=True))))
+            own = own[own["method"].isin(sweep.sources["method"])]
+            every = {"other sources": sweep.sources, "all": own}
+            rows = pd.concat([of.assign(learnt_from=name) for name, of in every.items()])
+            made["table_sources"] = _summary(rows, ["source", "learnt_from", "method"], "walkers")
         return made
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:
@@ -127,8 +138,9 @@ class ViewErrors(Figure):
         """The curves over view angle; one walker, seen and reconstructed from the angle at the cursor."""
         sweep, data, model = inputs.sweep, inputs.dataset, inputs.model
         views, angles = np.rint(sweep.view_angle_deg).astype(int), np.radians(sweep.view_angle_deg)
-        absolute = errors.walker_error(sweep.absolute_error_mm2)
-        walker = int(np.argsort(absolute[0].mean(axis=1))[absolute.shape[1] // 2])  # the median one
+        of_first = sweep.rows[sweep.rows["method"] == sweep.methods[0]]
+        error = of_first.groupby("walker", sort=False)["absolute_error_mm2"].mean()
+        walker = int(error.argsort().iloc[len(error) // 2])  # the median one
         fold = model.fold(walker)
         truth = data.coefficients[walker]
         index = {"view_angle_deg": views}
@@ -172,138 +184,41 @@ class ViewErrors(Figure):
             rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))
 
 
-def summary_over_walkers(person: np.ndarray, values: np.ndarray) -> dict[str, np.ndarray]:
-    """Return mean with interval, median and worst (M,) over walkers of errors (M, R), mm²."""
-    low, high = interval_over_people(person, values.T)
-    return {
-        "mean_mm2": values.mean(axis=1),
-        "mean_mm2_low": low,
-        "mean_mm2_high": high,
-        "median_mm2": np.median(values, axis=1),
-        "worst_mm2": values.max(axis=1),
-    }
-
-
-def _over_walkers(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
-    """Mean over walkers of each quantity (M, R, A), with its interval, and standard deviations."""
-    columns: dict[str, np.ndarray] = {
-        "method": np.array(names)[:, None],
-        "view_angle_deg": inputs.sweep.view_angle_deg,
-    }
-    deviations = {
-        "absolute_error_mm2": "absolute_error_sd_mm2",
-        "relative_error": "relative_error_sd",
-        "missing_variance_mm2": "missing_variance_sd_mm2",
-    }
-    for name, values in averaged.items():
-        columns[name] = values.mean(axis=1)
-        if name in deviations:
-            columns[deviations[name]] = sd(values, 1)
-        if not name.endswith(SIDES_AT_RANDOM):
-            low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
-            columns |= {f"{name}_low": low, f"{name}_high": high}
-    return tidy(columns, by=["method", "view_angle_deg"])
-
-
-def _every_walker(inputs: Inputs, names: list[str], averaged: dict[str, np.ndarray]) -> pd.DataFrame:
-    """Each quantity (M, R, A) of every walker."""
-    return tidy(
-        {
-            "person": inputs.dataset.person[:, None],
-            "walker": np.array(inputs.samples)[:, None],
-            "method": np.array(names)[:, None, None],
-            "view_angle_deg": inputs.sweep.view_angle_deg,
-            **averaged,
-        },
-        by=["walker", "method", "view_angle_deg"],
-    )
-
-
 SIDES_AT_RANDOM = "_sides_at_random"
 
 
-def _sides_at_random(inputs: Inputs, **curves: np.ndarray) -> dict[str, np.ndarray]:
-    """Curves (M, R, A) over view angle, left and right exchanged for half of the people: symmetric but for chance.
+def over_walkers(
+    rows: pd.DataFrame, by: list[str], columns: Mapping[str, tuple[str, Any]], count: str = ""
+) -> pd.DataFrame:
+    """What is asked for of the rows of all walkers, means with their intervals over people."""
+    banded = [
+        name for name, (of, how) in columns.items() if how == "mean" and not of.endswith(SIDES_AT_RANDOM)
+    ]
+    return aggregate(rows, by, columns, banded, cluster="person", count=count)
 
-    None if the view angles are not symmetric.
+
+def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
+    """Add curves over view angle with left and right exchanged for half of the people: symmetric but for chance.
+
+    Nothing is added if the view angles are not symmetric.
     """
-    views = inputs.sweep.view_angle_deg
     if not np.allclose(views, -views[::-1]):
-        return {}
-    people, person = np.unique(inputs.dataset.person, return_inverse=True)
-    generator = derive_generator(inputs.experiment.seed, f"sides of {people[0]} to {people[-1]}")
+        return rows
+    people, person = np.unique(rows["person"], return_inverse=True)
+    generator = derive_generator(seed, f"sides of {people[0]} to {people[-1]}")
     exchanged = (generator.random(len(people)) < 0.5)[person]
-    return {
-        name + SIDES_AT_RANDOM: np.where(exchanged[:, None], values[..., ::-1], values)
-        for name, values in curves.items()
-    }
-
-
-def _walkers(inputs: Inputs, names: list[str], absolute: np.ndarray, relative: np.ndarray) -> pd.DataFrame:
-    """Mean over views of the errors (M, R) of every walker."""
-    return tidy(
-        {
-            "person": inputs.dataset.person,
-            "walker": inputs.samples,
-            "method": np.array(names)[:, None],
-            "absolute_error_mm2": absolute,
-            "relative_error": relative,
-        },
-        by=["walker", "method"],
+    here = np.arange(len(rows))
+    there = here.reshape(-1, len(views))[:, ::-1].ravel()
+    return rows.assign(
+        **{
+            name + SIDES_AT_RANDOM: rows[name].to_numpy()[np.where(exchanged, there, here)]
+            for name in ("absolute_error_mm2", "missing_variance_mm2")
+        }
     )
 
 
-def _coefficients(inputs: Inputs) -> pd.DataFrame:
-    """How often coefficients leave the range of training: those found, and those of the walker seen whole."""
-    sweep = inputs.sweep
-    return tidy(
-        {
-            "person": inputs.dataset.person,
-            "walker": inputs.samples,
-            "method": sweep.methods[:, None],
-            "coefficients_beyond": sweep.coefficients_beyond,
-            "own_coefficients_beyond": sweep.own_coefficients_beyond,
-            "views_far_beyond": sweep.views_far_beyond,
-            "own_far_beyond": sweep.own_far_beyond,
-        },
-        by=["walker", "method"],
-    )
-
-
-def _joints(inputs: Inputs, names: list[str], per_joint: np.ndarray) -> pd.DataFrame:
-    """Mean over walkers and views of the errors (M, R, A, 15) of every joint, with its interval over people."""
-    values = per_joint.mean(axis=2)
-    low, high = interval_over_people(inputs.dataset.person, np.swapaxes(values, 0, 1))
-    return tidy(
-        {
-            "method": np.array(names)[:, None],
-            "joint": WALKER15.joints,
-            "absolute_error_mm2": values.mean(axis=1),
-            "absolute_error_mm2_low": low,
-            "absolute_error_mm2_high": high,
-            "absolute_error_median_mm2": np.median(values, axis=1),
-            "absolute_error_worst_mm2": values.max(axis=1),
-        },
-        by=["method", "joint"],
-    )
-
-
-def _sources(inputs: Inputs, others: np.ndarray, own: np.ndarray) -> pd.DataFrame:
-    """Errors of the people of each source, learnt from other sources (M + 1, R) and from all (M + K, R)."""
-    methods = [*inputs.sweep.methods.tolist(), "average_walker"]
-    rows = []
-    for source in np.unique(inputs.dataset.source):
-        here = inputs.dataset.source == source
-        for learnt_from, values in (("other sources", others), ("all", own)):
-            summary = summary_over_walkers(inputs.dataset.person[here], values[: len(methods), here])
-            for number, method in enumerate(methods):
-                rows.append(
-                    {
-                        "source": source,
-                        "learnt_from": learnt_from,
-                        "method": method,
-                        "walkers": int(here.sum()),
-                        **{name: column[number] for name, column in summary.items()},
-                    }
-                )
-    return pd.DataFrame(rows)
+def _summary(walkers: pd.DataFrame, by: list[str], count: str = "") -> pd.DataFrame:
+    """Mean with interval, median and worst walker."""
+    how = {"mean": "mean", "median": "median", "worst": "max"}
+    columns = {f"{name}_mm2": ("absolute_error_mm2", function) for name, function in how.items()}
+    return over_walkers(walkers, by, columns, count)
