@@ -49,7 +49,7 @@ smoke: $(READY) ## every figure at small scale
 $(FIGURES): $(READY)
 	@$(RUN) figures experiment=$@ data=$(DATA) scale=$(SCALE) $(ARGS)
 
-data: $(READY) ## download the recordings of data/sources.csv; MOCAP_MIRROR=dir is tried first
+data: $(READY) ## download the recordings of data/sources.csv; MOCAP_MIRROR=dir (or dir:dir) is tried first
 	@$(RUN) fetch $(ARGS)
 
 run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"

@@ -49,7 +49,11 @@ def option_classes() -> Iterator[tuple[str, str, type[Any], list[str]]]:
 
     yield "Every figure", "", Experiment, ["every figure"]
     for name, kind in DATA.items():
-        where = {"synthetic": "synthetic", "recorded": "optical, cmu, hdm05, hdm05_squat", "folder": "folder"}
+        where = {
+            "synthetic": "synthetic",
+            "recorded": "optical, many, cmu, hdm05, hdm05_squat",
+            "folder": "folder",
+        }
         yield f"Data set: {where[name]}", "data.", kind, [f"data={where[name]}"]
     for group in GROUPS:
         for name, kind in options(group).items():

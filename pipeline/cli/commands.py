@@ -75,7 +75,7 @@ def fetch(arguments: Sequence[str]) -> int:
         report = fetch_files(
             data.listing,
             Path(data.raw),
-            mirror=Path(data.mirror) if data.mirror else None,
+            mirror=data.mirrors,
             only=only or None,
             progress=show,
         )

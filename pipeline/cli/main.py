@@ -28,7 +28,7 @@
 {figures}
 
 Overrides name any option by its full path; `--cfg job` prints them all with their values, e.g.
-  data=synthetic|optical|cmu|hdm05|folder scale=full|smoke          seed=2007     workers=2
+  data=synthetic|optical|many|cmu|hdm05|folder scale=full|smoke          seed=2007     workers=2
   model.components=20                     model.mirror=true         model.omega_scale_mm=1.0
   sweep.view_angle_deg.step=5             sweep.sigma2_mm2.stop=2000
   sweep.noise_variance_mm2=70             sweep.solver=published    sweep.truth=fourier

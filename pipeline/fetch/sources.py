@@ -40,7 +40,7 @@ def fetch(
     sources: Path,
     raw: Path,
     *,
-    mirror: Path | None = None,
+    mirror: Path | Sequence[Path] | None = None,
     only: Sequence[str] | None = None,
     opener: Callable[..., Any] = open_http,
     progress: Callable[[Progress], None] = lambda _: None,
@@ -56,8 +56,8 @@ def fetch(
         The table of addresses, with at least the columns `NEEDED_COLUMNS`.
     raw : Path
         Folder of the files; no other folder is written to.
-    mirror : Path, optional
-        A folder with the same paths, which is tried first.
+    mirror : Path or sequence of Path, optional
+        Folders with the same paths, which are tried first.
     only : sequence of str, optional
         Names of sources, paths or patterns such as ``cmu/16/*``; all files if not given.
     opener : callable
@@ -72,12 +72,19 @@ def fetch(
         folder, `only` names nothing, or `raw` cannot be written.
     """
     rows = _selected(read_sources(sources), only)
-    if mirror is not None and not Path(mirror).is_dir():
-        raise InvalidInput("the mirror is not a folder", where=str(mirror))
-    return Transfer(rows, Path(raw), mirror and Path(mirror), opener, progress).report()
+    mirrors = folders_of(mirror)
+    for folder in mirrors:
+        if not folder.is_dir():
+            raise InvalidInput("the mirror is not a folder", where=str(folder))
+    return Transfer(rows, Path(raw), mirrors, opener, progress).report()
 
 
-def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | None = None) -> Path | None:
+def folders_of(mirror: Path | Sequence[Path] | None) -> list[Path]:
+    """Return the folders of a mirror: none, one or several."""
+    return [] if mirror is None else [mirror] if isinstance(mirror, Path) else list(mirror)
+
+
+def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | Sequence[Path] | None = None) -> Path | None:
     """Return the path of a recording in `raw`, else in the mirror, else None.
 
     A file whose size differs from the table is ignored.
@@ -88,11 +95,10 @@ def resolve(row: Mapping[str, str], *, raw: Path, mirror: Path | None = None) ->
         If the row's path leaves the folder.
     """
     _check_path(row["path"], "the table of sources")
-    for folder in (raw, mirror):
-        if folder is not None:
-            path = Path(folder) / row["path"]
-            if path.is_file() and path.stat().st_size == int(row["bytes"]):
-                return path
+    for folder in (raw, *folders_of(mirror)):
+        path = Path(folder) / row["path"]
+        if path.is_file() and path.stat().st_size == int(row["bytes"]):
+            return path
     return None
 
 

@@ -14,7 +14,7 @@ import urllib.error
 import urllib.parse
 import urllib.request
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -87,11 +87,11 @@ class Transfer:
         self,
         rows: list[dict[str, str]],
         raw: Path,
-        mirror: Path | None,
+        mirrors: Sequence[Path],
         opener: Callable[..., Any],
         progress: Callable[[Progress], None],
     ) -> None:
-        self.rows, self.raw, self.mirror, self.opener, self.progress = rows, raw, mirror, opener, progress
+        self.rows, self.raw, self.mirrors, self.opener, self.progress = rows, raw, mirrors, opener, progress
         self.silences: Counter[str] = Counter()
         self.bytes_total = sum(int(row["bytes"]) for row in rows)
         self.files_done = self.bytes_done = 0
@@ -132,8 +132,8 @@ class Transfer:
             (address, functools.partial(self._receive, row, part, address))
             for address in dict.fromkeys(addresses)
         ]
-        if self.mirror is not None:
-            tries.insert(0, ("mirror", functools.partial(_copy, self.mirror / row["path"], row, part)))
+        copies = [functools.partial(_copy, mirror / row["path"], row, part) for mirror in self.mirrors]
+        tries[:0] = [("mirror", copy) for copy in copies]
         reasons = []
         for place, attempt in tries:
             reason = attempt()
@@ -144,7 +144,7 @@ class Transfer:
                     part.replace(target)
                 return "fetched", ""
             reasons.append(f"{place}: {reason}")
-        if not addresses and reasons in ([], [f"mirror: {_NOT_THERE}"]):
+        if not addresses and all(reason == f"mirror: {_NOT_THERE}" for reason in reasons):
             return "without address", ""
         return "failed", "; ".join(reasons)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import functools
 import hashlib
 import os
@@ -149,8 +150,8 @@ class Listing:
         ``data/sources.csv``.
     raw : Path
         Folder of ``make data``.
-    mirror : Path or None
-        A folder of the same files, used for those that `raw` lacks.
+    mirror : sequence of Path
+        Folders of the same files, used for those that `raw` lacks.
     skeletons : mapping of str to SourceMapping
         By the table's skeleton column.
     same_person : sequence of sequence of str
@@ -159,7 +160,7 @@ class Listing:
 
     table: Path
     raw: Path
-    mirror: Path | None
+    mirror: Sequence[Path]
     skeletons: Mapping[str, SourceMapping]
     same_person: Sequence[Sequence[str]] = ()
 
@@ -171,6 +172,7 @@ def listed_clips(listing: Listing, sources: Sequence[str], action: str) -> tuple
     ----------
     listing : Listing
     sources : sequence of str
+        Names, or patterns of them.
     action : str
         The beginning of the table's action up to a colon, or the whole of it.
 
@@ -198,7 +200,7 @@ def _clips_of_table(listing: Listing, sources: Sequence[str], action: str) -> li
     rows = [
         row
         for row in listed
-        if row["source"] in sources
+        if any(fnmatch.fnmatchcase(row["source"], source) for source in sources)
         and (row["action"] == action or row["action"].startswith(f"{action}:"))
         and row["skeleton"] in listing.skeletons
     ]
@@ -256,6 +258,7 @@ def folder_clips(
     frame_rate_hz: float,
     units: str,
     subject: str = "",
+    source: str = "folder",
 ) -> list[Clip]:
     """Return the readable files below the user's folder.
 
@@ -273,6 +276,8 @@ def folder_clips(
         For files that do not say.
     subject : str
         Who, in files of several people.
+    source : str
+        Name of the laboratory.
 
     Raises
     ------
@@ -314,7 +319,7 @@ def folder_clips(
             Clip(
                 name=plain,
                 person=who or PurePosixPath(plain).stem,
-                source="folder",
+                source=source,
                 action="",
                 path=file,
                 sha256=_digest(file),

@@ -5,8 +5,9 @@ A data set names a corpus for each kind of clips; `Data.request` turns its optio
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from types import ModuleType
@@ -14,7 +15,7 @@ from typing import Any
 
 from pipeline import mappings
 from pipeline.clips import performances, varied, walks
-from pipeline.clips.kinds import Clips, Corpus, Request
+from pipeline.clips.kinds import WALKS, Clips, Corpus, Request
 from pipeline.clips.options import Data, Missing, Skeleton, Steady, SyntheticPeople
 from pipeline.ingestion import recorded
 from pipeline.ingestion.corpus import Clip, Listing, first_people, folder_clips, in_turn, listed_clips
@@ -125,11 +126,15 @@ class Recordings(Data):
 class RecordedData(Recordings):
     """Public recordings listed in `data/sources.csv`."""
 
-    sources: list[str]  # of walks
+    sources: list[str]  # of walks; * stands for all
     action: str = "walk"
     table: str = "data/sources.csv"
     raw: str = "data/raw"
-    mirror: str = ""  # a folder that holds the same files; read where raw lacks one
+    mirror: str = ""  # folders that hold the same files, with : between them; read where raw lacks one
+    folders: list[str] = field(default_factory=list)  # of your own walks: a further source each
+    person: str = (
+        "^([^_.]+)"  # in folders: regular expression on the file's name; its first group names the person
+    )
     skeletons: list[str] = field(default_factory=list)  # mappings of the table's skeleton column
     same_person: list[list[str]] = field(default_factory=list)  # subjects that are one person
 
@@ -144,6 +149,11 @@ class RecordedData(Recordings):
         named = Path(self.table)
         return named if named.is_file() or named.parent != Path("data") else DATA / named.name
 
+    @property
+    def mirrors(self) -> list[Path]:
+        """Return the folders of the mirror."""
+        return [Path(folder) for folder in self.mirror.split(os.pathsep) if folder]
+
     def require(self, corpus: Corpus) -> None:
         """Raise InvalidInput if no source is named for this kind of clips."""
         if not self.named(corpus).sources:
@@ -152,12 +162,26 @@ class RecordedData(Recordings):
     def request(self, corpus: Corpus, skeleton: Skeleton, seed: int, workers: int) -> Request:
         """Return the request for the recordings of the table, those that are not on this machine last."""
         self.require(corpus)
-        mirror = Path(self.mirror) if self.mirror else None
         known = {name: mappings.shipped()[name] for name in self.skeletons}
-        listing = Listing(self.listing, Path(self.raw), mirror, known, self.same_person)
+        listing = Listing(self.listing, Path(self.raw), self.mirrors, known, self.same_person)
         named = self.named(corpus)
         present, absent = listed_clips(listing, named.sources, named.action)
+        if corpus is WALKS:
+            present += self._own()
         return self.request_for(corpus, named.choose(present) + absent, workers, skeleton.missing)
+
+    def _own(self) -> list[Clip]:
+        """Return the clips of the user's folders, the sources named after these."""
+        found = []
+        for folder in self.folders:
+            name = Path(folder).resolve().name
+            clips = folder_clips(
+                folder, "**/*", self.person, skeleton=None, frame_rate_hz=0.0, units="", source=name
+            )
+            found += [
+                replace(clip, name=f"{name}/{clip.name}", person=f"{name}/{clip.person}") for clip in clips
+            ]
+        return found
 
 
 @dataclass(kw_only=True)

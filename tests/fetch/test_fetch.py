@@ -538,7 +538,10 @@ def test_the_projects_own_table_is_sound() -> None:
     sources = Path(__file__).parents[2] / "data" / "sources.csv"
     rows = read_sources(sources)
     assert [row["path"] for row in rows] == sorted(row["path"] for row in rows)
-    assert {row["source"] for row in rows} == {"cmu", "biomechzoo", "hdm05", "kinectgait"}
+    assert {row["source"] for row in rows} == {
+        *("cmu", "biomechzoo", "hdm05", "kinectgait"),
+        *("qualisys", "c3drot", "llui"),
+    }
     assert rows[0].keys() >= {
         *NEEDED_COLUMNS,
         "subject",
@@ -558,10 +561,24 @@ def test_the_projects_own_table_is_sound() -> None:
 @pytest.mark.skipif(not os.environ.get("MOCAP_MIRROR"), reason="needs the recordings: set MOCAP_MIRROR")
 def test_the_mirror_holds_every_recording(tmp_path: Path) -> None:
     sources, mirror = Path(__file__).parents[2] / "data" / "sources.csv", Path(os.environ["MOCAP_MIRROR"])
-    report = fetch(sources, tmp_path, mirror=mirror, opener=no_network)
+    listed = [row["path"] for row in read_sources(sources)]
+    here = [path for path in listed if (mirror / Path(path).parts[0]).is_dir()]
+    report = fetch(sources, tmp_path, mirror=mirror, only=here, opener=no_network)
     assert (report.failed, report.without_address) == ([], [])
-    assert len(report.fetched) == len(read_sources(sources))
-    assert len(fetch(sources, tmp_path, opener=no_network).present) == len(report.fetched)
+    assert report.fetched == here
+    assert fetch(sources, tmp_path, only=here, opener=no_network).present == here
+
+
+def test_several_mirrors_are_tried_in_turn(case: Case) -> None:
+    case.add("zoo/a", CONTENT)
+    other = case.folder / "other"
+    (other / "zoo").mkdir(parents=True)
+    (other / "zoo" / "a").write_bytes(CONTENT)
+    (row,) = read_sources(case.table())
+    empty = case.folder / "empty"
+    empty.mkdir()
+    assert resolve(row, raw=case.raw, mirror=[empty, other]) == other / "zoo" / "a"
+    assert case.fetch(no_network, mirror=[empty, other]).fetched == ["zoo/a"]
 
 
 def test_requests_wait_only_so_long(case: Case) -> None:

@@ -54,6 +54,29 @@ def test_a_limit_counts_the_recordings_that_are_here_and_the_absent_ones_come_la
     assert names(request(listed, WALKS)) == ["first", "gone_b", "gone_a"]
 
 
+def test_own_folders_are_further_sources_of_walks(listed: RecordedData, tmp_path: Path) -> None:
+    for folder in ("Lab A", "Lab B"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "anna_01.trc").write_text(folder)
+    listed.folders = [str(tmp_path / "Lab A"), str(tmp_path / "Lab B")]
+    clips = request(listed, WALKS).options["clips"]
+    own = [clip for clip in clips if clip["source"].startswith("Lab")]
+    assert [(clip["source"], clip["person"], clip["name"]) for clip in own] == [
+        ("Lab A", "Lab A/anna", "Lab A/anna_01.trc"),
+        ("Lab B", "Lab B/anna", "Lab B/anna_01.trc"),
+    ]
+    assert len(clips) == 4 + len(own)
+    assert len(request(listed, PERFORMANCES).options["clips"]) == 3
+    listed.folders = [str(tmp_path / "nowhere")]
+    with pytest.raises(InvalidInput, match="must be a folder that exists"):
+        request(listed, WALKS)
+
+
+def test_a_star_names_every_source(listed: RecordedData) -> None:
+    listed.sources = ["*"]
+    assert names(request(listed, WALKS)) == ["first", "second", "gone_b", "gone_a"]
+
+
 @pytest.mark.parametrize(
     ("corpus", "words"), [(WALKS, "walks"), (PERFORMANCES, "performances of one action"), (VARIED, "varied motion")]
 )  # fmt: skip

@@ -89,10 +89,10 @@ def read(path: str | Path, *, frame_rate_hz: float | None = None, units: str | N
 
 
 def skeleton_of(path: Path) -> Path:
-    """Find the skeleton (.asf) of a motion (.amc): in its folder, or else one folder up.
+    """Find the skeleton (.asf) of a motion (.amc): in its folder, one folder up, or in ``asf/`` beside its folder.
 
     It is the only one there, or the one whose name is the longest beginning of the motion's name (``16.asf`` for
-    ``16_11.amc``).
+    ``16_11.amc``).  In ``asf/`` its name begins with the same number (``07-walk.asf`` for ``07_01-walk.amc``).
 
     Raises
     ------
@@ -100,12 +100,17 @@ def skeleton_of(path: Path) -> Path:
         If there is none, several may be meant, or a folder cannot be read.
     """
     found: list[Path] = []
-    for folder in (path.parent, path.parent.parent):
+    beside = path.parent.parent / "asf"
+    for folder in (path.parent, path.parent.parent, beside):
         try:
+            if folder is beside and not folder.is_dir():
+                continue
             found = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".asf")
         except OSError as error:
             what, received = "the folder of its skeleton cannot be read", error.strerror or ""
             raise damaged(what, path.name, received=received) from None
+        if folder is beside:  # which holds the skeletons of everybody
+            found = [p for p in found if _number(p) == _number(path)]
         if found:
             break
     if len(found) > 1:
@@ -113,9 +118,17 @@ def skeleton_of(path: Path) -> Path:
         longest = max((len(p.stem) for p in begins), default=0)
         found = [p for p in begins if len(p.stem) == longest] or found
     if len(found) != 1:
-        names, expected = ", ".join(p.name for p in found) or "none", "one .asf beside it or one folder up"
+        names, expected = (
+            ", ".join(p.name for p in found) or "none",
+            "one .asf beside it, one folder up or in asf/",
+        )
         raise damaged("the skeleton of this motion is not clear", path.name, expected, names)
     return found[0]
+
+
+def _number(path: Path) -> str:
+    """The number that a name begins with, empty if there is none."""
+    return path.stem[: len(path.stem) - len(path.stem.lstrip("0123456789"))].lstrip("0")
 
 
 def _header(header: str, radians: float, where: str, notes: list[str]) -> float:

@@ -238,6 +238,21 @@ def test_the_skeleton_one_folder_up_is_found_where_there_is_none_beside(pair: tu
     assert acclaim.skeleton_of(moved) == below / "q.asf", "what is beside comes first"
 
 
+def test_the_skeleton_in_a_folder_of_its_own_is_found_by_number(pair: tuple[Path, Path]) -> None:
+    motion, skeleton = pair
+    motions, skeletons = motion.parent / "amc", motion.parent / "asf"
+    motions.mkdir()
+    skeletons.mkdir()
+    moved = motion.rename(motions / "07_01-walk.amc")
+    own = skeleton.rename(skeletons / "07-walk.asf")
+    for other in ("08-walk.asf", "70-walk.asf"):
+        (skeletons / other).write_bytes(b"of somebody else")
+    assert acclaim.skeleton_of(moved) == own
+    assert acclaim.read(moved).positions_mm.shape == (3, 5, 3)
+    with pytest.raises(InvalidInput, match=r"not clear.*none"):
+        acclaim.read(moved.rename(motions / "09_01-walk.amc"))
+
+
 def test_a_cut_within_a_frame_is_refused_and_at_its_end_leaves_whole_frames(pair: tuple[Path, Path]) -> None:
     data = AMC.read_bytes()
     whole = acclaim.read(AMC).positions_mm
