@@ -107,7 +107,8 @@ def motion_capture(
     units_assumed : bool
         Whether neither the file nor the caller stated the unit.
     """
-    notes, names = list(notes), list(map(harmless, names))
+    notes, stated = list(notes), set(names)
+    names = list(map(harmless, names))
     valid = np.isfinite(positions_mm).all(axis=-1)
     seen = valid.any(axis=0)
     if seen.any() and not seen.all():
@@ -115,7 +116,7 @@ def motion_capture(
         notes.append(f"Points in name only, never measured: {_listed(unseen)}.")
         names = [name for name, known in zip(names, seen, strict=True) if known]
         positions_mm, valid = positions_mm[:, seen], valid[:, seen]
-    if changed := [name for name in names if name.startswith("'")]:
+    if changed := [name for name in names if name not in stated]:
         notes.append(f"Names that a spreadsheet would run begin with an apostrophe: {_listed(changed)}.")
     _tell_apart(names, positions_mm, notes)
     if angles_deg is not None and not valid.all():

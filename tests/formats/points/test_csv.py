@@ -276,6 +276,12 @@ def test_what_is_written_is_read_back_to_the_bit(
     assert motion.frame_rate_hz == pytest.approx(rate, rel=1e-9)
 
 
+def test_a_name_that_begins_with_an_apostrophe_of_its_own_is_not_remarked(tmp_path: Path) -> None:
+    csv.write(tmp_path / "walk.csv", ["'toe"], np.zeros((2, 1, 3)), 100.0)
+    motion = csv.read(tmp_path / "walk.csv")
+    assert (motion.names, motion.notes) == (("'toe",), ())
+
+
 @pytest.mark.parametrize(
     ("names", "positions", "rate"),
     [
