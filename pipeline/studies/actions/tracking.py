@@ -5,10 +5,11 @@ mozerov2006 learns the action model for this and leaves the tracker to the reade
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Annotated
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.choice import evenly
 from pipeline.core.tracking import joint_error
@@ -30,22 +31,15 @@ _STREAM = 20060  # keeps these draws apart from those of other stages with the s
 class TrackingErrors:
     """Errors of every method, on performances that the model has not seen, and one performance to look at.
 
-    L ways of leaving out, C conditions, N performances, K methods, of which f are filters.
-
     Attributes
     ----------
-    varied : (C,) text
-    particles, noise_mm, occluded : (C,)
-        The conditions.
+    rows : DataFrame
+        A row to each way of leaving out, performance, condition (by what is varied) and method: error, mean over frames
+        and joints, relative to the pelvis; that of the true postures in the aSpace; fractions of frames that were lost,
+        and of predictions that were pruned.
     leave_out, methods : (L,), (K,) text
     tracked : (N,) int
         Performances.
-    error_mm : (L, C, N, K)
-        Mean over frames and joints, relative to the pelvis.
-    aspace_error_mm : (L, N)
-        Of the true postures in the aSpace.
-    lost_fraction, pruned_fraction, effective_sample_size : (L, C, N, f)
-        Means over frames.
     shown : (1,) int
         The performance that is shown, and under which condition:
     shown_particles, shown_noise_mm, shown_occluded : int, float, float
@@ -55,18 +49,10 @@ class TrackingErrors:
     remarks : list of str
     """
 
-    varied: np.ndarray
-    particles: np.ndarray
-    noise_mm: np.ndarray
-    occluded: np.ndarray
+    rows: pd.DataFrame
     leave_out: np.ndarray
     methods: np.ndarray
     tracked: np.ndarray
-    error_mm: np.ndarray
-    aspace_error_mm: np.ndarray
-    lost_fraction: np.ndarray
-    pruned_fraction: np.ndarray
-    effective_sample_size: np.ndarray
     shown: np.ndarray
     shown_particles: int
     shown_noise_mm: float
@@ -138,11 +124,14 @@ class HeldOutTracking(Sweep):
         InvalidInput
             If too few performances are left to learn from.
         """
-        varied, wanted = zip(*self.conditions, strict=True)
+        wanted = pd.DataFrame(
+            {"varied": varied, **asdict(condition)} for varied, condition in self.conditions
+        )
         performances, people = performances_of(inputs.dataset), inputs.dataset.person
         chosen = evenly(self.tracked, len(performances))
         ways, remarks = self.ways(people)
-        shown, distinct = self.demonstrated, sorted(set(wanted))
+        shown = self.demonstrated
+        distinct = sorted({condition for _, condition in self.conditions})
         camera = camera_of(self.camera, view_angle_deg=self.view_angle_deg, distance_mm=self.distance_mm)
 
         def one(item: tuple[LeaveOut, int]) -> Tracked:
@@ -161,32 +150,23 @@ class HeldOutTracking(Sweep):
 
         items = [(way, int(m)) for way in ways for m in chosen]
         found = map_processes(one, items, inputs.workers)
-        grid = (len(ways), len(chosen))
-        row = [distinct.index(condition) for condition in wanted]
-
-        def stacked(name: str) -> np.ndarray:
-            """(L, C, N, …) of every item's (distinct, …)."""
-            values = np.stack([getattr(f, name)[row] for f in found])
-            return np.moveaxis(values.reshape(*grid, *values.shape[1:]), 1, 2)
-
+        rows = pd.concat(
+            of.rows.assign(leave_out=str(way), performance=inputs.dataset.clip[m], person=people[m])
+            for (way, m), of in zip(items, found, strict=True)
+        )
         # The performance whose error with the prior is the median one, of the first way of leaving out.
-        errors = np.array([f.errors[distinct.index(shown), 0] for f in found[: len(chosen)]])
+        errors = [
+            joint_error(of.joints[0], performances[m].joints_mm).mean()
+            for m, of in zip(chosen, found, strict=False)
+        ]
         middle = int(np.argsort(errors, kind="stable")[len(errors) // 2])
         picked, true = found[middle], performances[chosen[middle]].joints_mm
         rate_hz = float(inputs.dataset.frame_rate_hz[chosen[middle]])
         return TrackingErrors(
-            varied=np.array(varied),
-            particles=np.array([c.particles for c in wanted]),
-            noise_mm=np.array([c.noise_mm for c in wanted]),
-            occluded=np.array([c.occluded for c in wanted]),
-            leave_out=np.array([way.value for way in ways]),
+            rows=wanted.merge(rows, on=list(asdict(shown))),  # a condition may be met on several ways
+            leave_out=np.array(ways, dtype=str),
             methods=np.array(METHODS),
             tracked=chosen,
-            error_mm=stacked("errors"),
-            aspace_error_mm=np.array([f.aspace_error for f in found]).reshape(grid),
-            lost_fraction=stacked("lost"),
-            pruned_fraction=stacked("pruned"),
-            effective_sample_size=stacked("size"),
             shown=chosen[[middle]],
             shown_particles=shown.particles,
             shown_noise_mm=shown.noise_mm,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.resampling import interpolate
 from pipeline.core.tracking import Track, best_phase, joint_error, linear_phase, track
@@ -20,29 +21,19 @@ METHODS = (*FILTERS, "mean_linear_phase", "mean_best_phase")
 
 @dataclass(frozen=True)
 class Tracked:
-    """One performance under D conditions, by K methods, of which f are filters.
+    """One performance under several conditions, by K methods.
 
     Attributes
     ----------
-    errors : (D, K)
-        mm, mean over frames.
-    lost, pruned : (D, f)
-        Fractions of frames, and of predictions.
-    size : (D, f)
-        Mean effective sample size.
-    aspace_error : float
-        mm, of the true postures in the aSpace.
+    rows : DataFrame
+        A row to each condition and method, means over frames; methods that are no filter have lost nothing.
     joints : (K, T, 15, 3)
         mm, under the condition that is shown.
     image : (T, 15, 2)
         Under that condition, in image units.
     """
 
-    errors: np.ndarray
-    lost: np.ndarray
-    pruned: np.ndarray
-    size: np.ndarray
-    aspace_error: float
+    rows: pd.DataFrame
     joints: np.ndarray
     image: np.ndarray
 
@@ -79,25 +70,26 @@ class Trial:
         """Return what every method makes of every condition."""
         true, body, space = self.performance.joints_mm, self.performance.body, self.held_out.action.space
         means = self._mean_alone()
-        errors, tracks = [], []
+        projected = self.held_out.joints(space.project(self.performance.postures), body)
+        rows = []
         for condition in wanted:
             image = self.seen(condition)
-            found = [self.filtered(method, condition, image) for method in FILTERS]
-            joints = [*(self.held_out.joints(f.posture, body) for f in found), *means]
-            errors.append([joint_error(j, true).mean() for j in joints])
-            tracks.append(found)
+            found = {method: self.filtered(method, condition, image) for method in FILTERS}
+            joints = [*(self.held_out.joints(f.posture, body) for f in found.values()), *means]
+            rows += [
+                {
+                    "method": method,
+                    **asdict(condition),
+                    "error_mm": joint_error(each, true).mean(),
+                    "aspace_error_mm": joint_error(projected, true).mean(),
+                    "lost_fraction": found[method].lost.mean() if method in found else 0.0,
+                    "pruned_fraction": found[method].pruned_fraction.mean() if method in found else 0.0,
+                }
+                for method, each in zip(METHODS, joints, strict=True)
+            ]
             if condition == shown:
                 kept = np.stack(joints), image
-        projected = self.held_out.joints(space.project(self.performance.postures), body)
-        return Tracked(
-            errors=np.array(errors),
-            lost=np.array([[t.lost.mean() for t in row] for row in tracks]),
-            pruned=np.array([[t.pruned_fraction.mean() for t in row] for row in tracks]),
-            size=np.array([[t.effective_sample_size.mean() for t in row] for row in tracks]),
-            aspace_error=float(joint_error(projected, true).mean()),
-            joints=kept[0],
-            image=kept[1],
-        )
+        return Tracked(pd.DataFrame(rows), *kept)
 
     def seen(self, condition: Condition) -> np.ndarray:
         """Return the image (T, 15, 2): of this performance and condition the same for every method and model."""

@@ -11,10 +11,11 @@ parallel projection cannot tell the back from the front seen in a mirror.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
+import pandas as pd
 
 from pipeline.clips.kinds import Walks
 from pipeline.core.anatomical import Prior
@@ -23,6 +24,7 @@ from pipeline.core.choice import evenly
 from pipeline.core.resampling import interpolate
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
+from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.methods import (
@@ -82,22 +84,19 @@ class Condition:
 
 @dataclass(frozen=True)
 class MethodErrors:
-    """Errors of M methods, of W walkers under D conditions before C cameras, and one walker to look at.
+    """Errors of M methods before C cameras, and one walker to look at.
 
     Attributes
     ----------
+    rows : DataFrame
+        A row to each walker, condition (by what is varied: ``none``, ``noise``, ``occlusion`` or ``heading``), camera
+        and method that it can be given to: mean over frames and joints of the distance from the truth about the pelvis,
+        and of that along the camera's axis.
+    joints : DataFrame
+        A row to each joint but the pelvis, where nothing is varied.
     methods : (M,) text
-    cameras : (C,) text
     walkers : (W,) int
         Of the data set.
-    frames : (W,) int
-    varied : (D,) text
-        ``none``, ``noise``, ``occlusion`` or ``heading``.
-    view_angle_deg, noise_px, occluded, heading_error_deg : (D,)
-    error_mm : (W, D, C, M, 15)
-        Mean over frames of the distance from the truth about the pelvis; NaN where a method cannot be used.
-    missing_dimension_error_mm : (W, D, C, M)
-        Mean over frames and joints, along the camera's axis.
     shown : (1,) int
         Index of a walker in the data set: the one whose error by the articulated method, hinges kept, is the median
         one of the condition shown.
@@ -110,17 +109,10 @@ class MethodErrors:
     shown_view_angle_deg, shown_noise_px : float
     """
 
+    rows: pd.DataFrame
+    joints: pd.DataFrame
     methods: np.ndarray
-    cameras: np.ndarray
     walkers: np.ndarray
-    frames: np.ndarray
-    varied: np.ndarray
-    view_angle_deg: np.ndarray
-    noise_px: np.ndarray
-    occluded: np.ndarray
-    heading_error_deg: np.ndarray
-    error_mm: np.ndarray
-    missing_dimension_error_mm: np.ndarray
     shown: np.ndarray
     shown_true: np.ndarray
     shown_positions: np.ndarray
@@ -193,23 +185,25 @@ class FaceOffSweep(CameraSweep):
             chosen,
             inputs.workers,
         )
-        rows = [distinct.index(condition) for _, condition in wanted]
-        error = np.stack([scores.error for scores in found])[:, rows]
-        of_shown = error[:, rows.index(distinct.index(shown)), 0, METHODS.index("articulated_hinges")]
-        middle = int(np.argsort(of_shown[:, CHILDREN].mean(axis=-1), kind="stable")[len(found) // 2])
+        conditions = pd.DataFrame({"varied": varied, **asdict(condition)} for varied, condition in wanted)
+        joints = conditions.merge(pd.concat([scores.joints for scores in found]))
+        of = ["varied", *asdict(shown), "person", "walker", "camera", "method", "frames"]
+        errors = ["error_mm", "missing_dimension_error_mm"]
+        of_shown = [
+            np.linalg.norm(
+                _about_pelvis(walk.positions[0, METHODS.index("articulated_hinges")] - walk.true), axis=-1
+            )
+            for walk in found
+        ]
+        middle = int(
+            np.argsort([off[:, CHILDREN].mean() for off in of_shown], kind="stable")[len(found) // 2]
+        )
         picked = found[middle]
         return MethodErrors(
+            rows=joints.groupby(of, as_index=False)[errors].mean(),
+            joints=joints[joints["varied"] == "none"],
             methods=np.array(METHODS),
-            cameras=np.array(self.cameras),
             walkers=chosen,
-            frames=np.array([len(scores.true) for scores in found]),
-            varied=np.array([varied for varied, _ in wanted]),
-            view_angle_deg=np.array([condition.view_angle_deg for _, condition in wanted]),
-            noise_px=np.array([condition.noise_px for _, condition in wanted]),
-            occluded=np.array([condition.occluded for _, condition in wanted]),
-            heading_error_deg=np.array([condition.heading_error_deg for _, condition in wanted]),
-            error_mm=error,
-            missing_dimension_error_mm=np.stack([scores.missing for scores in found])[:, rows],
             shown=chosen[[middle]],
             shown_true=picked.true,
             shown_positions=picked.positions,
@@ -221,20 +215,16 @@ class FaceOffSweep(CameraSweep):
 
 @dataclass(frozen=True)
 class _Scores:
-    """Errors of one walker.
+    """Errors of one walker, a row to each condition, camera, method and joint; and what is shown of it.
 
     Attributes
     ----------
-    error : (D, C, M, 15)
-        mm.
-    missing : (D, C, M)
-        Along the camera's axis, mm.
+    joints : DataFrame
     true, positions, images : (F, 15, 3), (C, M, F, 15, 3), (C, F, 15, 2)
         Of the condition shown: mm, mm, px.
     """
 
-    error: np.ndarray
-    missing: np.ndarray
+    joints: pd.DataFrame
     true: np.ndarray
     positions: np.ndarray
     images: np.ndarray
@@ -257,6 +247,7 @@ class _Walk:
         cutoff, most = options.softness or None, min(options.components, len(self.truth))
         self.basis = TrajectoryBasis(most, cutoff) if most else TrajectoryBasisByRule(cutoff)
         self._articulated: dict[tuple[Condition, Camera], list[np.ndarray]] = {}
+        self.walker = {"person": data.person[r], "walker": data.clip[r], "frames": len(self.truth)}
         self._place = (inputs.seed, f"sweep:face_off:{data.source[r]}:{data.clip[r]}")
 
     def _generator(self, what: str) -> np.random.Generator:
@@ -321,22 +312,38 @@ class _Walk:
 
     def scores(self, wanted: list[Condition], shown: Condition) -> _Scores:
         """Return the errors under all conditions before all cameras."""
-        true = self.truth - self.truth[:, [PELVIS]]
-        error = np.empty((len(wanted), len(self.options.cameras), len(METHODS), 15))
-        missing = np.empty(error.shape[:-1])
-        positions, images = [], []
-        for d, condition in enumerate(wanted):
-            for c, kind in enumerate(self.options.cameras):
+        rows, positions, images = [], [], []
+        for condition in wanted:
+            for kind in self.options.cameras:
                 walk = self.seen(condition, kind)
                 made = self.motions(walk, kind, condition)
-                off = made - made[:, :, [PELVIS]] - true
-                error[d, c] = np.linalg.norm(off, axis=-1).mean(axis=1)
-                axis = np.broadcast_to(walk.camera.rotation[..., 2, :], (len(true), 3))
-                missing[d, c] = np.abs(np.einsum("mtjc,tc->mtj", off[:, :, CHILDREN], axis)).mean(axis=(1, 2))
+                off = _about_pelvis(made - self.truth)[:, :, CHILDREN]
+                axis = np.broadcast_to(walk.camera.rotation[..., 2, :], (len(self.truth), 3))
+                error = np.linalg.norm(off, axis=-1).mean(axis=1)
+                missing = np.abs(np.einsum("mtjc,tc->mtj", off, axis)).mean(axis=1)
+                rows += [
+                    pd.DataFrame(
+                        {
+                            **self.walker,
+                            **asdict(condition),
+                            "camera": str(kind),
+                            "method": method,
+                            "joint": np.array(WALKER15.joints)[CHILDREN],
+                            "error_mm": error[m],
+                            "missing_dimension_error_mm": missing[m],
+                        }
+                    )
+                    for m, method in enumerate(METHODS)
+                    if np.isfinite(error[m]).all()
+                ]
                 if condition == shown:
                     positions.append(made)
                     images.append(walk.images)
-        return _Scores(error, missing, self.truth, np.stack(positions), np.stack(images))
+        return _Scores(pd.concat(rows), self.truth, np.stack(positions), np.stack(images))
+
+
+def _about_pelvis(joints: np.ndarray) -> np.ndarray:
+    return joints - joints[..., [PELVIS], :]
 
 
 def _middle(frames: int, rate_hz: float, options: FaceOffSweep, clip: str) -> np.ndarray:

@@ -19,7 +19,7 @@ from pipeline.studies.face_off.methods import PELVIS
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
 if TYPE_CHECKING:
@@ -64,65 +64,24 @@ class FaceOffFigure(Figure):
 
         A method that a camera's images cannot be given to has no rows there.
         """
-        sweep = inputs.sweep
-        joints = sweep.error_mm[..., CHILDREN]  # (W, D, C, M, 14)
-        used = np.isfinite(joints[0]).all(axis=-1)
-        d, c, m = np.nonzero(used)
-        conditions = pd.DataFrame(
-            {
-                "view_angle_deg": sweep.view_angle_deg[d],
-                "camera": sweep.cameras[c],
-                "method": sweep.methods[m],
-                "varied": sweep.varied[d],
-                "noise_px": sweep.noise_px[d],
-                "occluded": sweep.occluded[d],
-                "heading_error_deg": sweep.heading_error_deg[d],
-            }
-        )
-        of_joints = joints[:, used]  # (W, rows, 14)
-        error, missing = of_joints.mean(axis=-1), sweep.missing_dimension_error_mm[:, used]
-        person = inputs.dataset.person[sweep.walkers]
-        intervals: dict[str, np.ndarray] = {}
-        for name, values in (("error_mm", error), ("missing_dimension_error_mm", missing)):
-            ends = interval_over_people(person, values)
-            intervals |= {f"{name}_{end}": at for end, at in zip(("low", "high"), ends, strict=True)}
-        plain = (conditions["varied"] == "none").to_numpy()
-        undisturbed = conditions[plain]
+        rows, joints = inputs.sweep.rows, inputs.sweep.joints
+        of_joint = joints.groupby(["camera", "method", "view_angle_deg", "joint"], sort=False)["error_mm"]
+        by_joint = of_joint.agg(error_mm="mean", error_sd_mm=sd).reset_index()
+        how = {
+            "error_mm": ("error_mm", "mean"),
+            "missing_dimension_error_mm": ("missing_dimension_error_mm", "mean"),
+            "error_sd_mm": ("error_mm", sd),
+            "people": ("person", "nunique"),
+        }
+        banded = ["error_mm", "missing_dimension_error_mm"]
+        each = ["walker", *CONDITION, *banded, "frames"]
         return {
-            "table": tidy(
-                {
-                    "walker": np.array(inputs.samples)[sweep.walkers, None],
-                    **{name: conditions[name] for name in CONDITION},
-                    "error_mm": error,
-                    "missing_dimension_error_mm": missing,
-                    "frames": sweep.frames[:, None],
-                },
-                by=["walker", *ORDER],
-            ),
+            "table": tidy(rows[each], by=["walker", *ORDER]),
             "table_joints": tidy(
-                {
-                    **{
-                        name: undisturbed[name].to_numpy()[:, None]
-                        for name in ("method", "camera", "view_angle_deg")
-                    },
-                    "joint": [WALKER15.joints[j] for j in CHILDREN],
-                    "error_mm": of_joints[:, plain].mean(axis=0),
-                    "error_sd_mm": sd(of_joints[:, plain], 0),
-                },
+                by_joint[["method", "camera", "view_angle_deg", "joint", "error_mm", "error_sd_mm"]],
                 by=["camera", "method", "view_angle_deg"],
             ),
-            "table_summary": tidy(
-                {
-                    **{name: conditions[name] for name in CONDITION},
-                    "error_mm": error.mean(axis=0),
-                    "error_sd_mm": sd(error, 0),
-                    "missing_dimension_error_mm": missing.mean(axis=0),
-                    "walkers": len(error),
-                    "people": len(np.unique(person)),
-                    **intervals,
-                },
-                by=ORDER,
-            ),
+            "table_summary": aggregate(rows, ORDER, how, banded, cluster="person", count="walkers"),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:

@@ -6,6 +6,7 @@ from dataclasses import asdict, fields, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -163,47 +164,57 @@ def test_conditions_do_not_influence_each_other(trial: Trial) -> None:
     among = trial.all(wanted, wanted[1])
     for order in ([2, 1, 0], [1], [0, 1]):
         found = trial.all([wanted[n] for n in order], wanted[1])
-        for name in ("errors", "lost", "pruned", "size"):
-            np.testing.assert_array_equal(getattr(found, name), getattr(among, name)[order])
+        of_one = len(METHODS)
+        rows = np.concatenate([np.arange(of_one) + of_one * n for n in order])
+        pd.testing.assert_frame_equal(found.rows, among.rows.iloc[rows].reset_index(drop=True))
         np.testing.assert_array_equal(found.joints, among.joints)
 
 
 # --- what the prior is worth ------------------------------------------------------------------------------
 
 
+def errors_by_method(measured: TrackingErrors) -> pd.DataFrame:
+    """A column to each method, a row to each way, condition and performance."""
+    index = ["leave_out", "varied", "particles", "noise_mm", "occluded", "performance"]
+    return measured.rows.pivot(index=index, columns="method", values="error_mm")
+
+
 def test_the_prior_beats_no_prior_at_few_particles(measured: TrackingErrors) -> None:
-    methods = list(measured.methods)
-    mean = measured.error_mm.mean(axis=2)
-    prior = mean[..., methods.index("prior")]
+    errors = errors_by_method(measured)
+    mean = errors.groupby([name for name in errors.index.names if name != "performance"]).mean()
     for other in ("no_prior", "no_prior_own_step", "mean_linear_phase"):
-        assert (prior < mean[..., methods.index(other)]).all(), other
+        assert (mean["prior"] < mean[other]).all(), other
+    known = mean.loc["performance"]
     for other in ("no_prior", "no_prior_own_step"):  # by far, where the model knows the person
-        assert (prior[0] < 0.8 * mean[0, :, methods.index(other)]).all(), other
+        assert (known["prior"] < 0.8 * known[other]).all(), other
 
 
 def test_the_best_phase_is_no_worse_than_a_constant_rate(measured: TrackingErrors) -> None:
-    methods = list(measured.methods)
-    best, constant = (measured.error_mm[..., methods.index(f"mean_{m}_phase")] for m in ("best", "linear"))
-    assert (best <= constant).all()
+    errors = errors_by_method(measured)
+    assert (errors["mean_best_phase"] <= errors["mean_linear_phase"]).all()
     # Neither looks at the image.
-    np.testing.assert_array_equal(best, np.broadcast_to(best[:, :1], best.shape))
+    assert (errors["mean_best_phase"].groupby(["leave_out", "performance"]).nunique() == 1).all()
 
 
-def test_the_arrays_are_what_they_are_said_to_be(measured: TrackingErrors) -> None:
-    wanted = QUICK.conditions
-    assert list(measured.varied) == ["particles", "noise", "occlusion", "occlusion"]
-    assert measured.error_mm.shape == (2, len(wanted), 2, len(METHODS))
-    assert measured.lost_fraction.shape == (2, len(wanted), 2, len(FILTERS))
+def test_the_rows_are_what_they_are_said_to_be(measured: TrackingErrors) -> None:
+    rows, wanted = measured.rows, QUICK.conditions
+    assert rows["varied"].unique().tolist() == ["particles", "noise", "occlusion"]
+    assert len(rows) == 2 * len(wanted) * 2 * len(METHODS)
     # The same condition is the same track, whatever is varied.
-    np.testing.assert_array_equal(measured.error_mm[:, 0], measured.error_mm[:, 2])
+    of = {varied: each.reset_index(drop=True) for varied, each in rows.groupby("varied")}
+    pd.testing.assert_frame_equal(of["particles"].drop(columns="varied"), of["noise"].drop(columns="varied"))
     assert np.isnan(measured.shown_image).any()
-    shown = list(measured.tracked).index(measured.shown[0])
-    of_shown = [c for _, c in wanted].index(QUICK.demonstrated)
-    np.testing.assert_allclose(
-        measured.shown_error_mm.mean(axis=1), measured.error_mm[0, of_shown, shown], rtol=1e-12
-    )
-    assert not measured.pruned_fraction[..., 1:].any()
-    assert (measured.aspace_error_mm[0] < measured.aspace_error_mm[1]).all()
+    shown = rows[
+        (rows["leave_out"] == "performance")
+        & (rows["varied"] == "occlusion")
+        & (rows["occluded"] == QUICK.demonstrated.occluded)
+    ].set_index(["performance", "method"])["error_mm"]
+    names = list(dict.fromkeys(rows["performance"]))
+    name = names[list(measured.tracked).index(measured.shown[0])]
+    np.testing.assert_allclose(measured.shown_error_mm.mean(axis=1), shown[name][list(METHODS)], rtol=1e-12)
+    assert not rows["pruned_fraction"][rows["method"] != "prior"].any()
+    aspace = rows.groupby(["leave_out", "performance"])["aspace_error_mm"].first().unstack(0)
+    assert (aspace["performance"] < aspace["person"]).all()
 
 
 def test_seeds_reproduce(postures: Postures) -> None:
@@ -211,9 +222,8 @@ def test_seeds_reproduce(postures: Postures) -> None:
     first, second, other = (measure(small, postures, seed=seed) for seed in (1, 1, 2))
     for field in fields(first):
         np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))
-    filters = len(FILTERS)
-    assert (first.error_mm[..., :filters] != other.error_mm[..., :filters]).all()
-    np.testing.assert_array_equal(first.error_mm[..., filters:], other.error_mm[..., filters:])
+    same = first.rows["error_mm"] == other.rows["error_mm"]
+    np.testing.assert_array_equal(same, ~first.rows["method"].isin(FILTERS))
 
 
 def test_one_person_alone_is_not_left_out(postures: Postures) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
@@ -15,9 +14,9 @@ from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import interval_words
-from pipeline.studies.replicated import interval_over_people
+from pipeline.studies.replicated import aggregate
 from pipeline.studies.study import Figure
 
 if TYPE_CHECKING:
@@ -54,40 +53,28 @@ class TrackingError(Figure):
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: each condition and method over performances; ``table_performances``: each performance."""
-        sweep = inputs.sweep
-        way, condition, m, method = (i.ravel() for i in np.indices(sweep.error_mm.shape))
-        lost = np.zeros(sweep.error_mm.shape)  # the mean alone is never lost
-        lost[..., : sweep.lost_fraction.shape[-1]] = sweep.lost_fraction
-        rows = {
-            "performance": np.array(inputs.samples)[sweep.tracked[m]],
-            "person": np.asarray(inputs.dataset.person)[sweep.tracked[m]],
-            "leave_out": sweep.leave_out[way],
-            "varied": sweep.varied[condition],
-            "method": sweep.methods[method],
-            "particles": sweep.particles[condition],
-            "noise_mm": sweep.noise_mm[condition],
-            "occluded": sweep.occluded[condition],
-            "error_mm": sweep.error_mm.ravel(),
-            "aspace_error_mm": sweep.aspace_error_mm[way, m],
-            "lost_fraction": lost.ravel(),
+        columns = [
+            "performance",
+            "person",
+            "leave_out",
+            "varied",
+            "method",
+            "particles",
+            "noise_mm",
+            "occluded",
+        ]
+        columns += ["error_mm", "aspace_error_mm", "lost_fraction"]
+        each = tidy(inputs.sweep.rows[columns], by=["performance", *CONDITION])
+        how = {
+            "error_mm": ("error_mm", "mean"),
+            "error_sd_mm": ("error_mm", sd),
+            "error_median_mm": ("error_mm", "median"),
+            "aspace_error_mm": ("aspace_error_mm", "mean"),
+            "lost_fraction": ("lost_fraction", "mean"),
+            "performances": ("error_mm", "size"),
         }
-        each = tidy(rows, by=["performance", *CONDITION])
-        over = each.groupby(["leave_out", "varied", "method", "particles", "noise_mm", "occluded"])
-        mean = over.agg(
-            error_mm=("error_mm", "mean"),
-            error_sd_mm=("error_mm", "std"),
-            error_median_mm=("error_mm", "median"),
-            aspace_error_mm=("aspace_error_mm", "mean"),
-            lost_fraction=("lost_fraction", "mean"),
-            performances=("error_mm", "size"),
-        )
-        mean["error_sd_mm"] = mean["error_sd_mm"].fillna(0.0)  # of a single performance
-        ends = {
-            key: interval_over_people(rows["person"].to_numpy(), rows["error_mm"].to_numpy())
-            for key, rows in over
-        }
-        mean[["error_mm_low", "error_mm_high"]] = np.array([ends[key] for key in mean.index])
-        return {"table": tidy(mean.reset_index(), by=CONDITION), "table_performances": each}
+        table = aggregate(each, CONDITION, how, ["error_mm"], cluster="person", count="")
+        return {"table": table, "table_performances": each}
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """A row for each way of leaving out: error against particles, noise and occlusion."""
@@ -112,8 +99,8 @@ class TrackingError(Figure):
                         page=way == sweep.leave_out[0],
                     )
                 )
-        usual = sweep.particles[sweep.varied == "noise"][0]
-        noise = sweep.noise_mm[sweep.varied == "particles"][0]
+        usual = table["particles"][table["varied"] == "noise"].iloc[0]
+        noise = table["noise_mm"][table["varied"] == "particles"].iloc[0]
         return Sheet(
             charts=charts,
             columns=len(PANELS),
