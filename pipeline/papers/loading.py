@@ -72,15 +72,15 @@ class Page:
     Attributes
     ----------
     figure : str
-        The one whose picture is shown.
-    part : list of float, optional
-        Left, top, right, bottom of what is shown of the picture, as shares.
+        The one that stands for it.
+    question : str
+        That the paper answers.
     sentences : tuple of str
         Numbers of ours stand as placeholders, by the names of claims.
     """
 
     figure: str
-    part: list[float] | None
+    question: str
     sentences: tuple[str, ...]
 
 
@@ -252,8 +252,11 @@ def _paper(
 
 
 def _page(entry: Entry) -> Page:
-    part = entry.take("part", list, needed=False)
-    page = Page(entry.text("figure", needed=False), part, entry.names("sentences", needed=False))
+    page = Page(
+        entry.text("figure", needed=False),
+        entry.text("question", needed=False),
+        entry.names("sentences", needed=False),
+    )
     entry.done()
     return page
 

@@ -10,6 +10,7 @@ all colours in `pipeline.palette`; what is drawn is described by `pipeline.chart
 `draw_walking`            a walker who walks: what a camera sees, and his reconstruction turning (SVG)
 `draw_tallies`            counts in rows of bars, a colour to each kind
 `embedded`, `reduced`     a picture that is drawn, reduced: as text inside a page, or its bytes
+`packed_vector`           a vector picture as text inside a page
 ========================  ==================================================================================
 
 >>> from pipeline import pictures
@@ -31,19 +32,20 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pipeline.pictures.charts import draw_charts
-    from pipeline.pictures.embedding import embedded, reduced
+    from pipeline.pictures.embedding import embedded, packed_vector, reduced
     from pipeline.pictures.picture import Picture
     from pipeline.pictures.postures import draw_postures
     from pipeline.pictures.tallies import draw_tallies
     from pipeline.pictures.walking import Walking, draw_walking
 
 __all__ = [
-    "Picture", "Walking", "draw_charts", "draw_postures", "draw_tallies", "draw_walking", "embedded", "reduced",
+    "Picture", "Walking", "draw_charts", "draw_postures", "draw_tallies", "draw_walking", "embedded", "packed_vector",
+    "reduced",
 ]  # fmt: skip
 
 _MODULES = {
     "pipeline.pictures.charts": ("draw_charts",),
-    "pipeline.pictures.embedding": ("embedded", "reduced"),
+    "pipeline.pictures.embedding": ("embedded", "packed_vector", "reduced"),
     "pipeline.pictures.picture": ("Picture",),
     "pipeline.pictures.postures": ("draw_postures",),
     "pipeline.pictures.tallies": ("draw_tallies",),

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import io
-from collections.abc import Sequence
+import re
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 
 _QUALITY = 74
+_SIZE = re.compile(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"')
 
 
-def reduced(path: Path, width: int, part: Sequence[float] | None = None) -> tuple[bytes, int, int]:
-    """Return a PNG, or a part of it, as WebP, at most so many pixels wide, with its width and height."""
+def reduced(path: Path, width: int) -> tuple[bytes, int, int]:
+    """Return a PNG as WebP, at most so many pixels wide, with its width and height."""
     with Image.open(path) as stored:
         picture = stored.convert("RGB")
-    if part is not None:
-        left, top, right, bottom = part
-        wide, high = picture.size
-        picture = picture.crop(
-            (round(left * wide), round(top * high), round(right * wide), round(bottom * high))
-        )
     if picture.width > width:
         size = (width, round(picture.height * width / picture.width))
         picture = picture.resize(size, Image.Resampling.LANCZOS)
@@ -31,7 +27,7 @@ def reduced(path: Path, width: int, part: Sequence[float] | None = None) -> tupl
     return content.getvalue(), picture.width, picture.height
 
 
-def embedded(path: Path, width: int, part: Sequence[float] | None = None) -> dict[str, Any]:
+def embedded(path: Path, width: int) -> dict[str, Any]:
     """Return a picture as a data address with its size in pixels: ``uri``, ``width``, ``height``.
 
     Parameters
@@ -40,9 +36,20 @@ def embedded(path: Path, width: int, part: Sequence[float] | None = None) -> dic
         A PNG.
     width : int
         Largest width, px; smaller pictures keep theirs.
-    part : sequence of float, optional
-        Left, top, right and bottom of the part to show, as shares of width and height.
     """
-    content, wide, high = reduced(path, width, part)
+    content, wide, high = reduced(path, width)
     text = base64.b64encode(content).decode()
     return {"uri": f"data:image/webp;base64,{text}", "width": wide, "height": high}
+
+
+def packed_vector(path: Path, most_bytes: int) -> dict[str, Any] | None:
+    """Return an SVG, compressed, as base64 with its size in points: ``packed``, ``width``, ``height``.
+
+    None if it would be larger.
+    """
+    content = path.read_bytes()
+    size = _SIZE.search(content)
+    text = base64.b64encode(gzip.compress(content, mtime=0)).decode()
+    if size is None or len(text) > most_bytes:
+        return None
+    return {"packed": text, "width": round(float(size[1])), "height": round(float(size[2]))}

@@ -11,7 +11,7 @@ from typing import Any
 
 from pipeline import papers
 from pipeline.palette import COLOURS, ROLES
-from pipeline.report import entries, players, sensitivity, templates, verdicts
+from pipeline.report import entries, ledger_picture, players, templates, verdicts
 from pipeline.report.published import Published, packed_json, read_published
 from pipeline.skeleton import WALKER15
 from pipeline.storage.publishing import new_file
@@ -20,7 +20,7 @@ from pipeline.validation import InvalidInput
 PAGE = "index.html"
 """File name of the page."""
 
-MOST_BYTES = 5_000_000
+MOST_BYTES = 2_500_000
 """Largest page: larger ones are slow to open and refused by mail."""
 TUTORIAL = "tutorial"
 """Folder of the tutorial's pictures, beside those of the data sets and in a light archive."""
@@ -31,7 +31,17 @@ _TITLE, _HEAD_BYTES = b"<title>3D motion from 2D motion: ", 1000
 LEAST_WIDTH = 700
 """Least width of the pictures on it, px, however large the rest is."""
 
-_SCRIPTS = ("walker.js", "anatomy.js", "charts.js", "players.js", "agreement.js", "theme.js", "page.js")
+_SCRIPTS = (
+    "walker.js",
+    "anatomy.js",
+    "charts.js",
+    "ledger.js",
+    "experiment.js",
+    "players.js",
+    "agreement.js",
+    "theme.js",
+    "page.js",
+)
 
 
 def write_page(
@@ -113,21 +123,21 @@ def _render(
     shown = [
         entries.paper_entry(papers.PAPERS[key], results, figures) for key in papers.PAPERS if key in of_papers
     ]
-    packed = {name: packed_json(entries.embedded_tables(figure)) for name, figure in results.figures.items()}
-    numbers, moved = entries.published_rows(results), sensitivity.moved_by_switches(results)
-    if numbers:
-        packed["published"] = packed_json({entries.PUBLISHED: numbers})
-    if moved:
-        packed["sensitivity"] = packed_json({sensitivity.TABLE: moved["text"]})
+    numbers, ledger = entries.has_published(results), ledger_picture.ledger_picture(results)
     curves = {name: entries.curve_tables(figure) for name, figure in results.figures.items()}
+    for paper in shown:  # a player, or curves of the figure that stands for it
+        played = {"zhang2004": walkers, "zhang2007": walkers, "park2011": clips}.get(paper["key"])
+        paper["shows_curves"] = bool(not played and paper["touch"] and paper["touch"]["charts"])
     packed_curves = {name: packed_json(of) for name, of in curves.items() if of}
     walkers_packed, clips_packed = packed_json(walkers), packed_json(clips)
+    ledger_packed = packed_json(ledger)
     text = environment.get_template("index.html.j2").render(
         results=results,
         papers=shown,
         whom=_whom(results),
         commits=sorted({figure.commit for figure in results.figures.values()}),
         legend=verdicts.legend(results),
+        policy=templates.policy(style, script),
         style=style,
         script=script,
         walkers=len(walkers["names"]) if walkers else 0,
@@ -138,8 +148,7 @@ def _render(
         variants=[entries.variant_entry(variant) for variant in variants],
         published=entries.published_tables(results) if numbers else [],
         published_commits=entries.published_commits(results) if numbers else [],
-        moved=moved,
-        shown_figures=set(figures),
+        ledger=ledger_packed if ledger else "",
         tutorial=[f"{TUTORIAL}/{path.name}" for path in sorted((to / TUTORIAL).glob("*.svg"))],
         sources=[{"name": name, "terms": words} for name, words in terms.items()],
         packages=_packages(results),
@@ -148,13 +157,13 @@ def _render(
         joints=packed_json(list(WALKER15.joints)),
         walkers_packed=walkers_packed,
         clips_packed=clips_packed,
-        tables=packed,
         curves=packed_curves,
     )
-    pictured = sum(len(entry["picture"]["uri"]) for entry in figures.values() if entry["picture"])
+    shown_pictures = [entry["picture"] for entry in figures.values() if entry["picture"]]
     parts = {
-        "pictures": pictured + sum(len(p["shot"]["uri"]) for p in shown if p["shot"]),
-        "tables": sum(len(text.encode()) for of in (packed, packed_curves) for text in of.values()),
+        "pictures": sum(len(picture.get("uri") or picture["packed"]) for picture in shown_pictures),
+        "tables": sum(len(text.encode()) for text in packed_curves.values()),
+        "ledger": len(ledger_packed.encode()),
         "walkers": len(walkers_packed),
         "clips": len(clips_packed),
         "scripts and style": len(script.encode()) + len(style.encode()),

@@ -10,28 +10,28 @@ from typing import Any
 import numpy as np
 
 from pipeline import papers, pictures
+from pipeline.papers import Agreement
 from pipeline.report import page_charts, players
-from pipeline.report.published import Published, PublishedFigure, Table, first_rows
-from pipeline.report.verdicts import answers, counts_by_kind, tally
+from pipeline.report.published import Published, PublishedFigure, Table
+from pipeline.report.verdicts import answers, counts_by_kind, reason, tally
 from pipeline.storage import provenance, tables
 from pipeline.studies.published import filled
 
-TABLE_BYTES = 20_000
-"""Tables up to this size are in the page as they are; of larger ones the first rows."""
+PICTURE_WIDTH = 1400
 
-FIRST_ROWS = 50
-PICTURE_WIDTH, SHOT_WIDTH = 1400, 640
+MOST_VECTOR_BYTES = 120_000
+"""Largest vector picture in the page, compressed."""
 
-WIDE = 1.6
-"""Pictures wider than this times their height stand above their curves."""
+MOST_TOLD = 4
+"""Claims that the story of a paper tells of each answer; all are in the ledger."""
 
 
 def paper_entry(
     paper: papers.Paper, results: Published, entries: Mapping[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """Return what the page shows of a paper: sentences with our numbers, a picture, verdicts, and its figures."""
-    shot = results.figures.get(paper.page.figure)
     wanted = (*paper.figures, *paper.beyond)
+    claims = [row for row in results.claims_of(paper=paper.key) if not row.get("same_as")]
     return {
         "key": paper.key,
         "title": paper.title,
@@ -39,17 +39,34 @@ def paper_entry(
         "year": paper.year,
         "venue": paper.venue,
         "ours": not paper.figures,
+        "question": paper.page.question,
         "sentences": [
             sentence.format_map(_Ours(results.ours)).replace(" %", "\u00a0%").replace(" mm", "\u00a0mm")
             for sentence in paper.page.sentences
         ],
-        "shot": _picture(shot, SHOT_WIDTH, paper.page.part) if shot else None,
-        "shot_title": shot.title if shot else "",
-        "counts": counts_by_kind(results.claims_of(paper=paper.key)),
-        "verdicts": [agreement for agreement, _, _ in tally(results.claims_of(paper=paper.key))],
+        "touch": entries.get(paper.page.figure),
+        "tally": [t for kind, t in counts_by_kind(claims) if kind != "conditions"],
+        "holds": [_claim_entry(row) for row in claims if _answer(row, Agreement.AGREES)][:MOST_TOLD],
+        "fails": [_claim_entry(row) for row in claims if _answer(row, Agreement.DIFFERS)][:MOST_TOLD],
+        "judged": sum(_judged(row) for row in claims),
+        "agree": sum(_judged(row) and row["agreement"] == Agreement.AGREES for row in claims),
+        "differ": sum(_judged(row) and row["agreement"] == Agreement.DIFFERS for row in claims),
         "figures": [entries[name] for name in wanted if name in entries],
         "missing": [(name, results.missing[name]) for name in wanted if name in results.missing],
     }
+
+
+def _judged(row: Mapping[str, Any]) -> bool:
+    """Whether a claim is judged: conditions are only checked, and some claims no data of ours can decide."""
+    return row.get("kind") != papers.Kind.CONDITION and row["agreement"] in (
+        *(Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS),
+    )
+
+
+def _answer(row: Mapping[str, Any], agreement: Agreement) -> bool:
+    """Whether a claim has an answer that the story tells: what agrees is told if the method is needed for it."""
+    beyond = agreement != Agreement.AGREES or answers(row)[1] == papers.Beyond.YES
+    return _judged(row) and row["agreement"] == agreement and beyond
 
 
 class _Ours(dict[str, float]):
@@ -82,12 +99,13 @@ def figure_entry(
     made = figure.manifest.get("provenance", {})
     seconds = sum(stage.get("seconds", 0.0) for stage in figure.manifest.get("stages", {}).values())
     dirty = " with changes" if made.get("dirty") is True else ""
-    picture, curves = _picture(figure, width), page_charts.charts_of(figure)
+    curves = page_charts.charts_of(figure)
+    # A figure is shown once: the picture where it has more than the charts.
+    pictured = not curves or figure.manifest.get("picture_beside_charts", False)
     return {
         "name": figure.name,
         "title": figure.title,
         "expect": figure.expect,
-        "words": figure.name,
         "quotes": list(
             dict.fromkeys(
                 claim["quote"]
@@ -95,17 +113,13 @@ def figure_entry(
                 if claim["published"] is not None and claim["kind"] in ("", papers.Kind.RESULT)
             )
         )[:4],
-        "picture": picture,
-        # Beside its curves a picture has half the page's width, in which a wide one is too small to read.
-        "stacked": not curves or picture is None or picture["width"] > WIDE * picture["height"],
-        "charts": [json.dumps(chart, ensure_ascii=False) for chart in curves],
+        "picture": _picture(figure, width) if pictured else None,
+        "charts": [json.dumps(chart, ensure_ascii=False, separators=(",", ":")) for chart in curves],
         "claims": claims,
-        "open": False,
         "ours": bool(claims) and all(claim["kind"] == papers.Kind.TARGET for claim in claims),
         "has_kind": any(claim["kind"] for claim in claims),
         "has_baseline": any(claim["baseline"] for claim in claims),
         "tally": tally(claims),
-        "tables": [_table_entry(table) for table in figure.tables],
         "command": f"make {figure.name}{options_of(results)}",
         "sources": [f"{name}: {terms.get(name, 'terms not known here')}" for name in figure.sources]
         or ["not stated"],
@@ -123,6 +137,8 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
     agreement, beyond = answers(row)
     same = ("quote", "section", "published", "value", "unit", "why", "help", "same_as")
     return {
+        "name": row["claim"],
+        "reason": reason(row),
         **{name: row.get(name) for name in same},
         "kind": row.get("kind") or "",
         "agreement": agreement,
@@ -132,6 +148,7 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
         "paper_in_prediction": row.get("paper_in_prediction") or "",
         "baseline": row.get("baseline") or "",
         "knows": row.get("baseline_knows") or "",
+        "ours": within(row.get("value"), row.get("value_low"), row.get("value_high")),
         "of_baseline": row.get("baseline_value"),
         "gain": _interval(row, "gain"),
     }
@@ -139,24 +156,43 @@ def _claim_entry(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def _interval(row: Mapping[str, Any], name: str) -> str:
     low, high = row.get(f"{name}_low"), row.get(f"{name}_high")
-    return f"{number(low)} to {number(high)}" if low is not None and high is not None else ""
+    if low is None or high is None:
+        return ""
+    return f"{within(low, low, high)} to {within(high, low, high)}"
+
+
+def within(value: Any, low: Any, high: Any) -> str:
+    """Return a number to the digits that its interval leaves, with a true minus; to three without an interval.
+
+    Half of the interval is 2 to 20 of the last digit.
+
+    Examples
+    --------
+    >>> within(12.0213, -5.649, 29.69), within(-0.76640, -0.87128, -0.60797), within(28.779, None, None)
+    ('12', '−0.77', '28.8')
+    """
+    if not isinstance(value, int | float):
+        return value or ""
+    if not (isinstance(low, int | float) and isinstance(high, int | float) and low < high):
+        return number(float(f"{value:.3g}"))
+    places = max(0, min(6, -int(np.floor(np.log10((high - low) / 4.0)))))
+    return f"{value:,.{places}f}".replace("-", "−")
 
 
 def curve_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return what charts and players read of tables that are too large for the page: these rows and columns.
+    """Return what charts and players read of tables, these rows and columns, by file name.
 
     Numbers have six digits; intervals go with their quantity.
     """
     needed = page_charts.columns_of(figure)
-    for name, wanted in players.COLUMNS.get(figure.name, {}).items():
-        needed.setdefault(name, set()).update(wanted)
     played = players.COLUMNS.get(figure.name, {})
-    made = {}
-    for table in figure.tables:
-        if table.name in needed and not _whole(table):
-            kept = [name for name in table.header if name in needed[table.name]]
-            made[table.name] = _columns(figure, table, kept, every_row=table.name in played)
-    return made
+    for name, wanted in played.items():
+        needed.setdefault(name, set()).update(wanted)
+    return {
+        table.name: _columns(figure, table, kept, every_row=table.name in played)
+        for table in figure.tables
+        if (kept := [name for name in table.header if name in needed.get(table.name, ())])
+    }
 
 
 def _columns(figure: PublishedFigure, table: Table, names: Sequence[str], *, every_row: bool) -> str:
@@ -171,29 +207,13 @@ def _columns(figure: PublishedFigure, table: Table, names: Sequence[str], *, eve
     return "".join(f"{','.join(line)}\n" for line in lines)
 
 
-def _table_entry(table: Table) -> dict[str, Any]:
-    cut = 0 if _whole(table) else FIRST_ROWS
-    return {"name": table.name, "rows": f"{table.rows:,}", "columns": len(table.header), "cut": cut}
-
-
-def embedded_tables(figure: PublishedFigure) -> dict[str, str]:
-    """Return the text of each table of a figure by file name, of large ones the first rows."""
-    return {
-        table.name: table.text if _whole(table) else first_rows(table.text, FIRST_ROWS)
-        for table in figure.tables
-    }
-
-
-def _whole(table: Table) -> bool:
-    return len(table.text) <= TABLE_BYTES
-
-
-def _picture(
-    figure: PublishedFigure | None, width: int, part: Sequence[float] | None = None
-) -> dict[str, Any] | None:
-    if figure is None or not (figure.folder / "figure.png").is_file():
-        return None
-    return pictures.embedded(figure.folder / "figure.png", width, part)
+def _picture(figure: PublishedFigure, width: int) -> dict[str, Any] | None:
+    """Return the vector picture, or the raster one where it is large or is not there; None if there is neither."""
+    vector = figure.folder / "figure.svg"
+    if vector.is_file() and (drawn := pictures.packed_vector(vector, MOST_VECTOR_BYTES)):
+        return drawn
+    raster = figure.folder / "figure.png"
+    return pictures.embedded(raster, width) if raster.is_file() else None
 
 
 def variant_entry(variant: Mapping[str, Any]) -> dict[str, Any]:
@@ -203,15 +223,13 @@ def variant_entry(variant: Mapping[str, Any]) -> dict[str, Any]:
 
 
 PUBLISHED = "published.csv"
-"""File name of the published numbers of all data sets, in ``results`` and as it is downloaded from the page."""
+"""File name of the published numbers of all data sets, in ``results``."""
 
 
-def published_rows(results: Published) -> str:
-    """Return the text of the published numbers, beside full-scale results of one of their data sets; else nothing."""
+def has_published(results: Published) -> bool:
+    """Whether the published numbers stand beside these results: full-scale ones of one of their data sets."""
     listed = provenance.PROJECT / "results" / PUBLISHED
-    if results.scale != "full" or not listed.is_file() or results.data not in tables.read(listed)["data"]:
-        return ""
-    return listed.read_text(encoding="utf-8")
+    return results.scale == "full" and listed.is_file() and results.data in tables.read(listed)["data"]
 
 
 def published_commits(results: Published) -> list[dict[str, str]]:
@@ -260,11 +278,12 @@ def number(value: Any) -> str:
     Examples
     --------
     >>> number(28.7792742), number(None), number(123456.7), number(2.1e-15)
-    ('28.78', '', '123,457', '2.1e-15')
+    ('28.78', '', '123,457', '2.1e−15')
     """
     if value is None or value == "" or isinstance(value, str):
         return value or ""
-    return f"{value:,.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+    text = f"{value:,.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
+    return text.replace("-", "−")
 
 
 def options_of(results: Published) -> str:

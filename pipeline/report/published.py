@@ -6,7 +6,6 @@ or of an archive.  Columns that are not known here are shown as they are.
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -115,6 +114,8 @@ class Published:
 
     Attributes
     ----------
+    folder : Path
+        ``results/<data>/<scale>``.
     data, scale : str
     figures : dict of str to PublishedFigure
         Those that are made, in the order asked for.
@@ -124,6 +125,7 @@ class Published:
         The rows of ``claims.csv``, numbers as numbers (None where a cell is empty), in the file's order.
     """
 
+    folder: Path
     data: str
     scale: str
     figures: dict[str, PublishedFigure]
@@ -168,8 +170,13 @@ def read_published(folder: Path, figures: Sequence[str]) -> Published:
     if not made:
         raise InvalidInput("nothing is published", where=str(folder), expected="one figure or more")
     claims = folder / "claims.csv"
-    rows = _rows(claims) if claims.is_file() else [row for name in made for row in _own_claims(folder / name)]
-    return Published(folder.parent.name, folder.name, made, missing, [r for r in rows if r["figure"] in made])
+    rows = (
+        numbered_rows(claims)
+        if claims.is_file()
+        else [row for name in made for row in _own_claims(folder / name)]
+    )
+    kept = [row for row in rows if row["figure"] in made]
+    return Published(folder, folder.parent.name, folder.name, made, missing, kept)
 
 
 def _figure(folder: Path) -> PublishedFigure:
@@ -189,10 +196,11 @@ def _table(path: Path) -> Table:
 
 def _own_claims(folder: Path) -> list[dict[str, Any]]:
     path = folder / "claims.csv"
-    return _rows(path) if path.is_file() else []
+    return numbered_rows(path) if path.is_file() else []
 
 
-def _rows(path: Path) -> list[dict[str, Any]]:
+def numbered_rows(path: Path) -> list[dict[str, Any]]:
+    """Return the rows of a table, numbers as numbers; None where a cell is empty."""
     columns = tables.read(path)
     names = list(columns)
     listed = [columns[name].tolist() for name in names]
@@ -213,13 +221,3 @@ def packed_json(value: Any) -> str:
     """
     text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-
-
-def first_rows(text: str, rows: int) -> str:
-    """Return the header and the first rows of a table's text."""
-    out = io.StringIO()
-    for number, line in enumerate(text.splitlines(keepends=True)):
-        if number > rows:
-            break
-        out.write(line)
-    return out.getvalue()

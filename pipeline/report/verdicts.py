@@ -11,15 +11,12 @@ from pipeline.papers import Agreement, Beyond
 from pipeline.report.published import Published
 
 AGREEMENTS = {
-    Agreement.AGREES: ("good", "the 95 % interval of our value lies within the bounds."),
-    Agreement.CLOSE: (
-        "half",
-        "it lies within wider bounds: the paper's direction, its size not for certain.",
-    ),
+    Agreement.AGREES: ("good", "the whole interval of our value lies right of the line."),
+    Agreement.CLOSE: ("half", "the paper's direction, its size not for certain: within wider bounds."),
     Agreement.UNDECIDED: ("open", "it reaches over an end of the wider bounds."),
-    Agreement.DIFFERS: ("bad", "it lies outside; the ledger says why."),
-    Agreement.MET: ("met", "a condition of the paper's experiment, a count or a setting, is ours as well."),
-    Agreement.NOT_MET: ("unmet", "it is not: see the ledger."),
+    Agreement.DIFFERS: ("bad", "it lies left of it, outside of the wider bounds."),
+    Agreement.MET: ("met", "a count or a setting of the paper's is ours as well."),
+    Agreement.NOT_MET: ("unmet", "it is not."),
     Agreement.UNTESTABLE: ("none", "our data cannot decide."),
     Agreement.NOT_JUDGED: ("none", "a small run decides nothing."),
 }
@@ -55,6 +52,17 @@ def answers(claim: Mapping[str, Any]) -> tuple[str, str]:
     return str(claim["agreement"]), str(claim.get("beyond_baseline") or Beyond.NOT_APPLICABLE)
 
 
+def reason(claim: Mapping[str, Any]) -> str:
+    """Return why a claim has its bounds and its answer, without the numbers that stand before it.
+
+    Examples
+    --------
+    >>> reason({"why": "15, bounds exactly 15: a count: equal or not", "bounds": "exactly 15"})
+    'a count: equal or not'
+    """
+    return str(claim.get("why") or "").rpartition(f"bounds {claim.get('bounds')}: ")[2]
+
+
 Tally = list[tuple[str, int, list[tuple[str, int]]]]
 """An agreement, how many claims have it, and how many of these have which answer about their baseline."""
 
@@ -88,9 +96,6 @@ def tally(claims: Iterable[Mapping[str, Any]]) -> Tally:
 
 
 def legend(results: Published) -> list[tuple[str, str, str]]:
-    """Return sign, words and meaning of the answers that the page has."""
-    there = {answer for claim in results.claims for answer in answers(claim)}
-    said = [(tone, str(one), words) for one, (tone, words) in AGREEMENTS.items() if one in there]
-    return said + [
-        (tone, f"beyond its baseline: {one}", words) for one, (tone, words) in BEYOND.items() if one in there
-    ]
+    """Return sign, words and meaning of the agreements that the page has."""
+    there = {answers(claim)[0] for claim in results.claims}
+    return [(tone, str(one), words) for one, (tone, words) in AGREEMENTS.items() if one in there]

@@ -85,6 +85,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                 },
                 "inputs": clips.value.inputs,
                 "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
+                "picture_beside_charts": figure.draws_more_than(sheet),
                 "tabulate_seconds": round(tabulated - started, 3),
                 "draw_seconds": round(time.perf_counter() - tabulated, 3),
                 "provenance": provenance(),

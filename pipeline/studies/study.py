@@ -240,6 +240,11 @@ class Figure(ABC):
         """Draw the picture: the charts by default."""
         picture.charts()
 
+    def draws_more_than(self, sheet: Sheet) -> bool:
+        """Whether the picture shows more than the page's charts: what is no chart, or one that is not on the page."""
+        own = type(self).draw is not Figure.draw
+        return own or any(chart.picture and not chart.page for chart in sheet.charts)
+
     def record(self, inputs: Any, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Write the recording: the charts over `timeline` by default."""
         with begin(timeline=self.timeline) as recording:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 import re
 from dataclasses import replace
@@ -16,12 +18,11 @@ from PIL import Image
 from pipeline import papers
 from pipeline.charts import Lines, Reference, Sheet, from_json, to_json
 from pipeline.palette import Style
-from pipeline.pictures.embedding import reduced
+from pipeline.pictures.embedding import packed_vector, reduced
 from pipeline.report import templates, verdicts
 from pipeline.report.document import MOST_BYTES, PAGE, write_page
-from pipeline.report.entries import TABLE_BYTES
 from pipeline.report.page_charts import charts_of
-from pipeline.report.published import first_rows, read_published
+from pipeline.report.published import read_published
 from pipeline.report.verdicts import counts_by_kind
 from pipeline.storage.sealed_folders import read_manifest, write_manifest
 from pipeline.validation import InvalidInput
@@ -109,17 +110,25 @@ def test_what_the_files_say_cannot_become_part_of_the_page(results: Path) -> Non
     assert "Errors <against> view" in page.text
     assert 'about <b>30</b>% smaller & "less"' in page.text
     assert ("b", {}) not in page.found
-    embedded = re.search(r'id="tables-mozerov2006_fig1">(.*?)</script>', text, re.DOTALL)
-    assert embedded is not None
-    table = results / "mozerov2006_fig1" / "table.csv"
-    assert json.loads(embedded[1])["table.csv"] == table.read_text(encoding="utf-8")
+
+
+def test_the_page_may_run_its_own_script_and_nothing_else(results: Path) -> None:
+    text, page = page_of(results)
+    [policy] = [a["content"] for tag, a in page.found if tag == "meta" and "http-equiv" in a]
+    style, script = (re.search(rf"<{name}>(.*?)</{name}>", text, re.DOTALL) for name in ("style", "script"))
+    assert style is not None
+    assert script is not None
+    assert policy == templates.policy(style[1], script[1])
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert not page.values("style")
+    assert not [name for _, attributes in page.found for name in attributes if name.startswith("on")]
 
 
 def test_our_numbers_and_verdicts_come_from_the_claims(results: Path) -> None:
     _, page = page_of(results)
     assert "ours is 29 % smaller" in page.text
     assert "(no number here)" in page.text  # of a figure that is not made
-    assert "1 agrees, " in page.text
+    assert "1 of 1 agree" in page.text
 
 
 def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_path: Path) -> None:
@@ -144,7 +153,7 @@ def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_pat
     plant(folder / "zhang2007_fig5", claims={**CLAIM, **known})
     _, page = page_of(folder)
     for words in (
-        "25.25 to 31.5",
+        "25 to 32",
         "the average walker: 12.12; it knows nothing of the person",
         "one sample gives the paper's number: yes",
         "Help that the paper's method did not have: the true heading.",
@@ -152,19 +161,39 @@ def test_kinds_intervals_and_both_answers_are_shown_where_they_are_known(tmp_pat
     ):
         assert words in page.text, words
     chips = {a["title"]: a["class"] for _, a in page.found if "chip" in a.get("class", "") and "title" in a}
-    assert chips["gain -3.25 to -1.5"] == "chip worse"
-    assert "95 % of samples of the paper's size: 19.5 to 38.5" in page.values("title")
+    assert chips["gain −3.2 to −1.5"] == "chip worse"
+    assert "95 % of samples of the paper's size: 20 to 38" in page.values("title")
 
 
 def test_the_alternative_text_says_what_a_picture_shows(results: Path) -> None:
     _, page = page_of(results)
-    pictures = [attributes for tag, attributes in page.found if tag == "img"]
-    assert len(pictures) == 3
-    assert all(picture["alt"].startswith("Errors <against> view") for picture in pictures)
-    assert {(picture["width"], picture["height"]) for picture in pictures} == {
-        ("640", "36"),  # the part of it that the first screen shows
-        ("1400", "233"),
-    }
+    [picture] = [attributes for tag, attributes in page.found if tag == "img"]
+    assert picture["alt"].startswith("Errors <against> view")
+    assert (picture["width"], picture["height"]) == ("1400", "233")
+
+
+def test_a_figure_is_shown_once(results: Path) -> None:
+    # What has charts alone has no picture beside them, what has more or none has its picture.
+    for charts, more, pictured in ((True, False, 0), (True, True, 1), (False, False, 1)):
+        figure = results / "zhang2007_fig5"
+        kept = {k: v for k, v in read_manifest(figure).items() if k != "files"}
+        known = [to_json(chart) for chart in VIEW_CHARTS] if charts else []
+        write_manifest(figure, {**kept, "charts": known, "picture_beside_charts": more})
+        path, _ = write_page(results, ["zhang2007_fig5"])
+        page = Elements(path.read_text(encoding="utf-8"))
+        assert len([tag for tag, _ in page.found if tag == "img"]) == pictured
+        drawn = [json.dumps(json.loads(spec)) for spec in page.values("data-spec")]
+        assert len(drawn) == len(set(drawn)) == (2 if charts else 0)
+
+
+def test_a_vector_picture_is_packed_with_its_size_unless_it_is_large(tmp_path: Path) -> None:
+    path = tmp_path / "figure.svg"
+    path.write_text('<?xml version="1.0"?><svg xmlns:x="y" width="518.4pt" height="322.4pt"><path/></svg>')
+    drawn = packed_vector(path, 1000)
+    assert drawn is not None
+    assert gzip.decompress(base64.b64decode(drawn["packed"])) == path.read_bytes()
+    assert (drawn["width"], drawn["height"]) == (518, 322)
+    assert packed_vector(path, 10) is None
 
 
 def test_controls_are_labelled_and_headings_in_order(results: Path) -> None:
@@ -178,19 +207,8 @@ def test_controls_are_labelled_and_headings_in_order(results: Path) -> None:
     assert all(after - before <= 1 for before, after in pairwise(levels))
 
 
-def test_a_large_table_is_there_with_its_first_rows(tmp_path: Path) -> None:
-    folder = tmp_path / "synthetic" / "smoke"
-    many = {"sample": list(range(TABLE_BYTES // 4))}
-    plant(folder / "zhang2007_fig5", more={"table_many.csv": many})
-    text, page = page_of(folder)
-    embedded = re.search(r'id="tables-zhang2007_fig5">(.*?)</script>', text, re.DOTALL)
-    assert embedded is not None
-    assert json.loads(embedded[1])["table_many.csv"].count("\n") == 51
-    assert f"{TABLE_BYTES // 4:,} rows, 1 columns; the first 50 rows here, all in the folder" in page.text
-
-
-def test_curves_of_a_large_table_are_drawn_from_all_its_rows(tmp_path: Path) -> None:
-    rows = TABLE_BYTES // 8
+def test_of_tables_the_page_holds_the_rows_and_columns_that_are_drawn(tmp_path: Path) -> None:
+    rows = 3000
     large = {
         "method": ["map"] * rows,
         "view_angle_deg": list(range(rows)),
@@ -220,12 +238,11 @@ def test_numbers_over_data_sets_stand_beside_full_results_only(tmp_path: Path, r
     assert re.search(
         r"synthetic at commit [0-9a-f]{12} \(the figures here are of another commit\)", page.text
     )
-    assert '"published.csv":' in page_of(tmp_path / "synthetic" / "full")[0]
     assert "Numbers, by data set" not in page_of(results)[1].text
 
 
-def test_the_picture_of_a_paper_is_the_part_that_is_asked_for(results: Path) -> None:
-    content, wide, high = reduced(results / "zhang2007_fig5" / "figure.png", 700, [0.5, 0.0, 1.0, 0.5])
+def test_a_picture_is_reduced_to_a_width(results: Path) -> None:
+    content, wide, high = reduced(results / "zhang2007_fig5" / "figure.png", 700)
     assert content
     assert (wide, high) == (700, 117)
 
@@ -234,7 +251,8 @@ def test_pictures_shrink_before_a_page_is_too_large(results: Path, monkeypatch: 
     noise = np.random.default_rng(0).integers(0, 256, (900, 1800, 3), dtype=np.uint8)
     figure = results / "zhang2007_fig5"
     Image.fromarray(noise).save(figure / "figure.png")
-    write_manifest(figure, {k: v for k, v in read_manifest(figure).items() if k != "files"})
+    kept = {k: v for k, v in read_manifest(figure).items() if k != "files"}
+    write_manifest(figure, {**kept, "picture_beside_charts": True})
     _, whole = write_page(results, FIGURES)
     monkeypatch.setattr("pipeline.report.document.MOST_BYTES", whole["page"] - 100_000)
     _, parts = write_page(results, FIGURES)
@@ -260,6 +278,7 @@ def test_no_results_are_refused(tmp_path: Path) -> None:
 def test_every_paper_has_three_sentences_and_a_figure_of_its_own() -> None:
     for paper in papers.PAPERS.values():
         assert len(paper.page.sentences) == 3
+        assert paper.page.question.endswith("?")
         assert paper.page.figure in (paper.figures or paper.beyond)
         for sentence in paper.page.sentences:
             for name in papers.placeholders(sentence):
@@ -326,7 +345,3 @@ def test_every_answer_has_a_sign_and_words() -> None:
     style = templates.style()
     for name, _ in (*verdicts.AGREEMENTS.values(), *verdicts.BEYOND.values()):
         assert f".{name}::before" in style, name
-
-
-def test_first_rows_keep_the_header() -> None:
-    assert first_rows("a\n1\n2\n3\n", 2) == "a\n1\n2\n"

@@ -93,12 +93,13 @@ const Agreement = (() => {
   }
 
   // The button of the walker's player; what is found is in the data of its output, too.
-  function start({ people, player }, curves) {
+  function start(played, curves) {
+    const { people } = played;
     const button = document.getElementById("again"), out = document.getElementById("agreement");
-    const [five, four, angles] = ["zhang2007_fig5", "zhang2007_fig4", "zhang2007_joint_angles"].map(name => curves(name, "table.csv"));
     const percent = share => `${(100 * share).toPrecision(2)} %`;
     async function check() {
       button.disabled = true;
+      const [five, four, angles] = ["zhang2007_fig5", "zhang2007_fig4", "zhang2007_joint_angles"].map(name => curves(name, "table.csv"));
       const parts = angles ? 2 : 1, told = [];
       const tell = done => part => { out.textContent = `${Math.round(100 * (done + part) / parts)} %`; };
       const found = await figureFive(people, five, tell(0));
@@ -115,7 +116,7 @@ const Agreement = (() => {
         told.push(`${posture.compared} coordinates of figure 4 within ${posture.worst.toPrecision(2)} mm`);
       }
       const began = performance.now();
-      for (let i = 0; i < 100; i++) player.draw(i / 60, 1 / 60);
+      for (let i = 0; i < 100; i++) played.player.draw(i / 60, 1 / 60);
       out.dataset.drawing = ((performance.now() - began) / 100).toFixed(3);
       const r = Math.floor(people.count / 2), bars = Gait.METHODS.anatomical.bars(Gait.fold(people, r), rad(30));
       Object.assign(out.dataset, { half: bars.half, covered: bars.covered });

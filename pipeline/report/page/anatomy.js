@@ -319,6 +319,6 @@ const Anatomy = (() => {
     return found.cloud;
   }
 
-  Gait.METHODS.anatomical = { label: "anatomical (ours)", role: "anatomical", prior: false, missing, bars, cloud };
+  Gait.METHODS.anatomical = { label: "anatomical (ours)", role: "green", prior: false, missing, bars, cloud };
   return { learn, missing, bars, cloud };
 })();

@@ -21,8 +21,16 @@ const Charts = (() => {
     return out;
   }
   const number = text => text === "" || text === undefined ? NaN : Number(text);
-  const say = v => !Number.isFinite(v) ? "–" : v === 0 ? "0" : Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
-    : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 }).replace("-", "−");
+  const say = v => !Number.isFinite(v) ? "–" : v === 0 ? "0" : (Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(1)
+    : Number(v.toPrecision(4)).toLocaleString("en", { maximumFractionDigits: 6 })).replaceAll("-", "−");
+  // A number to the digits that its interval leaves: so many that its half is 2 to 20 of the last.
+  function within(v, ends) {
+    const half = ends ? Math.abs(ends[1] - ends[0]) / 2 : 0;
+    if (!Number.isFinite(v) || !Number.isFinite(half)) return "–";
+    if (!half) return say(Number(v.toPrecision(3)));
+    const places = Math.min(6, Math.max(0, -Math.floor(Math.log10(half / 2)))), text = v.toFixed(places);
+    return (Number(text) === 0 ? (0).toFixed(places) : Number(text).toLocaleString("en", { minimumFractionDigits: places, maximumFractionDigits: places })).replace("-", "−");
+  }
 
   const words = name => String(name).replace(/\bmap\b/, "MAP").replaceAll("_", " ");
 
@@ -90,25 +98,25 @@ const Charts = (() => {
       box.classList.add("chart");
       this.svg = box.appendChild(document.createElementNS(SVG, "svg"));
       this.svg.setAttribute("viewBox", `0 0 ${W} ${H}`);
-      this.svg.setAttribute("role", "img");
-      this.svg.setAttribute("aria-label", `${spec.y_label} against ${spec.x_label}`);
+      // The plot is its own slider: the marker is where the pointer is, and arrow keys move it.
+      for (const [name, value] of Object.entries({ role: "slider", tabindex: 0, "aria-orientation": "horizontal", "aria-label": `${spec.y_label} against ${spec.x_label}` })) this.svg.setAttribute(name, value);
       this.legend = box.appendChild(document.createElement("p"));
       this.legend.className = "legend";
       this.xs = [...new Set(series.flatMap(s => s.points.map(p => p.x)))].sort((a, b) => a - b);
-      this.slider = box.appendChild(Object.assign(document.createElement("input"), { type: "range", min: 0,
-        max: Math.max(this.xs.length - 1, 0), step: 1 }));
-      this.slider.value = spec.start ?? Math.floor(this.xs.length / 2);
-      this.slider.setAttribute("aria-label", `read off the values at a ${spec.x_label}`);
+      this.now = Math.min(this.xs.length - 1, spec.start ?? Math.floor(this.xs.length / 2));
       this.output = box.appendChild(document.createElement("output"));
-      this.slider.addEventListener("input", () => this.moved());
       const follow = event => {
         const at = this.svg.getBoundingClientRect(), px = (event.clientX - at.left) / at.width * W;
         let best = 0;
         this.xs.forEach((x, i) => { if (Math.abs(this.px(x) - px) < Math.abs(this.px(this.xs[best]) - px)) best = i; });
-        this.slider.value = best; this.moved();
+        this.now = best; this.moved();
       };
-      this.svg.addEventListener("pointermove", event => { if (event.pointerType === "mouse" || event.buttons) follow(event); });
+      this.svg.addEventListener("pointermove", event => { if (event.pointerType === "mouse" ? !spec.held || event.buttons : event.buttons) follow(event); });
       this.svg.addEventListener("pointerdown", follow);
+      this.svg.addEventListener("keydown", event => {
+        const last = this.xs.length - 1, step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: Math.ceil(last / 10), PageDown: -Math.ceil(last / 10), Home: -last, End: last }[event.key];
+        if (step) { this.now = Math.max(0, Math.min(last, this.now + step)); this.moved(); event.preventDefault(); }
+      });
       this.draw();
       this.moved(false);
     }
@@ -156,7 +164,7 @@ const Charts = (() => {
       this.text((LEFT + W - RIGHT) / 2, H - 6, this.spec.x_label, { "text-anchor": "middle", class: "title" });
       this.text(14, (TOP + bottom) / 2, this.spec.y_label, { "text-anchor": "middle", class: "title",
         transform: `rotate(-90 14 ${(TOP + bottom) / 2})` });
-      for (const s of this.series) s.group = this.node("g", { style: `--ink:var(--c-${s.colour})` });
+      for (const s of this.series) { s.group = this.node("g", {}); s.group.style.setProperty("--ink", `var(--c-${s.colour})`); }
       this.series.forEach(s => this.fill(s));
       for (const r of this.spec.references ?? []) this.reference(r, bottom);
       this.cursor = this.node("line", { y1: TOP, y2: bottom, class: "cursor" });
@@ -209,23 +217,25 @@ const Charts = (() => {
     at(x, quiet = true) {
       let best = 0;
       this.xs.forEach((v, i) => { if (Math.abs(v - x) < Math.abs(this.xs[best] - x)) best = i; });
-      this.slider.value = best; this.moved(!quiet);
+      this.now = best; this.moved(!quiet);
     }
     moved(tell = true) {
-      const x = this.xs[this.slider.value];
+      const x = this.xs[this.now];
       if (x === undefined) return;
       this.cursor.setAttribute("x1", this.px(x)); this.cursor.setAttribute("x2", this.px(x));
-      const label = this.names ? this.names[x] : say(x);
+      const [, name, unit] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.y_label), of = unit ? (unit === "°" || unit === "%" ? unit.replace("%", " %") : ` ${unit}`) : "";
+      const [, across, mark] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.x_label);
+      const place = this.names ? this.names[x] : `${say(x)}${mark ? (mark.startsWith("°") ? "°" : ` ${mark}`) : ""}`;
       const values = this.series.map(s => [s, s.points.find(p => p.x === x)]).filter(([, p]) => p).map(([s, p]) => {
-        const spread = Number.isFinite(p.lo) && Number.isFinite(p.hi) ? ` (${say(p.lo)} to ${say(p.hi)})` : "";
-        return `${this.series.length > 1 && s.name ? s.name + " " : ""}${say(p.y)}${spread}`;
+        const ends = Number.isFinite(p.lo) && Number.isFinite(p.hi) ? [p.lo, p.hi] : null;
+        return `${s.name || name} ${within(p.y, ends)}${of}${ends ? ` (${within(p.lo, ends)} to ${within(p.hi, ends)})` : ""}`;
       });
-      const read = `${this.spec.x_label}: ${label}. ${values.join("; ")}`;
+      const read = `${across} ${place}: ${values.join("; ")}`;
       this.output.textContent = read;
-      this.slider.setAttribute("aria-valuetext", read);
+      for (const [key, value] of [["min", 0], ["max", this.xs.length - 1], ["now", this.now], ["text", read]]) this.svg.setAttribute(`aria-value${key}`, value);
       if (tell && this.onmove) this.onmove(x);
     }
   }
   const roles = name => ROLES[name] ?? name;
-  return { Chart, parse, series, bandWords, say, words, number, roles };
+  return { Chart, parse, series, bandWords, say, within, words, number, roles };
 })();

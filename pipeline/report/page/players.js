@@ -61,6 +61,9 @@ const Players = (() => {
       this.line(arrow.map(([x, y]) => this.turned(py * x + px * y, py * y - px * x, height)), ink("--muted"), 1.5);
     }
   }
+  // Where somebody walks whom a camera sees from a view angle.
+  const heading = degrees => degrees === 0 ? "straight away" : Math.abs(degrees) >= 90 ? `across, to the ${degrees > 0 ? "right" : "left"}`
+    : `${Math.abs(degrees)}° off to the ${degrees > 0 ? "right" : "left"}`;
   function drag(canvas, move, begin = () => {}) {
     let from = null;
     canvas.addEventListener("pointerdown", e => { from = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); begin(e); });
@@ -103,11 +106,12 @@ const Players = (() => {
     if (!root) return null;
     const who = id("walker"), view = id("view"), sigma = id("sigma"), count = id("count");
     people.names.forEach((name, r) => who.add(new Option(Charts.words(name), r)));
-    who.value = Math.floor(people.count / 2);
+    who.value = people.shown;
     const methods = id("methods");
     Object.entries(Gait.METHODS).forEach(([key, method]) => {
       const label = methods.appendChild(document.createElement("label"));
-      label.innerHTML = `<input type="radio" name="method" value="${key}"> <span class="swatch" style="--ink:var(--c-${Charts.roles(method.role)})"></span> `;
+      label.innerHTML = `<input type="radio" name="method" value="${key}"> <span class="swatch"></span> `;
+      label.querySelector(".swatch").style.setProperty("--ink", `var(--c-${Charts.roles(method.role)})`);
       label.append(method.label);
       label.querySelector("input").defaultChecked = key === "map";
     });
@@ -134,7 +138,8 @@ const Players = (() => {
     drag(ring.canvas, (dx, dy, e) => aim(e), aim);
 
     const shown = [...new Set(table.rows.map(row => row[table.header.indexOf("method")]))];
-    const spec = JSON.parse(document.querySelector('[data-figure="zhang2007_fig5"][data-spec]').dataset.spec);
+    const figure = JSON.parse(document.querySelector('[data-figure="zhang2007_fig5"][data-spec]').dataset.spec);
+    const spec = { ...figure, y_label: "error in depth (mm)", references: [], lines: figure.lines.map(lines => ({ ...lines, y: "rms_error_mm", band: "" })) };
     const published = Charts.series(spec, () => table);
     published.series.forEach(s => {
       s.name = `all walkers, ${s.name} (figure 5)`; s.width = 1.2; s.dash = "5 3";
@@ -149,10 +154,10 @@ const Players = (() => {
     function compute() {
       const r = +who.value, n = +count.value, angle = rad(+view.value), noise = sigma2(), fold = Gait.fold(people, r);
       Object.assign(state, { r, n, angle, noise, fold, method: root.querySelector("input[name=method]:checked").value });
-      id("view-now").textContent = `${view.value.replace("-", "−")}°`;
+      id("view-now").textContent = heading(+view.value);
       id("sigma-now").textContent = `${Charts.say(Number(noise.toPrecision(3)))} mm²`;
       id("count-now").textContent = `${n} of ${fold.count}`;
-      view.setAttribute("aria-valuetext", `${view.value} degrees`);
+      view.setAttribute("aria-valuetext", heading(+view.value));
       sigma.setAttribute("aria-valuetext", `${noise.toPrecision(3)} square millimetres`);
       const chosen = Gait.METHODS[state.method];
       sigma.disabled = !chosen.prior; count.disabled = !chosen.estimate;
@@ -175,7 +180,7 @@ const Players = (() => {
       own.colour = Charts.roles(chosen.role);
       if (!chart) {
         chart = new Charts.Chart(id("player-curve"), { series: [...published.series, own],
-          spec: { ...spec, references: [] } });
+          spec: { ...spec, held: true } });
         chart.onmove = setView;
       }
       curve();
@@ -191,7 +196,7 @@ const Players = (() => {
         if (run !== filling) return;
         for (const began = performance.now(); left.length && performance.now() - began < SLICE_MS;) {
           const x = left.shift();
-          if (!found.has(x)) found.set(x, Gait.errors(people, r, Gait.reconstruct(fold, method, n, rad(x), noise).delta, rad(x)).absolute);
+          if (!found.has(x)) found.set(x, Gait.errors(people, r, Gait.reconstruct(fold, method, n, rad(x), noise).delta, rad(x)).rms);
         }
         own.points = people.views_deg.filter(x => found.has(x)).map(x => ({ x, lo: NaN, hi: NaN, y: found.get(x) }));
         chart.draw();
@@ -203,8 +208,8 @@ const Players = (() => {
     for (const control of [who, view, sigma, count]) control.addEventListener("input", changed);
     who.addEventListener("input", () => { count.max = Math.min(60, Gait.fold(people, +who.value).count); });
     methods.addEventListener("change", changed);
-    root.addEventListener("reset", () => setTimeout(() => { who.value = Math.floor(people.count / 2); count.value = people.components;
-      sigma.value = 100 * Math.log(people.sigma2_mm2 / low) / Math.log(high / low); view.value = 30; changed(); }));
+    root.addEventListener("reset", () => setTimeout(() => { who.value = people.shown; count.value = people.components;
+      sigma.value = 100 * Math.log(people.sigma2_mm2 / low) / Math.log(high / low); view.value = 0; changed(); }));
     function draw(clock, step) {
       const cycle = clock * people.frequency_hz[state.r], real = Gait.posture(state.fold.walker, cycle), made = Gait.posture(state.found, cycle);
       const c = Math.cos(state.angle), s = Math.sin(state.angle), colour = ink(`--c-${own.colour}`), grey = ink("--truth");
@@ -363,37 +368,19 @@ const Players = (() => {
     entry.clock = 0.5;
   }
 
-  function hero(people) {
-    const canvas = id("hero");
-    if (!canvas) return;
-    const stage = new Stage(canvas, 2150, [0, -120]), r = Math.floor(people.count / 2), fold = Gait.fold(people, r);
-    const found = Gait.reconstruct(fold, "map", people.components, rad(30), people.sigma2_mm2);
-    const whole = Gait.combine(fold.walker, found.missing, rad(30));
-    stage.azimuth = 1.1; stage.lift = 0.12; stage.wide = 1300;
-    orbit(stage, () => {});
-    loop({ on: !still }, [stage], (clock, step) => {
-      stage.azimuth += step * 0.35;
-      stage.begin();
-      stage.floor(-960, 620);
-      const cycle = 0.2 + clock * people.frequency_hz[r];
-      stage.skeleton(Gait.posture(fold.walker, cycle), (x, y, z) => stage.turned(x, y, z), ink("--truth"), { width: 2.5, radius: 0, dash: [6, 5] });
-      stage.skeleton(Gait.posture(whole, cycle), (x, y, z) => stage.turned(x, y, z), ink("--c-blue"), { width: 3.2, radius: 3.6 });
-    });
-  }
-
   // Returns the walkers and their player, null where there are none.
   function start(curves) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
     const five = curves("zhang2007_fig5", "table.csv");
-    let player = null;
-    if (people && five) {
-      hero(people);
-      player = reconstruction(people, five);
-      eigenwalkers(people);
-    }
-    if (clipped) limbs(clipped);
+    if (people && five) Experiment.start(people);
+    // Each player begins in a task of its own, after the first screen is drawn.
+    const made = {}, begin = { player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped) };
+    const get = name => { if (!(name in made)) { made[name] = null; made[name] = begin[name](); } return made[name]; };
+    const left = Object.keys(begin);
+    const next = () => { const name = left.shift(); if (name) { get(name); setTimeout(next, 50); } };
+    setTimeout(next, 100);
     requestAnimationFrame(now => { last = now; tick(now); });
-    return player && { people, player };
+    return people && five && { people, get player() { return get("player"); } };
   }
-  return { start, Stage, drag, orbit, play, loop, ink, still, bones: BONES };
+  return { start, Stage, drag, orbit, play, loop, heading, ink, still, bones: BONES };
 })();

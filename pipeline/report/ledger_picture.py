@@ -1,0 +1,234 @@
+"""The ledger as a picture: where each claim lies between its bound, its baseline and what the paper says.
+
+All claims share one abscissa.  The bound is at 0, and to the right is as the paper says: of a one-sided bound the
+distance from it, over the largest distance of the baseline and of the published number from it; of two ends 1 less the
+distance from their middle, over half of theirs.  So an interval right of the line agrees, in whatever unit.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline import papers
+from pipeline.papers import Kind
+from pipeline.report.published import Published, numbered_rows
+from pipeline.report.verdicts import answers, beyond_tone, reason, tone
+from pipeline.storage import tables
+from pipeline.storage.provenance import PROJECT
+
+CLAIMS, SWITCHES = "claims.csv", "sensitivity.csv"
+
+_EARLIER = {"reproduced": "good", "holds, also of the null": "good", "direction only": "half"}
+"""Signs of the words of an earlier rule, which had one word for both answers."""
+
+_ENDS = re.compile(r"(at least|over|at most|under|exactly) (\S+)")
+
+
+def ends_of(bounds: str) -> tuple[float, float]:
+    """Return lower and upper end of bounds in the ledger's words, infinite where there is none.
+
+    Examples
+    --------
+    >>> ends_of("at least 20"), ends_of("93 to 97"), ends_of("over 0 and under 100"), ends_of("exactly 15")
+    ((20.0, inf), (93.0, 97.0), (0.0, 100.0), (15.0, 15.0))
+    """
+    if " to " in bounds:
+        low, high = bounds.split(" to ")
+        return float(low), float(high)
+    found = {word: float(end) for word, end in _ENDS.findall(bounds)}
+    exact = found.get("exactly")
+    return (
+        found.get("at least", found.get("over", -np.inf if exact is None else exact)),
+        found.get("at most", found.get("under", np.inf if exact is None else exact)),
+    )
+
+
+class Abscissa:
+    """Where the numbers of a claim lie.
+
+    Parameters
+    ----------
+    row : mapping
+        Of ``claims.csv``.
+
+    Examples
+    --------
+    >>> gain = Abscissa({"bounds": "at least 20", "published": 30.0, "baseline_value": 0.0})
+    >>> gain.place(20.0), gain.place(30.0), gain.place(0.0)
+    (0.0, 0.5, -1.0)
+    >>> cover = Abscissa({"bounds": "93 to 97"})
+    >>> cover.place(95.0), cover.interval(94.0, 98.0)
+    (1.0, (-0.5, 1.0))
+    """
+
+    def __init__(self, row: Mapping[str, Any]) -> None:
+        self.low, self.high = ends_of(str(row.get("bounds") or ""))
+        bound = self.low if np.isfinite(self.low) else self.high
+        away = [
+            abs(value - bound)
+            for name in ("baseline_value", "published")
+            if isinstance(value := row.get(name), int | float)
+        ]
+        close = [end for end in ends_of(str(row.get("close_bounds") or "")) if np.isfinite(end)]
+        lengths = (max(away, default=0.0), *(abs(end - bound) for end in close), abs(bound))
+        self.unit = next((length for length in lengths if length > 0.0 and np.isfinite(length)), 1.0)
+
+    def place(self, value: float) -> float:
+        """Return the place of a value."""
+        if np.isfinite(self.low) and np.isfinite(self.high):
+            half = (self.high - self.low) / 2.0
+            off = abs(value - (self.low + self.high) / 2.0)
+            return 1.0 - off / (half or self.unit)
+        return ((value - self.low) if np.isfinite(self.low) else (self.high - value)) / self.unit
+
+    def interval(self, low: float, high: float) -> tuple[float, float]:
+        """Return the least and the greatest place of an interval."""
+        ends = sorted((self.place(low), self.place(high)))
+        middle = (self.low + self.high) / 2.0
+        return ends[0], 1.0 if np.isfinite(middle) and low <= middle <= high else ends[1]
+
+
+def ledger_picture(results: Published, *, listed: Path | None = None) -> dict[str, Any]:
+    """Return what the page's script draws of the ledger; empty if there are no claims.
+
+    Parameters
+    ----------
+    results : Published
+    listed : Path, optional
+        ``sensitivity.csv``; that of the project by default.
+    """
+    if not results.claims:
+        return {}
+    axes = {row["claim"]: Abscissa(row) for row in results.claims if ends_known(row)}
+    order = {kind: number for number, kind in enumerate(Kind)}
+    rows = sorted(results.claims, key=lambda row: order.get(row.get("kind") or Kind.RESULT, 0))
+    figures = list(results.figures)
+    rows.sort(key=lambda row: figures.index(row["figure"]))
+    sets = {results.data: results.claims, **_other_sets(results)}
+    return {
+        "papers": [
+            [key, _words_of(paper)] for key, paper in papers.PAPERS.items() if results.claims_of(paper=key)
+        ],
+        "claims": [_words(row) for row in rows],
+        "sets": {
+            data: {row["claim"]: found for row in of if (found := _placed(row, axes))}
+            for data, of in sets.items()
+        },
+        "switches": _switches(results, axes, PROJECT / "results" / SWITCHES if listed is None else listed),
+    }
+
+
+def ends_known(row: Mapping[str, Any]) -> bool:
+    """Whether a row of the claims has bounds."""
+    return bool(np.isfinite(ends_of(str(row.get("bounds") or ""))).any())
+
+
+def _words_of(paper: papers.Paper) -> str:
+    return (
+        f"{paper.authors.split(',')[0].split(' and ')[0].split()[-1]} {paper.year}"
+        if paper.figures
+        else "ours"
+    )
+
+
+def _words(row: Mapping[str, Any]) -> dict[str, Any]:
+    names = (
+        "paper",
+        "figure",
+        "quote",
+        "section",
+        "unit",
+        "bounds",
+        "close_bounds",
+        "baseline",
+        "help",
+        "same_as",
+    )
+    said = {name: row[name] for name in names if row.get(name)}
+    return {
+        "name": row["claim"],
+        "kind": row.get("kind") or "",
+        "published": row.get("published"),
+        **said,
+        "why": reason(row),
+    }
+
+
+def _placed(row: Mapping[str, Any], axes: Mapping[str, Abscissa]) -> dict[str, Any]:
+    """Return numbers, places and answers of a claim's row; nothing if it has no number."""
+    value, axis = row.get("value"), axes.get(row["claim"])
+    if axis is None or not isinstance(value, int | float):
+        return {}
+    agreement, beyond = answers(row)
+    made: dict[str, Any] = {
+        "value": _short(value),
+        "at": _at(axis.place(value)),
+        "said": agreement,
+        "tone": tone(agreement),
+    }
+    if beyond_tone(beyond):
+        made |= {"beyond": beyond}
+    low, high = row.get("value_low"), row.get("value_high")
+    if isinstance(low, int | float) and isinstance(high, int | float):
+        made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
+    if isinstance(simple := row.get("baseline_value"), int | float):
+        made |= {"simple": _short(simple), "ring": _at(axis.place(simple))}
+    return made
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _at(place: float) -> float:
+    """Return a place in per cent of the width, the bound at 45: far away is pressed together."""
+    squashed = place / (1.0 + abs(place))
+    return round(45.0 + (53.0 if squashed > 0 else 43.0) * squashed, 1)
+
+
+def _other_sets(results: Published) -> dict[str, Sequence[Mapping[str, Any]]]:
+    """Return the claims of other data sets: of published results beside these, else of the light archives."""
+    found: dict[str, Sequence[Mapping[str, Any]]] = {}
+    light = sorted((PROJECT / "results" / "archive" / "light").glob(f"*/{CLAIMS}"))
+    near = sorted(results.folder.parent.parent.glob(f"*/{results.scale}/{CLAIMS}"))
+    for path in [*near, *(light if results.scale == "full" else ())]:
+        data = path.parent.parent.name if path in near else path.parent.name
+        if data not in (results.data, *found):
+            found[data] = numbered_rows(path)
+    return found
+
+
+def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> list[dict[str, Any]]:
+    """Return each switch with what it makes of the claims that it moves, those that move most verdicts first."""
+    rows = tables.read_rows(path) if path.is_file() else []
+    of: dict[tuple[str, str], list[Mapping[str, str]]] = {}
+    for row in rows:
+        if (row["data"], row["scale"]) == (results.data, results.scale) and row["claim"] in axes:
+            of.setdefault((row["group"], row["switch"]), []).append(row)
+    known = papers.read_mapping(PROJECT / "conf" / "sensitivity.yaml") if of else {}
+    made = [
+        {
+            "name": name,
+            "options": " ".join(known.get(group, {}).get("switches", {}).get(name, {}).get("overrides", [])),
+            "verdicts": sum(row["verdict_moves"] == "True" for row in own),
+            "commit": own[0]["commit"],
+            "moved": {row["claim"]: _moved(row, axes[row["claim"]]) for row in own},
+        }
+        for (group, name), own in of.items()
+    ]
+    return sorted(made, key=lambda one: (-one["verdicts"], -len(one["moved"]), one["name"]))
+
+
+def _moved(row: Mapping[str, str], axis: Abscissa) -> dict[str, Any]:
+    low, value, high = (float(row[name] or "nan") for name in ("value_low", "value", "value_high"))
+    made: dict[str, Any] = {"value": _short(value), "at": _at(axis.place(value)), "said": row["verdict"]}
+    made["tone"] = _EARLIER.get(row["verdict"], tone(row["verdict"]))
+    made["jumps"] = row["verdict_moves"] == "True"
+    if np.isfinite([low, high]).all():
+        made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
+    return made

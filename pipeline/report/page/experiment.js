@@ -1,0 +1,138 @@
+"use strict";
+// The first screen: guess the depth of a hand, then let least squares, the prior and the bones do it, then turn the camera.
+const Experiment = (() => {
+  const id = name => document.getElementById(name), rad = degrees => degrees * Math.PI / 180;
+  const HAND = 7, INSTANT = 0.2, SLICE_MS = 8;
+  const STEPS = [
+    { words: "Fifteen dots walk away from one camera. It sees them flat: their depth is lost. Where is the right hand, nearer than the body or farther? Drag it in the view from the side.", method: null },
+    { words: "", method: null },
+    { words: "Least squares: of all sums of eigenwalkers, the directions in which people differ, take the one that fits the flat picture best.", method: "least_squares" },
+    { words: "The prior: the same, but what few people do has to be paid for. Noise is no longer mistaken for a strange gait.", method: "map" },
+    { words: "Bones keep their length, left and right alike. This part is ours, not the paper's.", method: "anatomical" },
+    { words: "Turn the camera: everything is solved again. Seen from the side almost nothing is lost; straight ahead or away, most.", method: "anatomical" },
+  ];
+  const NAMES = { null: "average walker", least_squares: "least squares", map: "+ prior", anatomical: "+ bones" };
+
+  function start(people) {
+    if (!id("experiment")) return;
+    const { Stage, drag, ink, loop, still, heading } = Players;
+    const flat = new Stage(id("flat"), 2150, [0, -60]), aside = new Stage(id("aside"), 2150, [0, -60]);
+    flat.wide = aside.wide = 1300;
+    const guess = id("guess"), view = id("turned-view"), state = { step: 0, method: null, angle: 0 }, playing = { on: false };
+    const r = people.shown, walker = Gait.walker(people, r), say = mm => `${Math.abs(mm).toFixed(0)} mm ${mm > 0 ? "farther" : "nearer"}`;
+    const axes = angle => [Math.cos(angle), Math.sin(angle)];
+    const depth = (p, j, [c, s]) => -s * p[3 * j] + c * p[3 * j + 1], across = (p, j, [c, s]) => c * p[3 * j] + s * p[3 * j + 1];
+
+    // Medians over all walkers at the view of the moment, in slices of a frame; what was found is kept.
+    const known = new Map(), bars = new Map();
+    const box = id("medians");
+    for (const [key, name] of Object.entries(NAMES)) {
+      const row = box.appendChild(document.createElement("div")), bar = document.createElement("i"), out = document.createElement("span");
+      row.append(Object.assign(document.createElement("span"), { textContent: name }), bar, out);
+      bar.style.setProperty("--ink", `var(--c-${Charts.roles(Gait.METHODS[key].role)})`);
+      bars.set(key, { row, bar, out });
+    }
+    let run = 0;
+    function medians() {
+      const mine = ++run, degrees = +view.value, upTo = { null: 2, least_squares: 2, map: 3, anatomical: 4 };
+      const left = [];
+      for (const key of bars.keys()) {
+        const shown = state.step >= upTo[key], { row, out } = bars.get(key), of = `${key} ${degrees}`;
+        row.hidden = !shown;
+        if (!shown) continue;
+        if (!known.has(of)) known.set(of, []);
+        for (let q = known.get(of).length; q < people.count; q++) left.push([key, of, q]);
+        out.textContent = "";
+      }
+      const middle = list => { const sorted = [...list].sort((a, b) => a - b), n = sorted.length; return (sorted[(n - 1) >> 1] + sorted[n >> 1]) / 2; };
+      const write = () => {
+        for (const [key, { row, bar, out }] of bars) {
+          const list = known.get(`${key} ${degrees}`);
+          if (row.hidden || !list?.length) continue;
+          const found = middle(list);
+          bar.style.width = `${Math.min(100, found * 2)}%`;
+          out.textContent = `${found.toFixed(1)} mm${list.length < people.count ? ` (${list.length} of ${people.count})` : ""}`;
+        }
+      };
+      const some = () => {
+        if (mine !== run) return;
+        for (const began = performance.now(); left.length && performance.now() - began < SLICE_MS;) {
+          const [key, of, q] = left.shift(), one = Gait.fold(people, q), angle = rad(degrees), list = known.get(of);
+          if (list.length === q) list.push(Gait.errors(people, q, Gait.reconstruct(one, key, people.components, angle, people.sigma2_mm2).delta, angle).rms);
+        }
+        write();
+        if (left.length) requestAnimationFrame(some);
+      };
+      some();
+    }
+    function solve() {
+      state.angle = rad(+view.value);
+      const method = STEPS[state.step].method;
+      state.found = method ? Gait.combine(walker, Gait.reconstruct(Gait.fold(people, r), method, people.components, state.angle, people.sigma2_mm2).missing, state.angle) : null;
+      state.colour = method ? Charts.roles(Gait.METHODS[method].role) : "blue";
+      id("turned-view-now").textContent = heading(+view.value);
+      view.setAttribute("aria-valuetext", heading(+view.value));
+      medians();
+    }
+    const truthDepth = () => { const p = Gait.posture(walker, INSTANT); return depth(p, HAND, axes(0)) - depth(p, 8, axes(0)); };
+    function guessed() {
+      id("guess-now").textContent = +guess.value === 0 ? "as the body" : say(+guess.value);
+      guess.setAttribute("aria-valuetext", id("guess-now").textContent);
+    }
+    function to(step) {
+      state.step = Math.max(0, Math.min(STEPS.length - 1, step));
+      const last = state.step === STEPS.length - 1;
+      if (!last) view.value = 0;
+      playing.on = state.step > 1 && !still;
+      id("step-number").textContent = `${state.step + 1} of ${STEPS.length}`;
+      const off = +guess.value - truthDepth();
+      id("step-words").textContent = state.step === 1
+        ? `It is ${say(truthDepth())} than the middle of the body; your guess is ${Math.abs(off).toFixed(0)} mm off. The picture alone does not say. Knowing how other people walk does: ${people.count - 1} of them are what the next steps learn from.`
+        : STEPS[state.step].words;
+      id("guess-row").hidden = state.step > 0; id("view-row").hidden = !last;
+      id("step-next").textContent = state.step === 0 ? "Show where it is" : last ? "Again" : ["", "Least squares", "Add the prior", "Add the bones", "Turn the camera"][state.step];
+      id("step-back").disabled = state.step === 0;
+      id("aside-words").textContent = state.step === 0 ? "the same from the side: the camera is on the left, depth runs to the right" : "from the side; dashed: how he walked" + (state.step > 1 ? "; in colour: reconstructed from the dots" : "");
+      solve();
+    }
+    id("step-next").addEventListener("click", () => { to(state.step === STEPS.length - 1 ? 0 : state.step + 1); });
+    id("step-back").addEventListener("click", () => to(state.step - 1));
+    guess.addEventListener("input", guessed);
+    view.addEventListener("input", solve);
+    drag(aside.canvas, dx => { if (state.step === 0) { guess.value = +guess.value + dx / aside.scale; guessed(); } });
+    drag(flat.canvas, dx => { if (state.step === STEPS.length - 1) { view.value = +view.value + dx * 0.5; solve(); } });
+
+    function draw(clock) {
+      const cycle = state.step < 2 ? INSTANT : INSTANT + clock * people.frequency_hz[r], real = Gait.posture(walker, cycle), at = axes(state.angle);
+      const colour = ink(`--c-${state.colour}`), text = ink("--text"), grey = ink("--truth"), middle = depth(real, 8, at);
+      flat.begin();
+      for (let j = 0; j < 15; j++) flat.dot(flat.place(across(real, j, at), real[3 * j + 2]), j === HAND && state.step < 2 ? 8 : 5, j === HAND && state.step < 2 ? ink("--bad") : text);
+      aside.begin();
+      const flatten = p => Float64Array.from({ length: 45 }, (_, i) => i % 3 === 0 ? depth(p, Math.floor(i / 3), at) - middle : p[i]), project = (x, y, z) => aside.place(x, z);
+      const [cx, cy] = aside.place(-560, real[3 * HAND + 2] + (state.step ? 300 : 0));
+      aside.line([[cx - 9, cy - 8], [cx + 9, cy], [cx - 9, cy + 8], [cx - 9, cy - 8]], ink("--accent"), 2);
+      if (state.step === 0) {
+        for (let j = 0; j < 15; j++) if (j !== HAND) aside.dot(aside.place(0, real[3 * j + 2]), 3.2, grey);
+        const z = real[3 * HAND + 2], hand = aside.place(+guess.value, z);
+        aside.line([aside.place(-540, z), aside.place(600, z)], ink("--accent"), 1.2, [5, 5]);
+        aside.line([[hand[0] - 16, hand[1]], [hand[0] + 16, hand[1]]], ink("--bad"), 2);
+        aside.dot(hand, 9, ink("--bad"));
+        return;
+      }
+      const truth = flatten(real);
+      aside.skeleton(truth, project, grey, { width: 3, radius: 2.5, dash: [6, 5] });
+      if (state.step === 1) {
+        const z = real[3 * HAND + 2];
+        aside.line([aside.place(+guess.value, z), aside.place(truth[3 * HAND], z)], ink("--bad"), 2);
+        aside.dot(aside.place(+guess.value, z), 8, ink("--bad"), true); aside.dot(aside.place(truth[3 * HAND], z), 6, ink("--bad"));
+      } else if (state.found) {
+        const made = flatten(Gait.posture(state.found, cycle));
+        for (let j = 0; j < 15; j++) aside.line([aside.place(truth[3 * j], truth[3 * j + 2]), aside.place(made[3 * j], made[3 * j + 2])], ink("--bad"), 1);
+        aside.skeleton(made, project, colour, { width: 3, radius: 3.4 });
+      }
+    }
+    guessed(); to(0);
+    loop(playing, [flat, aside], draw);
+  }
+  return { start };
+})();
