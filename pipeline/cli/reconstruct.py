@@ -19,10 +19,12 @@ def reconstruct(arguments: Sequence[str]) -> int:
     if "view_angle_deg" in summary:
         view, cadence = summary["view_angle_deg"], summary["cadence"]
         low, high = view["interval_95"]
-        tell(f"  walks {view['words']}; view angle {view['value']}° ({low} to {high}°)")
+        tell(f"  walks {view['words']}; ±{(high - low) / 2:.0f}°")
         for other in view["alternatives"]:
             tell(f"  {words.alternative(other)}")
         tell(f"  {cadence['steps_per_min']} steps a minute, {summary['locomotion']}")
+        for sentence in summary["usable"]:
+            tell(f"  {sentence}")
         for name in ("left_knee", "right_knee"):
             knee = summary["angles_deg"][name]
             tell(f"  {name.replace('_', ' ')} {knee['least']} to {knee['most']}°, ±{knee['half_width_95']}°")

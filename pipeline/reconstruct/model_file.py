@@ -13,8 +13,9 @@ import numpy as np
 
 from pipeline.core.anatomical import BONES, JOINTS, PAIRS
 from pipeline.core.keypoint_walk import CompactMoments, Moments, WalkerModel, expand, model_of
-from pipeline.core.keypoint_walk.calibration import ANGLE_KINDS, GROUPS, LEVELS, Calibration
+from pipeline.core.keypoint_walk.calibration import CYCLE_KINDS, GROUPS, LEVELS, Calibration
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
+from pipeline.core.sagittal_angles import KINDS
 from pipeline.formats.arrays import load_npz
 from pipeline.formats.budget import read_one
 from pipeline.formats.contract import read_bytes
@@ -24,7 +25,7 @@ from pipeline.validation import InvalidInput, require_finite, require_range, req
 
 SHIPPED = Path(__file__).resolve().parent / "walkers"
 """Folder of the model that comes with the package: ``model.npz``, ``manifest.json``, ``CARD.md``."""
-VERSION = 1
+VERSION = 2
 ENTRY = "walkers"
 """Entry of the manifest by which the folder of a model is known."""
 
@@ -64,6 +65,7 @@ def _arrays(trained: TrainedModel) -> dict[str, np.ndarray]:
         "log_frequency": rest.log_frequency,
         "joint_multipliers": trained.calibration.joints,
         "angle_multipliers": trained.calibration.angles,
+        "cycle_multipliers": trained.calibration.cycle,
     }
 
 
@@ -114,7 +116,8 @@ def _load(folder: Path) -> TrainedModel:
         "mean": (JOINTS, 3, BLOCKS), "components": ("N", SIZE), "eigenvalues": ("N",),
         "within": ((BLOCKS + 1) // 2, 3 * JOINTS, 3 * JOINTS), "bone_variance": (len(BONES),),
         "pair_variance": (len(PAIRS),), "aperiodic_variance": (JOINTS, 3), "log_frequency": (2,),
-        "joint_multipliers": (len(GROUPS), 3, len(LEVELS)), "angle_multipliers": (len(ANGLE_KINDS), len(LEVELS)),
+        "joint_multipliers": (len(GROUPS), 3, len(LEVELS)), "angle_multipliers": (len(KINDS), len(LEVELS)),
+        "cycle_multipliers": (len(CYCLE_KINDS), len(LEVELS)),
     }  # fmt: skip
     for name, shape in shapes.items():
         place = f"model.npz, {name}"
@@ -130,7 +133,9 @@ def _load(folder: Path) -> TrainedModel:
         walkers=require_range("manifest.json, walkers", manifest["walkers"], at_least=1, whole=True),
     )
     compact = CompactMoments(arrays["components"], arrays["eigenvalues"], arrays["within"], rest)
-    calibration = Calibration(arrays["joint_multipliers"], arrays["angle_multipliers"])
+    calibration = Calibration(
+        arrays["joint_multipliers"], arrays["angle_multipliers"], arrays["cycle_multipliers"]
+    )
     of_the_file = ("version", "sha256", "bytes", "walkers", "files", "seal")
     about = {k: v for k, v in manifest.items() if k not in of_the_file}
     return TrainedModel(compact, calibration, about)

@@ -15,7 +15,8 @@ from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion
 from pipeline.reconstruct.clip import Input, Stretch, Walk
-from pipeline.reconstruct.summary import observed, scale_mm
+from pipeline.reconstruct.cycle import scale_mm
+from pipeline.reconstruct.summary import observed
 from pipeline.skeleton import WALKER15
 
 

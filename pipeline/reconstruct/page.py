@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.keypoint_walk import ANGLES
 from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
+from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct import words
 from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.cycle import LEVEL_95, scale_mm
 from pipeline.reconstruct.motion import keypoints_px, upright
-from pipeline.reconstruct.summary import LEVEL_95, half_widths_mm, observed, scale_mm, view_sd_rad
+from pipeline.reconstruct.summary import half_widths_mm, observed, view_sd_rad
 from pipeline.report.walk_page import WalkPage
 
 

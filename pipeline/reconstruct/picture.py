@@ -8,11 +8,12 @@ import numpy as np
 
 from pipeline.core.keypoint_walk.calibration import angle_half_widths
 from pipeline.core.keypoint_walk.objective import HEADING
-from pipeline.core.keypoint_walk.posterior import ANGLES
+from pipeline.core.sagittal_angles import ANGLES
 from pipeline.pictures.keypoint_walk import WalkPicture
 from pipeline.reconstruct.clip import Input, Walk
+from pipeline.reconstruct.cycle import LEVEL_95
 from pipeline.reconstruct.motion import keypoints_px
-from pipeline.reconstruct.summary import LEVEL_95, heading_words
+from pipeline.reconstruct.summary import heading_words
 
 PICTURED = 5
 """Frames that a picture shows."""

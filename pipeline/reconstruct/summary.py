@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.keypoint_walk import ANGLES, HEIGHT_MM, Reconstruction, view_angle_deg
+from pipeline.core.keypoint_walk import HEIGHT_MM, Reconstruction, view_angle_deg
 from pipeline.core.keypoint_walk.calibration import (
     CADENCE_EXTRA,
     NORMAL,
@@ -17,16 +17,21 @@ from pipeline.core.keypoint_walk.calibration import (
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
 from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
 from pipeline.core.keypoint_walk.training import SIZE
+from pipeline.core.keypoint_walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, Verdict
+from pipeline.core.sagittal_angles import ANGLES
+from pipeline.reconstruct import cycle
 from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.cycle import HEIGHT_SHARE, LEVEL_95, scale_mm
 from pipeline.skeleton import WALKER15
 
-HEIGHT_SHARE = 0.89
-"""Height of the centre of the head above the ankles over stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
 RIVAL_COST = 60.0
 """Candidates whose cost is above the best's by less are given as alternatives."""
-LEVEL_95 = 2
+SEEN_DEG = 10.0
+"""Degrees off one of the four main directions from which on somebody is seen from another side, too."""
 TURNED_DEG = 20.0
 """Turn of the heading over a stretch beyond which the path is said to bend."""
+ONE_STRIDE = 1.2
+"""Strides below which times and differences of left and right rest on one."""
 OFF_MIDDLE_DEG = 12.0
 """Distance of the walker from the middle of the image beyond which an unknown focal length is remarked on."""
 
@@ -37,25 +42,25 @@ def heading_words(heading_rad: float) -> str:
     Examples
     --------
     >>> import numpy as np
-    >>> heading_words(0.0), heading_words(np.pi / 2)
-    ('towards the camera, seen from the front', "to the image's right, seen from the walker's right")
+    >>> heading_words(0.0)
+    'straight towards the camera, seen from the front'
+    >>> heading_words(np.radians(101))
+    "to the image's right, 11° off away from the camera, seen from the walker's right and behind"
     >>> heading_words(np.radians(-140))
-    "away from the camera and to the image's left, seen from behind and the walker's left"
+    "away from the camera, 40° off to the image's left, seen from behind and the walker's left"
     """
-    degrees = float((np.degrees(heading_rad) + 180.0) % 360.0 - 180.0)
-    side = "right" if degrees > 0 else "left"
-    sideways = 22.5 < abs(degrees) < 157.5
-    straight = not 67.5 < abs(degrees) < 112.5
-    near = abs(degrees) < 90.0
-    to = [("towards the camera" if near else "away from the camera")] * straight
-    to += [f"to the image's {side}"] * sideways
-    seen = [("the front" if near else "behind")] * straight + [f"the walker's {side}"] * sideways
-    return f"{' and '.join(to)}, seen from {' and '.join(seen)}"
-
-
-def scale_mm(given: Input) -> float:
-    """Millimetres of the walker for one of the model; the model's own where no stature is given."""
-    return given.stature_mm * HEIGHT_SHARE / HEIGHT_MM if given.stature_mm else 1.0
+    ways = (
+        ("towards the camera", "the front"), ("to the image's right", "the walker's right"),
+        ("away from the camera", "behind"), ("to the image's left", "the walker's left"),
+    )  # fmt: skip
+    degrees = float(np.degrees(heading_rad)) % 360.0
+    nearest = round(degrees / 90.0)
+    off = round(degrees - 90.0 * nearest)
+    to, seen = ways[nearest % 4]
+    if not off:
+        return f"straight {to}, seen from {seen}"
+    aside, also = ways[(nearest + (1 if off > 0 else -1)) % 4]
+    return f"{to}, {abs(off)}° off {aside}, seen from {seen}{f' and {also}' if abs(off) > SEEN_DEG else ''}"
 
 
 def observed(found: Reconstruction) -> np.ndarray:
@@ -148,6 +153,8 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
         if c.cost_above_best < (RIVAL_COST if c.labels_exchanged == found.labels_exchanged else LABELS_UNSURE)
     ]
     said |= {
+        "usable": _usable(found) if stretch.judgement.verdict == Verdict.doubtful else [],
+        "strides": _round(found.strides, 1),
         "view_angle_deg": {
             "value": _round(view_angle_deg(heading), 1),
             "interval_95": _interval(view_angle_deg(heading), half),
@@ -174,6 +181,11 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
         },
         **_speed(found, stride_hz, given),
         "angles_deg": _angles(found, walk),
+        "gait_cycle": {
+            "numbers": cycle.numbers(walk, found, given),
+            "events": cycle.events(walk, stretch),
+            "variability": cycle.NO_VARIABILITY,
+        },
         "labels": {
             "exchanged_throughout": found.labels_exchanged,
             "unsure": found.labels_unsure,
@@ -194,6 +206,22 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
         "next_time": advice(walk, stretch),
     }
     return said
+
+
+def _usable(found: Reconstruction) -> list[str]:
+    """What remains usable of a walk that is doubtful."""
+    said = []
+    if found.relative_residual > DOUBTFUL_RESIDUAL:
+        said.append(
+            "Usable: heading, cadence and events; angles and lengths may be off by more than their bars."
+        )
+    if found.starts.least_distance > DOUBTFUL_DISTANCE:
+        said.append(
+            "Usable: heading, cadence and events; angles and lengths are pulled towards those of other walkers."
+        )
+    if found.strides < ONE_STRIDE:
+        said.append("Usable: heading and angles; times and differences of left and right rest on one stride.")
+    return said or ["Usable with care: everything may be off by more than its bars."]
 
 
 def half_widths_mm(walk: Walk, found: Reconstruction, given: Input) -> np.ndarray:

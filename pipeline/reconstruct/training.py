@@ -13,6 +13,7 @@ from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import (
     Detector,
     Reconstruction,
+    TrainingWalk,
     compact,
     errors,
     expand,
@@ -21,7 +22,7 @@ from pipeline.core.keypoint_walk import (
     prepare,
     reconstruct,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.calibration import LEVELS, Calibration, learn
+from pipeline.core.keypoint_walk.calibration import LEVELS, learn
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints
@@ -56,6 +57,8 @@ class LeftOutClip:
     person : str
     walk : int
     overground : bool
+    trained : TrainingWalk
+        The whole walk that was filmed, without error.
     simulated : SimulatedKeypoints
     found : Reconstruction
     """
@@ -63,6 +66,7 @@ class LeftOutClip:
     person: str
     walk: int
     overground: bool
+    trained: TrainingWalk
     simulated: SimulatedKeypoints
     found: Reconstruction
 
@@ -73,8 +77,19 @@ class LeftOutClip:
 
     @property
     def angle_errors(self) -> np.ndarray:
-        """Errors (T, 8) over standard deviations."""
-        return errors.angle_errors(self.found, self.simulated.positions_mm)
+        """Errors (T, 11) over standard deviations."""
+        return errors.angle_errors(self.found, self.simulated.positions_mm, self.simulated.heading_rad)
+
+    @property
+    def event_errors(self) -> list[np.ndarray]:
+        """Errors (n,) of contacts and of toe-offs over standard deviations."""
+        both = errors.event_errors(self.found, self.simulated.positions_mm, self.simulated.heading_rad)
+        return [of_event[:, 1] for of_event in both]
+
+    @property
+    def number_errors(self) -> np.ndarray:
+        """Errors (25,) of the numbers of the gait cycle over standard deviations."""
+        return errors.number_errors(self.found, self.trained.walker, self.trained.frequency_hz)[:, 1]
 
 
 def left_out_clips(walks: Walks, options: Training, error: DetectorError) -> Iterator[LeftOutClip]:
@@ -106,7 +121,7 @@ def left_out_clips(walks: Walks, options: Training, error: DetectorError) -> Ite
             found = reconstruct(
                 sim.pixels, seen, sim.frame_rate_hz, sim.focal_px, prior, both_labellings=False
             )
-            yield LeftOutClip(person, k, overground, sim, found)
+            yield LeftOutClip(person, k, overground, trained[k], sim, found)
 
 
 def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda _: None) -> TrainedModel:
@@ -122,15 +137,22 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
     require_range("training.components", options.components, at_least=1, whole=True)
     whole = moments(training_walks(walks), walks.person)
     small = compact(whole, options.components)
-    joints, angles = [], []
+    joints, angles, events, numbers = [], [], [], []
     people: list[str] = []
     for clip in left_out_clips(walks, options, DetectorError()):
         joints.append(clip.joint_errors)
         angles.append(clip.angle_errors)
+        events.append(clip.event_errors)
+        numbers.append(clip.number_errors)
         if clip.person not in people:
             people.append(clip.person)
             tell(f"error bars: {len(people)} of {whole.walkers} people left out")
-    calibration = learn(np.concatenate(joints), np.concatenate(angles))
+    calibration = learn(
+        np.concatenate(joints),
+        np.concatenate(angles),
+        [np.concatenate(of_event) for of_event in zip(*events, strict=True)],
+        np.stack(numbers),
+    )
     sources = Counter(dict(zip(walks.person.tolist(), walks.source.tolist(), strict=True)).values())
     about = {
         "people_by_source": dict(sorted(sources.items())),
@@ -139,4 +161,4 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
         "variance_kept": round(float(small.eigenvalues.sum() / np.trace(whole.covariance)), 4),
         "calibration": {"clips": len(joints), "levels": list(LEVELS), "seed": options.seed},
     }
-    return TrainedModel(small, Calibration(calibration.joints, calibration.angles), about)
+    return TrainedModel(small, calibration, about)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipeline.core.sagittal_angles import SIDES
+
 VERDICTS = {"walk": "A walk.", "doubtful": "Perhaps a walk.", "not_a_walk": "Not a walk."}
 
 
@@ -16,9 +18,10 @@ def facts(summary: dict[str, Any]) -> list[tuple[str, list[str]]]:
     >>> facts({**found, "recognised": {"layout": "coco17"}})
     [('Verdict', ['Not a walk.', 'The legs hardly move.']), ('Recognised', ['Keypoints are coco17.'])]
     """
-    said = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"]])]
+    said = [("Verdict", [VERDICTS[summary["verdict"]], *summary["why"], *summary.get("usable", ())])]
     if "view_angle_deg" in summary:
-        said += [("View", _view(summary)), ("Steps", _steps(summary)), ("Labels", _labels(summary))]
+        said += [("View", _view(summary)), ("Steps", _steps(summary)), ("Gait cycle", _cycle(summary))]
+        said.append(("Labels", _labels(summary)))
         if summary["estimated_joints"]:
             names = ", ".join(joint.replace("_", " ") for joint in summary["estimated_joints"])
             said.append(("Estimated", [f"never seen, estimated from the other joints: {names}"]))
@@ -42,21 +45,33 @@ def _sentence(text: str) -> str:
 def _view(summary: dict[str, Any]) -> list[str]:
     view = summary["view_angle_deg"]
     low, high = view["interval_95"]
-    said = [
-        f"the walker goes {view['words']}",
-        f"view angle {view['value']:g}° (95 %: {low:g} to {high:g}°), where 0 is seen from behind and +90 from the"
-        f" walker's right; heading {view['heading_deg']:g}°, where 0 is towards the camera",
-    ]
+    said = [f"the walker goes {view['words']}; 95 %: ±{(high - low) / 2:.0f}°"]
     return [*said, *(alternative(other) for other in view["alternatives"])]
 
 
 def alternative(other: dict[str, Any]) -> str:
     """Another view that the keypoints allow."""
     exchanged = " with left and right exchanged" if other["left_and_right_exchanged"] else ""
-    return (
-        f"also possible{exchanged}: {other['words']}, view angle {other['view_angle_deg']:g}°,"
-        f" at a cost higher by {other['cost_above_best']:g}"
-    )
+    return f"also possible{exchanged}: {other['words']}, at a cost higher by {other['cost_above_best']:g}"
+
+
+def _cycle(summary: dict[str, Any]) -> list[str]:
+    numbers = summary["gait_cycle"]["numbers"]
+    larger = [
+        f"{name.replace('_', ' ')} ({of['value']:+g} ± {of['half_width_95']:g} {numbers[name]['unit']})"
+        for name, of in ((name, of.get("difference", {})) for name, of in numbers.items())
+        if of.get("larger_than_its_bar")
+    ]
+    stance, support = numbers["stance"], numbers["double_support"]["both"]
+    left, right = (f"{stance[side]['value']:g} % ± {stance[side]['half_width_95']:g}" for side in SIDES)
+    return [
+        f"stance {left} of the cycle left, {right} right",
+        f"double support {support['value']:g} % ± {support['half_width_95']:g}",
+        f"left less right is larger than its bar in {', '.join(larger)}"
+        if larger
+        else "no difference of left and right is larger than its bar",
+        summary["gait_cycle"]["variability"],
+    ]
 
 
 def _steps(summary: dict[str, Any]) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.reconstruct import motion, words
+from pipeline.reconstruct import cycle, motion, words
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
@@ -90,9 +90,12 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
     rows = table_rows(walk, options.input)
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
+        tables.write(folder / "angles.csv", cycle.angle_rows(walk))
     motion.write_motion(walk, options.input, options.output.formats, folder)
     if walk.best.found is None or summary["verdict"] == "not_a_walk":
         return
+    tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.found)))
+    tables.write(folder / "numbers.csv", cycle.number_rows(summary["gait_cycle"]["numbers"]))
     # Imported where they are used: these libraries take longer to load than most walks to reconstruct.
     for name, wanted, written in _VIEWS:
         if not getattr(options.output, wanted):

@@ -18,6 +18,6 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A model of the synthetic walkers, its bars not calibrated."""
     small = compact(moments(walks()[1:], np.arange(len(walks()) - 1)), 6)
     folder = tmp_path_factory.mktemp("model")
-    calibration = Calibration(np.ones((8, 3, 3)), np.ones((4, 3)))
+    calibration = Calibration(np.ones((8, 3, 3)), np.ones((6, 3)), np.ones((20, 3)))
     model_file.save(model_file.TrainedModel(small, calibration, {"note": "synthetic"}), folder)
     return folder

@@ -8,13 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.core.keypoint_walk import ANGLES
+from pipeline.core.anatomical import stance_rows
+from pipeline.core.keypoint_walk import errors
 from pipeline.core.keypoint_walk.calibration import angle_half_widths
+from pipeline.core.keypoint_walk.cycle import NUMBERS, gait_cycle
+from pipeline.core.keypoint_walk.verdict import Judgement, Verdict
+from pipeline.core.keypoint_walk.view import level_axes
+from pipeline.core.sagittal_angles import ANGLES
+from pipeline.reconstruct import cycle, words
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.motion import in_walkers_axes
 from pipeline.reconstruct.summary import half_widths_mm, summarise, table_rows, world_mm
 from pipeline.skeleton import WALKER15
-from tests.core.keypoint_walk.walkers import clip
+from tests.core.keypoint_walk.walkers import clip, walks
 from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
 
 
@@ -30,26 +36,110 @@ def case(model: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Walk, I
 def test_angles_stand_under_their_own_names_with_their_own_bars(case: tuple[Walk, Input]) -> None:
     walk, found = case[0], case[0].best.found
     assert found is not None
-    at = dict(zip(WALKER15.joints, np.moveaxis(found.posterior.positions_mm, 1, 0), strict=True))
+    own = found.posterior.positions_mm @ level_axes(errors.headings(found))
+    at = dict(zip(WALKER15.joints, np.moveaxis(own, 1, 0), strict=True))
     half = np.degrees(angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, 2)).mean(axis=0)
     said = summarise(*case)["angles_deg"]
     assert list(said) == list(ANGLES)
-    for number, name in enumerate(ANGLES):
-        side, joint = name.split("_")
-        upper, middle, end = ("shoulder", "elbow", "wrist") if joint == "elbow" else ("hip", "knee", "ankle")
-        first = at[f"{side}_{middle}"] - at[f"{side}_{upper}"]
-        second = at[f"{side}_{end}"] - at[f"{side}_{middle}"]
-        if joint == "hip":
-            first, second = at["pelvis"] - at["sternum"], first
-        elif joint == "shank":
-            first = np.array([0.0, 1.0, 0.0])  # down
-        cosine = (
-            (first * second).sum(axis=-1) / np.linalg.norm(first, axis=-1) / np.linalg.norm(second, axis=-1)
+
+    def inclined(upper: str, lower: str) -> np.ndarray:
+        _, y, z = (at[lower] - at[upper]).T
+        return np.degrees(np.arctan2(y, -z))
+
+    trunk = inclined("sternum", "pelvis")
+    expected = {"trunk": -trunk}
+    for side in ("left", "right"):
+        thigh, shank = inclined(f"{side}_hip", f"{side}_knee"), inclined(f"{side}_knee", f"{side}_ankle")
+        arm, forearm = (
+            inclined(f"{side}_shoulder", f"{side}_elbow"),
+            inclined(f"{side}_elbow", f"{side}_wrist"),
         )
-        angle = np.degrees(np.arccos(cosine))
+        angles = {"knee": thigh - shank, "hip": thigh - trunk, "shank": -shank, "elbow": forearm - arm}
+        expected |= {f"{side}_{kind}": angle for kind, angle in (angles | {"shoulder": arm - trunk}).items()}
+    for number, name in enumerate(ANGLES):
+        angle = expected[name]
         assert said[name]["least"] == pytest.approx(angle.min(), abs=0.06)
         assert said[name]["most"] == pytest.approx(angle.max(), abs=0.06)
         assert said[name]["half_width_95"] == pytest.approx(1.5 * half[number], abs=0.06)
+    assert said["left_hip"]["least"] < 0 < said["left_hip"]["most"]  # extension is negative
+
+
+def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(case: tuple[Walk, Input]) -> None:
+    walk, options = case
+    found = walk.best.found
+    assert found is not None
+    said = summarise(*case)["gait_cycle"]
+    numbers, truth = said["numbers"], clip_cycle()
+    assert numbers["stride_time"]["both"]["value"] == pytest.approx(1 / walks()[0].frequency_hz, rel=0.03)
+    assert numbers["stance"]["left"]["value"] + numbers["swing"]["left"]["value"] == pytest.approx(100)
+    assert numbers["stance"]["difference"]["value"] == pytest.approx(
+        numbers["stance"]["left"]["value"] - numbers["stance"]["right"]["value"], abs=0.11
+    )
+    for name, of in numbers.items():
+        low, high = of["walkers_95"]
+        assert low < high, name
+        for side in ("left", "right", "difference", "both"):
+            if side in of:
+                assert of[side]["half_width_95"] > 0
+        if "difference" in of:
+            larger = abs(of["difference"]["value"]) > of["difference"]["half_width_95"]
+            assert of["difference"]["larger_than_its_bar"] == larger
+    for name, kind in (("greatest_knee_flexion", "knee_most"), ("least_hip_flexion", "hip_least")):
+        assert numbers[name]["left"]["value"] == pytest.approx(np.degrees(truth[kind, "left"]), abs=15)
+    # A step of a stature of 1700 mm, and as its share.
+    shares = summarise(walk, replace(options, stature_mm=0.0))["gait_cycle"]["numbers"]["step_length"]
+    step = numbers["step_length"]
+    assert (step["unit"], shares["unit"]) == ("mm", "% of the stature")
+    assert step["left"]["value"] == pytest.approx(17.0 * shares["left"]["value"], abs=1.4)
+    # Events are a step apart, within the clip, each with a bar.
+    contacts = sorted(t for side in ("left", "right") for t in said["events"][f"{side}_contact"]["time_s"])
+    steps = numbers["step_time"]
+    for apart in np.diff(contacts):
+        assert min(abs(apart - steps[side]["value"]) for side in ("left", "right")) < 0.003
+    assert min(contacts) >= walk.best.first_frame / 30 - 1e-3
+    assert max(contacts) <= walk.best.last_frame / 30 + 1e-3
+
+
+def clip_cycle() -> dict[tuple[str, str], float]:
+    """Numbers of the walker who was filmed."""
+    walk = walks()[0]
+    values = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1]).values
+    return dict(zip(NUMBERS, values.tolist(), strict=True))
+
+
+def test_tables_hold_the_curves_and_the_angles(case: tuple[Walk, Input]) -> None:
+    walk, _ = case
+    found = walk.best.found
+    assert found is not None
+    drawn = cycle.curves(walk, found)
+    rows = {name: np.array(column) for name, column in cycle.curve_rows(drawn).items()}
+    knee = rows["angle"] == "knee"
+    cover = gait_cycle(
+        found.posterior.walker, float(np.exp(found.fit.x[LOG_F])), found.fit.objective.prior.belt
+    )
+    most = np.degrees(dict(zip(NUMBERS, cover.values.tolist(), strict=True))["knee_most", "right"])
+    assert rows["right_deg"][knee].max() == pytest.approx(most, abs=0.1)
+    np.testing.assert_allclose(rows["left_deg"][knee][[0]], rows["left_deg"][knee][[-1]], atol=0.01)
+    assert (rows["walkers_low_deg"] < rows["walkers_high_deg"]).all()
+    frames = cycle.angle_rows(walk)
+    shown = np.degrees(found.posterior.angles_rad[:, list(ANGLES).index("right_hip")])
+    np.testing.assert_allclose(frames["right_hip_deg"], shown, atol=0.006)
+    assert frames["frame"] == list(range(walk.best.first_frame, walk.best.last_frame + 1))
+
+
+def test_a_doubtful_walk_says_what_is_usable(case: tuple[Walk, Input]) -> None:
+    walk, options = case
+    doubted = replace(walk.best, judgement=Judgement(Verdict.doubtful, ("odd",)))
+    said = summarise(replace(walk, stretches=(doubted,)), options)
+    assert said["usable"]
+    assert all(sentence.startswith("Usable") for sentence in said["usable"])
+    assert said["usable"][0] in dict(words.facts(said))["Verdict"]
+    assert (
+        summarise(
+            replace(walk, stretches=(replace(walk.best, judgement=Judgement(Verdict.walk, ())),)), options
+        )["usable"]
+        == []
+    )
 
 
 def test_every_bar_is_widened_alike(case: tuple[Walk, Input]) -> None:

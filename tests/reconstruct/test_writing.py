@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from pipeline import formats
+from pipeline.reconstruct.cycle import scale_mm
 from pipeline.reconstruct.motion import Format, in_walkers_axes
-from pipeline.reconstruct.summary import scale_mm
 from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.skeleton import WALKER15
 from pipeline.storage import tables

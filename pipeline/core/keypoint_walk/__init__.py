@@ -6,7 +6,7 @@ keypoints to a walk.
 Symbols are explained at the head of each module.
 """
 
-from pipeline.core.keypoint_walk.posterior import ANGLES, Posterior, joint_angles
+from pipeline.core.keypoint_walk.posterior import Posterior
 from pipeline.core.keypoint_walk.prior import Detector, Prior, prepare
 from pipeline.core.keypoint_walk.reconstruction import (
     Candidate,
@@ -31,7 +31,6 @@ from pipeline.core.keypoint_walk.training import (
 from pipeline.core.keypoint_walk.view import view_angle_deg
 
 __all__ = [
-    "ANGLES",
     "HARMONICS",
     "HEIGHT_MM",
     "Candidate",

@@ -6,11 +6,13 @@ of people whom the model had not seen: by group of joints and camera axis, and b
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.keypoint_walk.posterior import ANGLES
+from pipeline.core.keypoint_walk.cycle import EVENTS, NUMBERS, SIDED, WHOLE
+from pipeline.core.sagittal_angles import ANGLES, KINDS
 from pipeline.skeleton import WALKER15
 from pipeline.validation import require_shape
 
@@ -22,8 +24,12 @@ GROUPS = ("head", "sternum", "shoulder", "elbow", "wrist", "hip", "knee", "ankle
 GROUP_OF = np.array([
     -1 if joint == "pelvis" else GROUPS.index(joint.split("_")[-1]) for joint in WALKER15.joints
 ])  # fmt: skip
-ANGLE_KINDS = ("knee", "hip", "shank", "elbow")
-KIND_OF = np.array([ANGLE_KINDS.index(name.split("_")[-1]) for name in ANGLES])
+KIND_OF = np.array([KINDS.index(name.split("_")[-1]) for name in ANGLES])
+CYCLE_KINDS = (*EVENTS, *SIDED, *(f"{kind}_difference" for kind in SIDED), *WHOLE)
+"""Kinds of what is read of the gait cycle: times of events, numbers of either side, their differences, of the walk."""
+CYCLE_KIND_OF = np.array([
+    CYCLE_KINDS.index(f"{kind}_{side}" if side == "difference" else kind) for kind, side in NUMBERS
+])  # fmt: skip
 VIEW_EXTRA_RAD = np.radians(2.5)
 """Added to the standard deviation of the heading: people walk a few degrees crabwise."""
 CADENCE_EXTRA = 0.005
@@ -40,37 +46,59 @@ class Calibration:
     ----------
     joints : (8, 3, 3)
         By group of joints, camera axis (right, down, away) and level.
-    angles : (4, 3)
+    angles : (6, 3)
         By kind of angle and level.
+    cycle : (20, 3)
+        By kind of what is read of the gait cycle and level.
     """
 
     joints: np.ndarray
     angles: np.ndarray
+    cycle: np.ndarray
 
     def __post_init__(self) -> None:
         require_shape("multipliers of joints", self.joints, (len(GROUPS), 3, len(LEVELS)))
-        require_shape("multipliers of angles", self.angles, (len(ANGLE_KINDS), len(LEVELS)))
+        require_shape("multipliers of angles", self.angles, (len(KINDS), len(LEVELS)))
+        require_shape("multipliers of the gait cycle", self.cycle, (len(CYCLE_KINDS), len(LEVELS)))
 
 
-def learn(joint_errors: np.ndarray, angle_errors: np.ndarray) -> Calibration:
+def learn(
+    joint_errors: np.ndarray,
+    angle_errors: np.ndarray,
+    event_errors: Sequence[np.ndarray],
+    number_errors: np.ndarray,
+) -> Calibration:
     """Learn multipliers from errors over standard deviations, of people who were left out.
 
     Parameters
     ----------
     joint_errors : (n, 15, 3)
         Of all frames and clips.
-    angle_errors : (n, 8)
+    angle_errors : (n, 11)
+    event_errors : two of (n,)
+        Of contacts and of toe-offs.
+    number_errors : (n, 25)
+        Of every clip.
     """
     joint_errors = np.abs(require_shape("errors of joints", joint_errors, ("n", len(GROUP_OF), 3)))
     angle_errors = np.abs(require_shape("errors of angles", angle_errors, ("n", len(ANGLES))))
+    number_errors = np.abs(require_shape("errors of the cycle", number_errors, ("n", len(NUMBERS))))
     joints = np.empty((len(GROUPS), 3, len(LEVELS)))
     for group in range(len(GROUPS)):
         part = joint_errors[:, group == GROUP_OF]
         joints[group] = (np.quantile(part, LEVELS, axis=(0, 1)) / np.array(NORMAL)[:, None]).T
     angles = np.stack([
-        np.quantile(angle_errors[:, kind == KIND_OF], LEVELS) / NORMAL for kind in range(len(ANGLE_KINDS))
+        np.quantile(angle_errors[:, kind == KIND_OF], LEVELS) / NORMAL for kind in range(len(KINDS))
     ])  # fmt: skip
-    return Calibration(joints, angles)
+    by_kind = [
+        *event_errors,
+        *(number_errors[:, k == CYCLE_KIND_OF] for k in range(len(EVENTS), len(CYCLE_KINDS))),
+    ]
+    # Of an event that no clip held nothing is learnt: as computed.
+    cycle = np.stack(
+        [np.quantile(np.abs(z), LEVELS) / NORMAL if z.size else np.ones(len(LEVELS)) for z in by_kind]
+    )
+    return Calibration(joints, angles, cycle)
 
 
 def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -> np.ndarray:
@@ -79,5 +107,10 @@ def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -
 
 
 def angle_half_widths(calibration: Calibration, sd_rad: np.ndarray, level: int) -> np.ndarray:
-    """Half widths (…, 8) of the bars of angles at one of `LEVELS`."""
+    """Half widths (…, 11) of the bars of angles at one of `LEVELS`."""
     return np.asarray(sd_rad * calibration.angles[KIND_OF][:, level] * NORMAL[level])
+
+
+def cycle_half_widths(calibration: Calibration, sd: np.ndarray, level: int) -> np.ndarray:
+    """Half widths (…, 25) of the bars of `NUMBERS` at one of `LEVELS`."""
+    return np.asarray(sd * calibration.cycle[CYCLE_KIND_OF][:, level] * NORMAL[level])

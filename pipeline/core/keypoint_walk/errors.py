@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal import find_peaks
 
-from pipeline.core.keypoint_walk.posterior import joint_angles, relative_positions
+from pipeline.core.anatomical.stance import ANKLES, stance_rows
+from pipeline.core.keypoint_walk.cycle import LATER, deviations, event_times, gait_cycle
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, TURN
+from pipeline.core.keypoint_walk.posterior import relative_positions
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
+from pipeline.core.keypoint_walk.view import level_axes
+from pipeline.core.sagittal_angles import sagittal_angles
 from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput
 
@@ -13,13 +19,18 @@ _PELVIS = WALKER15.index("pelvis")
 _HIPS = [WALKER15.index("left_hip"), WALKER15.index("right_hip")]
 SCORED = [joint for joint in range(len(WALKER15.joints)) if joint != _PELVIS]
 """Joints that can err: the pelvis is the origin."""
-_DOWN = np.array([0.0, 1.0, 0.0])
 _LEAST_SD_MM = 1e-9
 
 
-def level_angles(positions_mm: np.ndarray) -> np.ndarray:
-    """Joint angles (…, 8), rad, of positions (…, 15, 3) in level camera axes."""
-    return joint_angles(positions_mm, _DOWN)
+def level_angles(positions_mm: np.ndarray, heading_rad: np.ndarray | float) -> np.ndarray:
+    """Angles (T, 11), rad, of positions (T, 15, 3) in level camera axes, of somebody of this heading (T,)."""
+    return sagittal_angles(positions_mm @ level_axes(heading_rad))
+
+
+def headings(found: Reconstruction) -> np.ndarray:
+    """Headings (T,) that were found."""
+    x = found.fit.x
+    return np.asarray(x[HEADING] + x[TURN] * found.fit.objective.setting.times)
 
 
 def fitted_scale(estimate_mm: np.ndarray, truth_mm: np.ndarray) -> float:
@@ -40,10 +51,53 @@ def joint_errors(found: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
     return np.asarray((scale * estimate - truth_mm) / np.maximum(scale * sd, _LEAST_SD_MM))
 
 
-def angle_errors(found: Reconstruction, truth_mm: np.ndarray) -> np.ndarray:
-    """Errors (T, 8) of joint angles over the posterior's standard deviations."""
-    off = found.posterior.angles_rad - level_angles(truth_mm)
+def angle_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> np.ndarray:
+    """Errors (T, 11) of angles over the posterior's standard deviations, of somebody whose heading was this."""
+    off = found.posterior.angles_rad - level_angles(truth_mm, heading_rad)
     return np.asarray(off / found.posterior.angles_sd_rad)
+
+
+def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> list[np.ndarray]:
+    """Errors of the times of contacts and of toe-offs, s, and over their standard deviations: two of (n, 2).
+
+    The true ones are those of the recorded ankles, step by step, between frames by a parabola; every one of them is
+    compared with the nearest that was found, both feet pooled.
+    """
+    x, times = found.fit.x, found.fit.objective.setting.times
+    frequency = float(np.exp(x[LOG_F]))
+    own = truth_mm @ level_axes(heading_rad)
+    expected = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), frequency, times)
+    apart = max(int(0.6 / frequency / (times[1] - times[0])), 1)
+    errors = []
+    for sign, later, of_sides in zip((1.0, -1.0), LATER, expected, strict=True):
+        off = []
+        for ankle, (at, sd) in zip(ANKLES, of_sides, strict=True):
+            ahead = sign * (own[:, ankle, 1] - own[:, _PELVIS, 1])
+            peaks, _ = find_peaks(ahead, distance=apart, prominence=0.5 * float(np.ptp(ahead)))
+            bent = ahead[peaks - 1] - 2.0 * ahead[peaks] + ahead[peaks + 1]
+            between = 0.5 * (ahead[peaks - 1] - ahead[peaks + 1]) / np.where(bent < 0, bent, -np.inf)
+            true = times[peaks] + between * (times[1] - times[0]) + later / frequency
+            if len(at) and len(true):
+                nearest = np.abs(at - true[:, None]).argmin(axis=1)
+                # At the ends of a clip the nearest may be another step's.
+                close = np.abs(at[nearest] - true) < 0.25 / frequency
+                off.append(np.stack([at[nearest] - true, (at[nearest] - true) / sd[nearest]], axis=1)[close])
+        errors.append(np.concatenate(off) if off else np.empty((0, 2)))
+    return errors
+
+
+def number_errors(found: Reconstruction, walker: np.ndarray, frequency_hz: float) -> np.ndarray:
+    """Errors (25, 2) of the numbers of the gait cycle, and over their standard deviations.
+
+    Parameters
+    ----------
+    found : Reconstruction
+    walker : (15, 3, 9)
+        The true one, of 1500 mm.
+    frequency_hz : float
+    """
+    off = found.cycle.values - gait_cycle(walker, frequency_hz, stance_rows(walker)[1]).values
+    return np.stack([off, off / deviations(found.cycle.slopes, found.posterior.covariance)], axis=1)
 
 
 def average_walker_mm(found: Reconstruction) -> np.ndarray:

@@ -27,57 +27,12 @@ from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.keypoint_walk.refinement import Fit
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.keypoint_walk.view import level_axes, level_axes_slope
+from pipeline.core.sagittal_angles import sagittal_angles, sagittal_slopes
 from pipeline.skeleton import WALKER15
 
 PELVIS = WALKER15.index("pelvis")
-ANGLES = (
-    "left_knee",
-    "right_knee",
-    "left_hip",
-    "right_hip",
-    "left_shank",
-    "right_shank",
-    "left_elbow",
-    "right_elbow",
-)
-"""Joint angles, in the order of every array of them."""
 ANGLE_FLOOR_RAD = np.radians(2.0)
 """Standard deviation added to those of joint angles."""
-
-
-def _angle_joints(name: str) -> tuple[int, int, int, int]:
-    """Joints from and to which the two directions of an angle point."""
-    side, _, joint = name.partition("_")
-    of = {
-        part: WALKER15.index(f"{side}_{part}")
-        for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-    }
-    if joint == "knee":
-        return of["hip"], of["knee"], of["knee"], of["ankle"]
-    if joint == "hip":
-        return WALKER15.index("sternum"), PELVIS, of["hip"], of["knee"]
-    if joint == "elbow":
-        return of["shoulder"], of["elbow"], of["elbow"], of["wrist"]
-    return -1, -1, of["knee"], of["ankle"]
-
-
-_ENDS = np.array([_angle_joints(name) for name in ANGLES])
-
-
-def joint_angles(positions: np.ndarray, down: np.ndarray) -> np.ndarray:
-    """Joint angles (…, 8), rad: 0 is straight; a shank's is from the vertical.
-
-    Parameters
-    ----------
-    positions : (…, 15, 3)
-    down : (3,)
-        The vertical, downwards.
-    """
-    first = positions[..., _ENDS[:, 1], :] - positions[..., _ENDS[:, 0], :]
-    first = np.where((_ENDS[:, 0] < 0)[:, None], down, first)
-    second = positions[..., _ENDS[:, 3], :] - positions[..., _ENDS[:, 2], :]
-    cross = np.linalg.norm(np.cross(first, second), axis=-1)
-    return np.asarray(np.arctan2(cross, (first * second).sum(axis=-1)))
 
 
 @dataclass(frozen=True)
@@ -88,17 +43,17 @@ class Posterior:
     ----------
     walker : (15, 3, 9)
         W, bias given back, mm.
-    walker_covariance : (405, 405)
-        Sigma, mm².
+    covariance : (407, 407)
+        Of W (Sigma, mm²), of the phase in the middle of the clip and of the logarithm of the frequency.
     positions_mm : (T, 15, 3)
     sd_mm : (T, 15, 3)
-    angles_rad, angles_sd_rad : (T, 8)
-        As `ANGLES` names them.
+    angles_rad, angles_sd_rad : (T, 11)
+        As `ANGLES` names them, in the walker's own plane of progression.
     heading_sd_rad, log_frequency_sd : float
     """
 
     walker: np.ndarray
-    walker_covariance: np.ndarray
+    covariance: np.ndarray
     positions_mm: np.ndarray
     sd_mm: np.ndarray
     angles_rad: np.ndarray
@@ -176,16 +131,21 @@ def posterior(prior: Prior, fit: Fit, keypoints: Keypoints, noise: Noise) -> Pos
         variance[joint] = ((rows @ block) * rows).sum(axis=1).reshape(T, 3)
     variance[PELVIS] = 0.0
 
-    angles, angle_variance = _angles(walker, covariance, psi, omega, times)
+    heading_sd = float(np.sqrt(covariance[HEADING, HEADING]))
+    of_walk = np.r_[:SIZE, PHASE, LOG_F]
+    covariance = covariance[np.ix_(of_walk, of_walk)]
+    timed = np.zeros((T, SIZE + 2))
+    timed[:, SIZE], timed[:, SIZE + 1] = 1.0, omega * times
+    angles, angles_sd = angles_with_deviations(walker, covariance, psi, timed)
     return Posterior(
         walker=walker,
-        walker_covariance=covariance[:SIZE, :SIZE],
+        covariance=covariance,
         positions_mm=positions,
         sd_mm=np.sqrt(np.maximum(np.moveaxis(variance, 0, 1), 0.0) + leftover),
         angles_rad=angles,
-        angles_sd_rad=np.sqrt(angle_variance + ANGLE_FLOOR_RAD**2),
-        heading_sd_rad=float(np.sqrt(covariance[HEADING, HEADING])),
-        log_frequency_sd=float(np.sqrt(covariance[LOG_F, LOG_F])),
+        angles_sd_rad=angles_sd,
+        heading_sd_rad=heading_sd,
+        log_frequency_sd=float(np.sqrt(covariance[-1, -1])),
     )
 
 
@@ -207,7 +167,7 @@ def sample_positions(
     -----
     Of periodic walkers: what changes from step to step is in `Posterior.sd_mm`, not in these.
     """
-    values, vectors = np.linalg.eigh(found.walker_covariance)
+    values, vectors = np.linalg.eigh(found.covariance[:SIZE, :SIZE])
     drawn = generator.standard_normal((count, SIZE + 1))
     off = (drawn[:, :SIZE] * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
     walks = []
@@ -218,47 +178,27 @@ def sample_positions(
     return np.stack(walks)
 
 
-_DOWN = np.array([0.0, 0.0, -1.0])
-
-
-def _angles(
-    walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, omega: float, times: np.ndarray
+def angles_with_deviations(
+    walker: np.ndarray, covariance: np.ndarray, psi: np.ndarray, phase_slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joint angles (T, 8) in the walker's frame and their variances."""
-    basis, slope = cycle_basis(psi, BLOCKS), cycle_slope(psi, BLOCKS)
-    own = np.moveaxis(walker @ basis.T, -1, 0)
-    angles = joint_angles(own, _DOWN)
-    variance = np.empty_like(angles)
-    moving = np.moveaxis(walker @ slope.T, -1, 0)
-    for number, ends in enumerate(_ENDS):
-        joints = sorted({int(j) for j in ends if j >= 0})
-        first = own[:, ends[1]] - own[:, ends[0]] if ends[0] >= 0 else np.broadcast_to(_DOWN, (len(psi), 3))
-        second = own[:, ends[3]] - own[:, ends[2]]
-        to_first, to_second = _angle_slopes(first, second)
-        slopes = {joint: np.zeros((len(psi), 3)) for joint in joints}
-        if ends[0] >= 0:
-            slopes[int(ends[1])] += to_first
-            slopes[int(ends[0])] -= to_first
-        slopes[int(ends[3])] += to_second
-        slopes[int(ends[2])] -= to_second
-        rows = [(slopes[j][:, :, None] * basis[:, None]).reshape(len(psi), 27) for j in joints]
-        phased = sum((slopes[j] * moving[:, j]).sum(axis=1) for j in joints)
-        rows += [np.stack([phased, phased * omega * times], axis=1)]
-        part = np.r_[tuple(np.arange(27 * j, 27 * (j + 1)) for j in joints)]
-        part = np.concatenate([part, [PHASE, LOG_F]])
-        stacked = np.concatenate(rows, axis=1)
-        variance[:, number] = ((stacked @ covariance[np.ix_(part, part)]) * stacked).sum(axis=1)
-    return angles, np.maximum(variance, 0.0)
+    """Return a walker's angles (T, 11) at phases and their standard deviations, rad, the floor included.
 
-
-def _angle_slopes(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives (T, 3) of the angle between two vectors (T, 3) with respect to each."""
-    a = first / np.linalg.norm(first, axis=1, keepdims=True)
-    b = second / np.linalg.norm(second, axis=1, keepdims=True)
-    cosine = (a * b).sum(axis=1, keepdims=True)
-    # Straight limbs: the slope's direction is arbitrary, its size is not.
-    sine = np.maximum(np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), 1e-3)
-    return (
-        -(b - cosine * a) / sine / np.linalg.norm(first, axis=1, keepdims=True),
-        -(a - cosine * b) / sine / np.linalg.norm(second, axis=1, keepdims=True),
+    Parameters
+    ----------
+    walker : (15, 3, 9)
+    covariance : (407, 407)
+        Of the walker, its phase and the logarithm of its frequency.
+    psi : (T,)
+        Phases.
+    phase_slopes : (T, 407)
+        Derivatives of the phases with respect to these unknowns.
+    """
+    own = np.moveaxis(walker @ cycle_basis(psi, BLOCKS).T, -1, 0)
+    moving = np.moveaxis(walker @ cycle_slope(psi, BLOCKS).T, -1, 0)
+    slopes = sagittal_slopes(own)
+    rows = np.einsum("tajx,tjx->ta", slopes, moving)[..., None] * phase_slopes[:, None]
+    rows[..., :SIZE] += (slopes[..., None] * cycle_basis(psi, BLOCKS)[:, None, None, None]).reshape(
+        *rows.shape[:2], SIZE
     )
+    variance = ((rows @ covariance) * rows).sum(axis=-1)
+    return sagittal_angles(own), np.sqrt(np.maximum(variance, 0.0) + ANGLE_FLOOR_RAD**2)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.core.anatomical import JOINTS
+from pipeline.core.keypoint_walk.cycle import GaitCycle, gait_cycle
 from pipeline.core.keypoint_walk.exchanged import exchange, exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, NU, PHASE, Keypoints, Noise, Setting
 from pipeline.core.keypoint_walk.path import SEEN_SHARE, TRUNK
@@ -129,6 +131,13 @@ class Reconstruction:
     def image_px(self) -> np.ndarray:
         """Image (T, 15, 2) of the walker as fitted, relative to the principal point."""
         return self.fit.objective.image(self.fit.x)
+
+    @cached_property
+    def cycle(self) -> GaitCycle:
+        """Events and numbers of the average cycle."""
+        return gait_cycle(
+            self.posterior.walker, float(np.exp(self.fit.x[LOG_F])), self.fit.objective.prior.belt
+        )
 
     @property
     def strides(self) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.core.keypoint_walk import Prior, Reconstruction, errors, reconstruct
+from pipeline.core.keypoint_walk import Prior, Reconstruction, TrainingWalk, errors, reconstruct
 from pipeline.core.keypoint_walk.calibration import KIND_OF
 from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
@@ -29,11 +29,15 @@ class ClipErrors:
     cadence_error_percent : float
     distance_mm : (3,)
         Mean distance of the joints, by `METHODS`.
-    angle_deg : (3, 4)
-        Root mean square error of knees, hips, shanks and elbows.
+    angle_deg : (3, 6)
+        Root mean square error of knees, hips, shanks, elbows, shoulders and the trunk.
     joints : (T, 15, 3)
         Errors over standard deviations.
-    angles : (T, 8)
+    angles : (T, 11)
+    events : list of (n, 2)
+        Errors of contacts and of toe-offs, s, and over their standard deviations.
+    numbers : (25, 2)
+        Errors of the numbers of the gait cycle, and over their standard deviations.
     residual_percent : float
         Of the height in the image.
     verdict : str
@@ -48,6 +52,8 @@ class ClipErrors:
     angle_deg: np.ndarray
     joints: np.ndarray
     angles: np.ndarray
+    events: list[np.ndarray]
+    numbers: np.ndarray
     residual_percent: float
     verdict: str
     labels_right: bool
@@ -75,7 +81,7 @@ def reconstruct_clip(simulated: SimulatedKeypoints, prior: Prior, condition: Con
 
 
 def compare(
-    found: Reconstruction, simulated: SimulatedKeypoints, frequency_hz: float, condition: Condition
+    found: Reconstruction, simulated: SimulatedKeypoints, walk: TrainingWalk, condition: Condition
 ) -> ClipErrors:
     """Compare a reconstruction with the truth.
 
@@ -83,25 +89,27 @@ def compare(
     ----------
     found : Reconstruction
     simulated : SimulatedKeypoints
-    frequency_hz : float
-        True stride frequency.
+    walk : TrainingWalk
+        The whole walk that was filmed.
     condition : Condition
     """
-    truth = simulated.positions_mm
-    true_angles = errors.level_angles(truth)
+    truth, heading = simulated.positions_mm, simulated.heading_rad
+    true_angles, headings = errors.level_angles(truth, heading), errors.headings(found)
     estimates = (found.posterior.positions_mm, errors.average_walker_mm(found), errors.image_kept_mm(found))
     angle = np.empty((len(estimates), KIND_OF.max() + 1))
     for m, estimate in enumerate(estimates):
-        squares = np.degrees(errors.level_angles(estimate) - true_angles) ** 2
+        squares = np.degrees(errors.level_angles(estimate, headings) - true_angles) ** 2
         angle[m] = [np.sqrt(squares[:, kind == KIND_OF].mean()) for kind in range(angle.shape[1])]
     off = float(np.degrees(found.fit.x[HEADING] - simulated.heading_rad))
     return ClipErrors(
         view_error_deg=(off + 180.0) % 360.0 - 180.0,
-        cadence_error_percent=100.0 * (float(np.exp(found.fit.x[LOG_F])) / frequency_hz - 1.0),
+        cadence_error_percent=100.0 * (float(np.exp(found.fit.x[LOG_F])) / walk.frequency_hz - 1.0),
         distance_mm=np.array([errors.mean_distance_mm(estimate, truth) for estimate in estimates]),
         angle_deg=angle,
         joints=errors.joint_errors(found, truth),
-        angles=errors.angle_errors(found, truth),
+        angles=errors.angle_errors(found, truth, heading),
+        events=errors.event_errors(found, truth, heading),
+        numbers=errors.number_errors(found, walk.walker, walk.frequency_hz),
         residual_percent=found.relative_residual,
         verdict=str(judge(found).verdict),
         labels_right=found.labels_exchanged == condition.wrong_labels,

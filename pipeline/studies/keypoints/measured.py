@@ -13,16 +13,19 @@ from pipeline.clips.filmed import belt_speed_mm_s, film
 from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior, Reconstruction, errors
 from pipeline.core.keypoint_walk.calibration import (
-    ANGLE_KINDS,
+    CYCLE_KIND_OF,
     GROUP_OF,
+    KIND_OF,
     LEVELS,
     NORMAL,
     Calibration,
     joint_half_widths,
     learn,
 )
+from pipeline.core.keypoint_walk.cycle import EVENTS
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import project
+from pipeline.core.sagittal_angles import KINDS
 from pipeline.processes import map_processes
 from pipeline.studies.keypoints.clip import METHODS, ClipErrors, compare, reconstruct_clip
 from pipeline.studies.keypoints.conditions import Condition
@@ -36,7 +39,7 @@ LONGEST_S = 3.0
 """Of a simulated clip."""
 _SCORED = GROUP_OF >= 0
 
-ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in ANGLE_KINDS)]
+ERRORS = ["error_mm", *(f"{kind}_error_deg" for kind in KINDS)]
 LEVELS_PERCENT = tuple(round(100 * level) for level in LEVELS)
 LABELS = ("labels_right_percent", "labels_unsure_percent", "labels_wrong_unsaid_percent")
 VERDICTS = [*(f"{verdict}_percent" for verdict in Verdict), *LABELS]
@@ -126,8 +129,8 @@ class FilmedClips(Sweep):
                     priors[condition.knowledge] = inputs.model.prior(model, condition.knowledge)
                 simulated = self._filmed(case, inputs)
                 walk = reconstruct_clip(simulated, priors[condition.knowledge], condition)
-                frequency = float(dataset.frequency_hz[case.walk])
-                found.append((case.number, compare(walk, simulated, frequency, condition)))
+                truth = dataset.training_walk(case.walk)
+                found.append((case.number, compare(walk, simulated, truth, condition)))
             return found
 
         parts = map_processes(one, sorted(set(models)), inputs.workers)
@@ -205,8 +208,12 @@ def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> di
     found = {}
     for who in dict.fromkeys(person.tolist()):
         others = [m for name, m in zip(person.tolist(), measured, strict=True) if name != who]
+        events = zip(*(m.events for m in others), strict=True)
         found[who] = learn(
-            np.concatenate([m.joints for m in others]), np.concatenate([m.angles for m in others])
+            np.concatenate([m.joints for m in others]),
+            np.concatenate([m.angles for m in others]),
+            [np.concatenate(of_event)[:, 1] for of_event in events],
+            np.stack([m.numbers[:, 1] for m in others]),
         )
     return found
 
@@ -222,6 +229,23 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
         for level in range(len(LEVELS))
     ]
     return np.array([float((off <= h).mean()) for h in half])
+
+
+def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
+    """Errors of events, ms, and shares of angles, events and numbers of the cycle that their 95 % bars hold."""
+    angles, cycle = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
+    held = [np.abs(z[:, 1]) <= half for z, half in zip(measured.events, cycle, strict=False)]
+
+    def share(flags: np.ndarray) -> float:
+        return 100.0 * float(flags.mean()) if flags.size else np.nan
+
+    off = [1000.0 * float(np.median(np.abs(z[:, 0]))) if len(z) else np.nan for z in measured.events]
+    return {
+        **{f"{event}_error_ms": error for event, error in zip(EVENTS, off, strict=True)},
+        "covered_angles_percent": share(np.abs(measured.angles) <= angles),
+        "covered_events_percent": share(np.concatenate(held)),
+        "covered_cycle_percent": share(np.abs(measured.numbers[:, 1]) <= cycle[CYCLE_KIND_OF]),
+    }
 
 
 def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
@@ -241,6 +265,7 @@ def of_clip(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
             for end, bars in (("_percent", calibration), ("_raw_percent", None))
             for percent, share in zip(LEVELS_PERCENT, covered(measured, bars), strict=True)
         },
+        **covered_cycle(measured, calibration),
         **{f"{verdict}_percent": 100.0 * (measured.verdict == verdict) for verdict in Verdict},
         **{name: 100.0 * bool(held) for name, held in zip(LABELS, labels, strict=True)},
     }

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from pipeline.core.keypoint_walk.cycle import EVENTS
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.replicated import aggregate
 
@@ -37,6 +38,7 @@ def views_by(clips: pd.DataFrame, of: pd.Series) -> list[dict[str, Any]]:
                 "turned_percent": 100.0 * (off > TURNED_DEG).mean(),
                 "cadence_error_median_percent": cadence.median(),
                 "wrong_cadence_percent": 100.0 * (cadence > WRONG_CADENCE_PERCENT).mean(),
+                **{f"{event}_error_median_ms": part[f"{event}_error_ms"].median() for event in EVENTS},
                 **{name: part[name].mean() for name in clips if name.startswith("covered_")},
                 **{name: part[name].mean() for name in VERDICTS if name in part},
             }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.core.keypoint_walk import joint_angles, reconstruct, view_angle_deg
+from pipeline.core.keypoint_walk import errors, reconstruct, view_angle_deg
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F
 from pipeline.core.keypoint_walk.verdict import Verdict, judge
 from pipeline.synthetic.keypoints import DetectorError, SimulatedKeypoints
@@ -28,7 +28,7 @@ def test_view_cadence_and_walk_are_found(heading: float) -> None:
     assert not found.labels_exchanged
     assert _error_mm(sim, found.posterior.positions_mm) < 45.0
     assert judge(found).verdict != Verdict.not_a_walk
-    truth = joint_angles(sim.positions_mm, np.array([0.0, 1.0, 0.0]))
+    truth = errors.level_angles(sim.positions_mm, sim.heading_rad)
     assert np.degrees(np.sqrt(((found.posterior.angles_rad - truth)[:, :2] ** 2).mean())) < 9.0
 
 

@@ -1,0 +1,88 @@
+"""Signed angles in the plane of progression: what gait laboratories read of a walk.
+
+In the walker's axes (right, forwards, up) the plane of progression is that of forwards and up.  Every angle is made of
+the inclinations of segments in it.  Flexion is positive and extension negative, as the ISB has hip and knee [Wu 2002]:
+a thigh, an upper arm or a forearm in front of the segment above it is flexed, a shank behind it.  Trunk and shank are
+against the vertical, positive where the upper end is in front.
+
+Symbols
+-------
+``v``  a segment, from its upper joint to its lower one
+``e``  its inclination ``atan2(v_y, -v_z)``: 0 where it hangs, positive where its lower end is in front
+``M``  what each angle is of the inclinations: +1 and -1
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.skeleton import WALKER15
+
+SIDES = ("left", "right")
+KINDS = ("knee", "hip", "shank", "elbow", "shoulder", "trunk")
+"""Kinds of angles; the trunk has no side."""
+ANGLES = (*(f"{side}_{kind}" for kind in KINDS[:-1] for side in SIDES), "trunk")
+"""Angles, in the order of every array of them."""
+
+_LIMBS = {"thigh": ("hip", "knee"), "shank": ("knee", "ankle"), "upper arm": ("shoulder", "elbow"),
+          "forearm": ("elbow", "wrist")}  # fmt: skip
+_SEGMENTS = {"trunk": ("sternum", "pelvis")} | {
+    f"{side} {limb}": (f"{side}_{upper}", f"{side}_{lower}")
+    for side in SIDES
+    for limb, (upper, lower) in _LIMBS.items()
+}
+_OF_KIND = {
+    "knee": ("thigh", "shank"), "hip": ("thigh", "trunk"), "shank": ("", "shank"), "elbow": ("forearm", "upper arm"),
+    "shoulder": ("upper arm", "trunk"), "trunk": ("", "trunk"),
+}  # fmt: skip
+"""Inclination that is counted, less the one that it is counted from."""
+
+
+def _made_of() -> np.ndarray:
+    names = list(_SEGMENTS)
+    found = np.zeros((len(ANGLES), len(names)))
+    for row, angle in zip(found, ANGLES, strict=True):
+        side, _, kind = angle.rpartition("_")
+        for sign, segment in zip((1.0, -1.0), _OF_KIND[kind], strict=True):
+            if segment:
+                row[names.index(segment if segment == "trunk" else f"{side} {segment}")] = sign
+    return found
+
+
+_M = _made_of()
+_ENDS = np.stack(
+    [
+        np.eye(len(WALKER15.joints))[WALKER15.index(lower)]
+        - np.eye(len(WALKER15.joints))[WALKER15.index(upper)]
+        for upper, lower in _SEGMENTS.values()
+    ]
+)
+"""(9, 15): what a segment is of the joints."""
+
+
+def sagittal_angles(positions: np.ndarray) -> np.ndarray:
+    """Return the signed angles (…, 11), rad, as `ANGLES`, of joints (…, 15, 3) in the walker's axes.
+
+    Examples
+    --------
+    A thigh that is raised forwards over a hanging shank: hip and knee are flexed.
+
+    >>> at = np.zeros((15, 3))
+    >>> at[WALKER15.index("sternum")] = [0, 0, 500]
+    >>> at[WALKER15.index("left_knee")] = [0, 100, -100]
+    >>> at[WALKER15.index("left_ankle")] = [0, 100, -200]
+    >>> found = dict(zip(ANGLES, np.degrees(sagittal_angles(at)).round(6) + 0.0, strict=True))
+    >>> [float(found[name]) for name in ("left_hip", "left_knee", "left_shank", "trunk")]
+    [45.0, 45.0, 0.0, 0.0]
+    """
+    segments = _ENDS @ positions
+    inclined = np.arctan2(segments[..., 1], -segments[..., 2])
+    return np.asarray((inclined @ _M.T + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def sagittal_slopes(positions: np.ndarray) -> np.ndarray:
+    """Return the derivatives (…, 11, 15, 3) of `sagittal_angles` with respect to the joints, rad per unit."""
+    segments = _ENDS @ positions
+    y, z = segments[..., 1], segments[..., 2]
+    slope = np.stack([np.zeros_like(y), -z, y], axis=-1) / np.maximum(y**2 + z**2, 1e-12)[..., None]
+    return np.einsum("as,...sx,sj->...ajx", _M, slope, _ENDS, optimize=True)
