@@ -36,6 +36,8 @@ class Motion:
         Index of each point's parent, for formats with a hierarchy.
     own_axes : bool
         Whether the axes are those of the recording, which are kept.
+    character : Names or None
+        Whose names the joints of WALKER15 have in a BVH, which is then a character for retargeting.
     """
 
     names: tuple[str, ...]
@@ -43,6 +45,7 @@ class Motion:
     frame_rate_hz: float
     parents: tuple[int, ...] | None
     own_axes: bool = False
+    character: bvh.Names | None = None
 
 
 def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
@@ -68,6 +71,10 @@ def write(target: Path, motion: Motion, *, wide: bool = False) -> None:
         trc.write(target, names, positions if motion.own_axes else positions @ _Y_UP_FORWARD_X.T, rate)
     elif suffix == ".bvh":
         turned = positions if motion.own_axes else positions @ _Y_UP_FORWARD_Z.T
-        bvh.write(target, names, turned, rate, motion.parents)
+        if motion.character is None:
+            bvh.write(target, names, turned, rate, motion.parents)
+        else:
+            made = bvh.character(turned, motion.character)
+            bvh.write(target, made.names, made.positions, rate, made.parents, made.rest)
     else:
         csv.write(target, names, positions, rate, wide=wide)

@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.core.anatomical.stance import ANKLES
+from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk import Reconstruction
-from pipeline.core.keypoint_walk.objective import HEADING
-from pipeline.core.keypoint_walk.training import SIZE
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
+from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion
+from pipeline.formats.bvh import Names
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.reconstruct.cycle import scale_mm
 from pipeline.reconstruct.summary import observed
@@ -63,24 +65,78 @@ def written(walk: Walk) -> list[Stretch]:
     return sorted(usable, key=lambda s: s is not walk.best)
 
 
-def to_motion(walk: Walk, stretch: Stretch, given: Input) -> motion.Motion:
-    """Points of a stretch; the name of a joint that was never observed ends in ``_estimated``."""
+def to_motion(
+    walk: Walk, stretch: Stretch, given: Input, names: Names = Names.ours, *, in_place: bool = False
+) -> motion.Motion:
+    """Points of a stretch; `names` and whether the walker stays in place are of a BVH."""
     assert stretch.found is not None
-    marks = ["" if seen else "_estimated" for seen in observed(stretch.found)]
-    names = tuple(joint + mark for joint, mark in zip(WALKER15.joints, marks, strict=True))
     positions = in_walkers_axes(stretch.found) * scale_mm(given)
-    return motion.Motion(names, positions, walk.frame_rate_hz, WALKER15.parents)
+    if in_place:
+        pelvis = positions[:, WALKER15.index("pelvis"), None, :2]
+        positions[..., :2] -= pelvis - pelvis.mean(axis=0)
+    return motion.Motion(WALKER15.joints, positions, walk.frame_rate_hz, WALKER15.parents, character=names)
 
 
-def write_motion(walk: Walk, given: Input, formats: list[Format], folder: Path) -> list[str]:
-    """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next; return the names."""
-    files = []
-    for number, stretch in enumerate(written(walk), start=1):
-        points = to_motion(walk, stretch, given)
+def one_cycle(walk: Walk, stretch: Stretch, given: Input, names: Names, *, in_place: bool) -> motion.Motion:
+    """Points of one exact cycle from the left foot's contact, at about the rate of the video.
+
+    The last frame is the first one again, ahead by a stride unless in place, so that the motion loops.
+    """
+    found = stretch.found
+    assert found is not None
+    frequency = float(np.exp(found.fit.x[LOG_F]))
+    frames = max(round(walk.frame_rate_hz / frequency), 8)
+    share = np.arange(frames + 1) / frames
+    basis = cycle_basis(found.cycle.phases[0, 0] + 2.0 * np.pi * share, BLOCKS)
+    basis[-1] = basis[0]
+    positions = np.moveaxis(found.posterior.walker @ basis.T, -1, 0)
+    positions[..., 2] -= positions[:, list(ANKLES), 2].min()
+    if not in_place:
+        stride = 2.0 * np.pi * float(found.fit.objective.prior.belt @ found.posterior.walker.ravel())
+        positions[..., 1] += stride * share[:, None]
+    return motion.Motion(
+        WALKER15.joints, positions * scale_mm(given), frames * frequency, WALKER15.parents, character=names
+    )
+
+
+def about_files(walk: Walk, given: Input, names: Names, *, in_place: bool) -> str:
+    """What the files of motion hold that they cannot say themselves."""
+    found = walk.best.found
+    assert found is not None
+    unseen = [j for j, seen in zip(WALKER15.joints, observed(found), strict=True) if not seen]
+    moving = "in place" if in_place else "moving forwards"
+    lines = [
+        f"Joints that were never seen, estimated from the others: {', '.join(unseen) or 'none'}.",
+        "Feet, hands, spine and collars of a BVH are carried along with their limbs: they were not observed.",
+        f"BVH: centimetres, y up, z forwards, {moving}, names of {names}, a T-pose at rest, rotations alone below one"
+        " root; limbs have their mean lengths, so that joints are some centimetres off those of the other files.",
+        "walk_cycle.bvh: one exact cycle from the left foot's contact to its next; its last frame is its first one"
+        f"{'' if in_place else ', a stride ahead'}.",
+        "TRC: millimetres, y up, x forwards (OpenSim). C3D and CSV: millimetres, x to the walker's right, y along the"
+        " walk, z up.",
+    ]
+    if not given.stature_mm:
+        lines.append(
+            "The stature is not given: lengths are those of a walker of 1500 mm from ankles to head centre."
+        )
+    return "\n".join(lines) + "\n"
+
+
+def write_motion(
+    walk: Walk, given: Input, formats: list[Format], folder: Path, names: Names, *, in_place: bool
+) -> None:
+    """Write every stretch in every format, ``walk.c3d`` the best and ``walk_2.c3d`` the next, and what they hold."""
+    stretches = written(walk) if formats else []
+    for number, stretch in enumerate(stretches, start=1):
         stem = "walk" if number == 1 else f"walk_{number}"
         for kind in dict.fromkeys(formats):
             wide = kind == Format.csv_wide
             name = f"{stem}_wide.csv" if wide else f"{stem}.{kind}"
-            motion.write(folder / name, points, wide=wide)
-            files.append(name)
-    return files
+            still = in_place and kind == Format.bvh
+            motion.write(folder / name, to_motion(walk, stretch, given, names, in_place=still), wide=wide)
+        if Format.bvh in formats:
+            cycle = one_cycle(walk, stretch, given, names, in_place=in_place)
+            motion.write(folder / f"{stem}_cycle.bvh", cycle)
+    if stretches:
+        text = about_files(walk, given, names, in_place=in_place)
+        (folder / "motion.txt").write_text(text, encoding="utf-8")

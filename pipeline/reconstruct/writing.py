@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pipeline.formats.bvh import Names
 from pipeline.reconstruct import cycle, motion, words
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
@@ -26,6 +27,8 @@ class Output:
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
     formats: list[Format] = field(default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv])
+    names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
+    in_place: bool = False  # a BVH without the path
     picture: bool = True
     recording: bool = True  # for the rerun viewer
     page: bool = True  # HTML with a player
@@ -91,7 +94,8 @@ def _fill(folder: Path, walk: Walk, summary: dict[str, Any], options: Reconstruc
     if rows["frame"]:
         tables.write(folder / "joints.csv", rows)
         tables.write(folder / "angles.csv", cycle.angle_rows(walk))
-    motion.write_motion(walk, options.input, options.output.formats, folder)
+    out = options.output
+    motion.write_motion(walk, options.input, out.formats, folder, out.names, in_place=out.in_place)
     if walk.best.found is None or summary["verdict"] == "not_a_walk":
         return
     tables.write(folder / "cycle.csv", cycle.curve_rows(cycle.curves(walk, walk.best.found)))

@@ -281,8 +281,16 @@ def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path) -> None:
 
 
 def test_words_for_every_heading() -> None:
-    assert heading_words(np.pi).startswith("away from the camera, seen from behind")
-    assert "image's left" in heading_words(-np.pi / 2)
+    assert heading_words(np.pi) == "straight away from the camera, seen from behind"
+    assert heading_words(-np.pi / 2) == "straight to the image's left, seen from the walker's left"
+    for degrees in range(-720, 721, 5):
+        said, turned = heading_words(np.radians(degrees)), (degrees + 180) % 360 - 180
+        to, _, seen = said.partition(", seen from ")
+        assert ("towards" in to) == (-90 < turned < 90)
+        assert ("image's right" in to) == (0 < turned < 180)
+        apart = min(abs(turned - 90 * k) for k in range(-2, 3))
+        assert (f"{apart}° off" in said) == (apart > 0)
+        assert ("behind" in seen) == (abs(turned) > 100 or abs(turned) == 180)
 
 
 def test_the_command_prints_what_was_found(say: Callable[..., object], model: Path, tmp_path: Path) -> None:

@@ -114,10 +114,7 @@ def test_tables_hold_the_curves_and_the_angles(case: tuple[Walk, Input]) -> None
     drawn = cycle.curves(walk, found)
     rows = {name: np.array(column) for name, column in cycle.curve_rows(drawn).items()}
     knee = rows["angle"] == "knee"
-    cover = gait_cycle(
-        found.posterior.walker, float(np.exp(found.fit.x[LOG_F])), found.fit.objective.prior.belt
-    )
-    most = np.degrees(dict(zip(NUMBERS, cover.values.tolist(), strict=True))["knee_most", "right"])
+    most = np.degrees(dict(zip(NUMBERS, found.cycle.values.tolist(), strict=True))["knee_most", "right"])
     assert rows["right_deg"][knee].max() == pytest.approx(most, abs=0.1)
     np.testing.assert_allclose(rows["left_deg"][knee][[0]], rows["left_deg"][knee][[-1]], atol=0.01)
     assert (rows["walkers_low_deg"] < rows["walkers_high_deg"]).all()

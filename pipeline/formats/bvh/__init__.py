@@ -1,6 +1,7 @@
-"""Biovision hierarchies with motion (BVH)."""
+"""Reading and writing of BVH files; joints of a walker as a character."""
 
+from pipeline.formats.bvh.characters import Character, Names, character
 from pipeline.formats.bvh.motion import read
 from pipeline.formats.bvh.writing import write
 
-__all__ = ["read", "write"]
+__all__ = ["Character", "Names", "character", "read", "write"]

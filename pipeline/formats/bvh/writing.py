@@ -1,7 +1,7 @@
-"""Writing BVH files: limbs turn as they are seen to, and channels of position at every joint keep each position exact.
+"""Writing BVH files: of points, exact by channels of position at every joint; of a character, by rotations alone.
 
-Programs that take rotations alone show limbs of constant, mean length; those that read the channels of position too,
-as the readers of this package do, get back what was written.
+Limbs turn as they are seen to.  Programs that take rotations alone show limbs of constant, mean length; those that read
+the channels of position too, as the readers of this package do, get back the points that were written.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ def write(
     positions_mm: np.ndarray,
     frame_rate_hz: float,
     parents: Sequence[int] | None = None,
+    rest: np.ndarray | None = None,
 ) -> None:
     """Write positions as BVH in centimetres, with position and rotation (Z, X, Y) of each joint relative to its parent.
 
     A joint with one child turns by the least turn that brings the child to where it is; one with several by the
     rotation that fits them best; one without any as its parent does.  At rest limbs have their mean direction and
-    length.
+    length; with `rest` the directions that it says, and joints below a root have channels of rotation alone.
 
     Parameters
     ----------
@@ -39,6 +40,8 @@ def write(
     frame_rate_hz : float
     parents : sequence of int, optional
         Index of each point's parent, -1 for a root; by default every point is a root.
+    rest : (P, 3) array, optional
+        Directions of a character at rest, NaN for the mean direction; its points without children are end sites.
 
     Raises
     ------
@@ -58,17 +61,26 @@ def write(
         [positions[:, k] - (positions[:, p] if p >= 0 else 0.0) for k, p in enumerate(above)], axis=1
     )
     offsets = _at_rest(vectors)
+    if rest is not None:
+        said = np.isfinite(rest).all(axis=1)
+        offsets[said] = np.linalg.norm(vectors[:, said], axis=-1).mean(axis=0)[:, None] * rest[said]
+        offsets[np.array(above) < 0] = 0.0
     turns = _turns(vectors, offsets, above, children)
+    places = [rest is None or parent < 0 for parent in above]
     lines, order = ["HIERARCHY"], []
 
     def joint(k: int, depth: int) -> None:
-        order.append(k)
         blank = "\t" * depth
-        channels = "Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+        offset = f"{blank}\tOFFSET " + " ".join(f"{value:.6f}" for value in offsets[k])
+        if rest is not None and not children[k]:
+            lines.extend([f"{blank}End Site", blank + "{", offset, blank + "}"])
+            return
+        order.append(k)
+        moved = "Xposition Yposition Zposition " if places[k] else ""
         lines.append(f"{blank}{'ROOT' if above[k] < 0 else 'JOINT'} {names[k]}")
         lines.append(blank + "{")
-        lines.append(f"{blank}\tOFFSET " + " ".join(f"{value:.6f}" for value in offsets[k]))
-        lines.append(f"{blank}\tCHANNELS 6 {channels}")
+        lines.append(offset)
+        lines.append(f"{blank}\tCHANNELS {6 if places[k] else 3} {moved}Zrotation Xrotation Yrotation")
         for child in children[k]:
             joint(child, depth + 1)
         if not children[k]:
@@ -81,7 +93,8 @@ def write(
     columns = []
     for k in order:
         of_parent = turns[above[k]] if above[k] >= 0 else np.broadcast_to(np.eye(3), turns[k].shape)
-        columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
+        if places[k]:
+            columns.append(np.einsum("tji,tj->ti", of_parent, vectors[:, k]))
         columns.append(_angles_deg(np.swapaxes(of_parent, 1, 2) @ turns[k]))
     lines += [" ".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")

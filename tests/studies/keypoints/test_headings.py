@@ -10,7 +10,7 @@ import pytest
 from pipeline.studies.keypoints.clip import ClipErrors
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.headings import HEADINGS_DEG, KeypointHeadings
-from pipeline.studies.keypoints.measured import calibrations_by_person, covered
+from pipeline.studies.keypoints.measured import calibrations_by_person, covered, covered_cycle
 
 
 def walkers(people: int) -> FilmedWalkers:
@@ -43,9 +43,10 @@ def measured(seed: int, sd: float) -> ClipErrors:
     """Errors of one clip, normal."""
     generator = np.random.default_rng(seed)
     return ClipErrors(
-        view_error_deg=1.0, cadence_error_percent=0.1, distance_mm=np.ones(3), angle_deg=np.ones((3, 4)),
-        joints=sd * generator.normal(size=(60, 15, 3)), angles=generator.normal(size=(60, 8)), residual_percent=1.0,
-        verdict="walk", labels_right=True, labels_unsure=False,
+        view_error_deg=1.0, cadence_error_percent=0.1, distance_mm=np.ones(3), angle_deg=np.ones((3, 6)),
+        joints=sd * generator.normal(size=(60, 15, 3)), angles=generator.normal(size=(60, 11)),
+        events=[generator.normal(size=(6, 2)), np.empty((0, 2))], numbers=generator.normal(size=(25, 2)),
+        residual_percent=1.0, verdict="walk", labels_right=True, labels_unsure=False,
     )  # fmt: skip
 
 
@@ -60,3 +61,16 @@ def test_bars_are_calibrated_on_other_people_alone() -> None:
     # Bars that were half as wide as the errors hold what they say once they are calibrated.
     np.testing.assert_allclose(covered(clips[1], before["b"]), [0.5, 0.8, 0.95], atol=0.03)
     assert (covered(clips[1], None) < [0.3, 0.55, 0.75]).all()
+
+
+def test_events_and_numbers_are_covered_by_bars_of_other_people() -> None:
+    person = np.array(["a", "b", "c", "d"])
+    clips = [measured(seed, sd=1.0) for seed in range(4)]
+    known = calibrations_by_person(person, clips)["a"]
+    said = covered_cycle(clips[0], known)
+    assert said["contact_error_ms"] == pytest.approx(1e3 * np.median(np.abs(clips[0].events[0][:, 0])))
+    assert np.isnan(said["toe_off_error_ms"])
+    assert 50 <= said["covered_cycle_percent"] <= 100  # learnt on three clips
+    far = replace(clips[0], events=[np.full((6, 2), 99.0), np.empty((0, 2))], angles=99.0 + clips[0].angles)
+    said = covered_cycle(far, known)
+    assert said["covered_events_percent"] == said["covered_angles_percent"] == 0
