@@ -2,7 +2,8 @@
 
 Joints that WALKER15 has not lie between those that it has: spine along the line from pelvis to sternum, collars between
 sternum and shoulders.  Feet are carried at a right angle to the shank, as long as Winter [2009] has them for such legs:
-they were not observed; what stands on the ankles' ground is lifted onto its soles.  Positions are in the axes of the file: x to the left, y up, z forwards.
+they were not observed; what stands on the ground of its ankles is lifted onto its soles.  Positions are in the axes of
+the file: x to the left, y up, z forwards.
 """
 
 from __future__ import annotations
