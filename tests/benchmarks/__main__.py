@@ -14,6 +14,7 @@ refinement      a skeleton of 14 limbs over 300 frames, against SciPy's trust re
 articulated     a skeleton of 14 limbs from images to refined positions: stages, growth with F and K
 coverage_of_intervals   95 % intervals over people: how often they hold the true mean; no times
 growth          with the number of walkers and of view angles
+gait_events     foot contacts and toe-offs by ankles against a laboratory's marks, ms; needs the recordings
 held_out_joints   joints of recorded people hidden and estimated: mm, no times; needs the recordings
 whole           zhang2004 and zhang2007 at full scale: seconds of each stage, and memory
 
@@ -55,6 +56,7 @@ BENCHMARKS = (
     "articulated",
     "coverage_of_intervals",
     "growth",
+    "gait_events",
     "held_out_joints",
     "whole",
 )
