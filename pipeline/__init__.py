@@ -22,6 +22,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       anatomical             mirror images, constant bones, error bars         beside zhang2007 3.2
       errors                 errors of a reconstruction                        zhang2007 4.1-4.4
       joint_angles           flexion of hips, knees, shoulders and elbows
+      sagittal_angles        signed angles in the plane of progression
       walking                steady walking, treadmill equivalent              zhang2007 section 2
       posture, aspace        postures as 37 numbers; their eigenvectors        mozerov2006 1-5
       synchronization        pairs of performances, the median sequence        mozerov2006 6-19
