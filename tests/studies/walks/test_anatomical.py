@@ -192,14 +192,14 @@ def test_only_one_source_is_learnt_from() -> None:
 def test_differences_between_methods_are_paired() -> None:
     rng = np.random.default_rng(0)
     errors = rng.exponential(100.0, 40)
-    resampled = PeopleResampled(40, np.random.default_rng(1))
-    reduction = resampled.reduction_percent(0.7 * errors, errors)
-    np.testing.assert_allclose([reduction.low, reduction.value, reduction.high], 30.0)
-    mean = resampled.mean(errors)
-    assert mean.low < errors.mean() < mean.high
+    resampled = PeopleResampled(40, 1)
+    reduction = resampled.reduction_percent(0.7 * errors, errors, "less")
+    np.testing.assert_allclose(list(reduction.values()), 30.0)
+    mean = resampled.mean(errors, "error_mm")
+    assert list(mean) == ["error_mm", "error_mm_low", "error_mm_high"]
+    assert mean["error_mm_low"] < errors.mean() == mean["error_mm"] < mean["error_mm_high"]
     expected = 1.96 * errors.std() / np.sqrt(40)
-    assert mean.high - mean.low == pytest.approx(2 * expected, rel=0.15)
-    assert list(mean.columns("error_mm")) == ["error_mm", "error_mm_low", "error_mm_high"]
+    assert mean["error_mm_high"] - mean["error_mm_low"] == pytest.approx(2 * expected, rel=0.15)
 
 
 def test_bars_that_are_right_cover_and_bars_that_are_not_are_put_right() -> None:

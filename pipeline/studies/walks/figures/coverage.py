@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.core import anatomical, camera, fourier
+from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
-from pipeline.seeding import derive_generator
 from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
@@ -23,8 +20,8 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
-from pipeline.studies.walks.sweeps.coverage import SAMPLE_VIEW_DEG, Bars, Coverage
-from pipeline.studies.walks.sweeps.held_out import BARS
+from pipeline.studies.walks.sweeps.coverage import METHODS, SAMPLE_VIEW_DEG, Bars, Coverage
+from pipeline.studies.walks.sweeps.held_out import BARS, PHASES
 from pipeline.studies.walks.sweeps.ladder import STYLES
 
 if TYPE_CHECKING:
@@ -32,8 +29,6 @@ if TYPE_CHECKING:
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
-LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
-LEVEL_95 = 10
 _PLAYED_HZ = 25.0
 _SHARP: dict[str, Any] = {
     "x": "covered_percent", "x_label": "covered by 95 % bars as computed",
@@ -53,73 +48,26 @@ class BarCoverage(Figure):
 
         ``table_walkers_views``, ``table_walkers_joints``: of every walker, anatomical and calibrated alone.
         """
-        sweep, model = inputs.sweep, inputs.model
-        people = PeopleResampled(len(model.people), derive_generator(inputs.experiment.seed, "people"))
-        groups = list(anatomical.GROUPS)
-        rows: dict[str, list[Mapping[str, object]]] = {
-            "": [], "_views": [], "_joints": [], "_walkers": [], "_walkers_views": [], "_walkers_joints": [],
-        }  # fmt: skip
-
-        def add_walkers(name: str, covered: np.ndarray, **keys: object) -> None:
-            """A row for each person, of the anatomical method, calibrated: from numbers (P, …)."""
-            if keys["method"] == "anatomical" and keys["bars"] == BARS[1]:
-                share = 100.0 * covered.reshape(len(covered), -1).mean(axis=1)
-                rows[name] += [
-                    {"person": who, "walker": who, **keys, "covered_percent": float(value)}
-                    for who, value in zip(model.people, share, strict=True)
-                ]
-
-        def add(name: str, covered: np.ndarray, half: np.ndarray, **keys: object) -> None:
-            """A row for numbers (P, …): per cent covered, and mean half width."""
-            axes = tuple(range(1, covered.ndim))
-            share = people.mean(100.0 * covered.mean(axis=axes)).columns("covered_percent")
-            width = {"half_width_mm": float(half.mean())}
-            rows[name].append({**keys, **{c: float(v[0]) for c, v in share.items()}, **width})
-
-        for m, method in enumerate(sweep.methods.tolist()):
-            error, sd = np.abs(sweep.error_mm[m]), sweep.sd_mm[m]  # (P, A, 15, K)
-            z = np.moveaxis(error / sd, 2, -1)  # (P, A, K, 15)
-            learnt = anatomical.multipliers_without(z, anatomical.GROUP_OF_JOINT, LEVELS)
-            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
-            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
-                of_joint = multipliers[:, anatomical.GROUP_OF_JOINT]  # (P, 15, L)
-                keys = {"method": method, "bars": kind}
-                for number, level in enumerate(LEVELS):
-                    half = of_joint[:, None, :, None, number] * sd
-                    add("", error <= half, half, **keys, level_percent=100.0 * float(level))
-                half = of_joint[:, None, :, None, LEVEL_95] * sd
-                covered = error <= half
-                for a, view in enumerate(sweep.view_angle_deg):
-                    add("_views", covered[:, a], half[:, a], **keys, view_angle_deg=float(view))
-                    add_walkers("_walkers_views", covered[:, a], **keys, view_angle_deg=float(view))
-                for g, group in enumerate(groups):
-                    of = g == anatomical.GROUP_OF_JOINT
-                    add("_joints", covered[:, :, of], half[:, :, of], **keys, joint_group=group)
-                    add_walkers("_walkers_joints", covered[:, :, of], **keys, joint_group=group)
-                rows["_walkers"] += [
-                    {
-                        "person": who,
-                        "walker": who,
-                        **keys,
-                        "covered_percent": 100.0 * float(covered[p].mean()),
-                        "half_width_mm": float(half[p].mean()),
-                        "rms_error_mm": float(np.sqrt((error[p] ** 2).mean())),
-                    }
-                    for p, who in enumerate(model.people)
-                ]
-        by = {
-            "": ["method", "bars", "level_percent"],
-            "_views": ["method", "bars", "view_angle_deg"],
-            "_joints": ["method", "bars", "joint_group"],
-            "_walkers": ["walker", "method", "bars"],
-            "_walkers_views": ["walker", "method", "bars", "view_angle_deg"],
-            "_walkers_joints": ["walker", "method", "bars", "joint_group"],
-        }
-        return {f"table{end}": tidy(rows[end], by=by[end]) for end in rows}
+        sweep, which = inputs.sweep, ["method", "bars"]
+        people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
+        level_95 = np.isclose(sweep.levels["level_percent"], 95.0)
+        made = {"table_walkers": sweep.levels[level_95].drop(columns="level_percent")}
+        for end, rows in (("_views", sweep.views), ("_joints", sweep.joints)):
+            best = (rows["method"] == "anatomical") & (rows["bars"] == BARS[1])
+            made[f"table_walkers{end}"] = rows[best].drop(columns="half_width_mm")
+        for name, rows in made.items():
+            rows.insert(1, "walker", rows["person"])
+            made[name] = tidy(
+                rows, by=["walker", *which, *[c for c in rows if c in ("view_angle_deg", "joint_group")]]
+            )
+        for end, rows in (("", sweep.levels), ("_views", sweep.views), ("_joints", sweep.joints)):
+            by = list(rows.columns[1:4])
+            made[f"table{end}"] = people.means(rows, by, "covered_percent", ["half_width_mm"])
+        return made
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Reliability as computed and calibrated; 95 % bars by view: what they cover and how wide they are."""
-        styles = {name: STYLES[name] for name in inputs.sweep.methods.tolist()}
+        styles = {name: STYLES[name] for name in METHODS}
         of = partial(Chart, by="method", styles=styles)
         covered = partial(of, y="covered_percent", label="covered by 95 % bars")
         level = partial(
@@ -140,7 +88,7 @@ class BarCoverage(Figure):
             "x_unit": "%",
         }
         ideal = [Reference(y=95.0)]
-        table = tables["table"][np.isclose(tables["table"]["level_percent"], 100.0 * LEVELS[LEVEL_95])]
+        table = tables["table"][np.isclose(tables["table"]["level_percent"], 95.0)]
         wide = table.pivot(index="method", columns="bars", values=["covered_percent", "half_width_mm"])
         sharp = {
             "method": list(wide.index),
@@ -160,7 +108,7 @@ class BarCoverage(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption=f"Positions at {inputs.sweep.error_mm.shape[-1]} instants of the periodic walk; calibrated:"
+            caption=f"Positions at {PHASES} instants of the periodic walk; calibrated:"
             " multipliers by joint group, learnt from all other people. Bands: 95 % over people.",
         )
 

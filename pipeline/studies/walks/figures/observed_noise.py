@@ -11,12 +11,10 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
-from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import STYLES
 from pipeline.studies.walks.sweeps.noise import CONDITIONS, NoiseErrors, ObservedNoise
@@ -52,7 +50,7 @@ class NoiseTolerance(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by condition and method; ``table_walkers``: by walker."""
         sweep = inputs.sweep.rows
-        people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
+        people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
         rows = []
         for keys, of in sweep.groupby(["condition", "method", "white_mm", "bias_mm", "slow_mm"], sort=False):
             baseline = sweep[(sweep["condition"] == keys[0]) & (sweep["method"] == "map_tuned")]
@@ -60,9 +58,9 @@ class NoiseTolerance(Figure):
             rows.append(
                 {
                     **dict(zip(("condition", "method", "white_mm", "bias_mm", "slow_mm"), keys, strict=True)),
-                    **one_row(people.mean(mine), "absolute_error_mm2"),
-                    **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                    **one_row(people.mean(of["covered_percent"].to_numpy()), "covered_percent"),
+                    **people.mean(mine, "absolute_error_mm2"),
+                    **people.reduction_percent(mine, than, "below_map_percent"),
+                    **people.mean(of["covered_percent"].to_numpy(), "covered_percent"),
                     "half_width_mm": of["half_width_mm"].mean(),
                     "walkers_better": int((mine < than).sum()),
                 }

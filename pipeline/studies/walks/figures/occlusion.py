@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -10,12 +9,10 @@ from typing import Any
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import BARS
@@ -48,50 +45,36 @@ class HiddenJointErrors(Figure):
         ``table_bars`` is over the three axes of the hidden joints, ``table_axes`` has each of them.
         """
         rows, bars = inputs.sweep.rows, inputs.sweep.bars
-        people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
+        people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
         which = ["hidden", "method"]
 
-        def groups(table: pd.DataFrame, by: list[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-            for keys, of in table.groupby(by, sort=False):
-                yield dict(zip(by, keys, strict=True)), of
-
-        def mean(of: pd.DataFrame, column: str) -> dict[str, float]:
-            return one_row(people.mean(of[column].to_numpy()), column)
-
-        def covering(table: pd.DataFrame, by: list[str]) -> pd.DataFrame:
-            """Per cent covered, with its interval, and mean half width."""
-            found = [
-                {**keys, **mean(of, "covered_percent"), "half_width_mm": of["half_width_mm"].mean()}
-                for keys, of in groups(table, by)
-            ]
-            return tidy(found, by=by)
-
-        by_view = [
-            {**keys, **mean(of, "hidden_error_mm")} for keys, of in groups(rows, [*which, "view_angle_deg"])
-        ]
         each = rows.groupby(["person", *which], sort=False).mean().reset_index()
         whole = []
-        for keys, of in groups(each, which):
-            baseline = each[(each["hidden"] == keys["hidden"]) & (each["method"] == "map_tuned")]
+        for (hidden, method), of in each.groupby(which):
+            baseline = each[(each["hidden"] == hidden) & (each["method"] == "map_tuned")]
             mine, than = (table["hidden_error_mm"].to_numpy() for table in (of, baseline))
             whole.append(
                 {
-                    **keys,
-                    **mean(of, "hidden_error_mm"),
-                    **one_row(people.reduction_percent(mine, than), "below_map_percent"),
-                    **mean(of, "seen_error_mm2"),
+                    "hidden": hidden,
+                    "method": method,
+                    **people.mean(of["hidden_error_mm"], "hidden_error_mm"),
+                    **people.reduction_percent(mine, than, "below_map_percent"),
+                    **people.mean(of["seen_error_mm2"], "seen_error_mm2"),
                     "walkers_better": int((mine < than).sum()),
                 }
             )
         kinds = [*which, "bars"]
-        numbers = ["covered_percent", "half_width_mm"]
-        over_axes = bars.groupby(["person", *kinds], sort=False)[numbers].mean().reset_index()
+        over_axes = (
+            bars.groupby(["person", *kinds], sort=False)[["covered_percent", "half_width_mm"]]
+            .mean()
+            .reset_index()
+        )
         who = ["person", "walker"]
         return {
-            "table": tidy(by_view, by=[*which, "view_angle_deg"]),
-            "table_hidden": tidy(whole, by=which),
-            "table_bars": covering(over_axes, kinds),
-            "table_axes": covering(bars, [*kinds, "axis"]),
+            "table": people.means(rows, [*which, "view_angle_deg"], "hidden_error_mm"),
+            "table_hidden": pd.DataFrame(whole),
+            "table_bars": people.means(over_axes, kinds, "covered_percent", ["half_width_mm"]),
+            "table_axes": people.means(bars, [*kinds, "axis"], "covered_percent", ["half_width_mm"]),
             "table_walkers": tidy(
                 each.assign(walker=each["person"])[[*who, *which, "hidden_error_mm"]], by=["walker", *which]
             ),

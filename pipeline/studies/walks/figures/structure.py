@@ -11,12 +11,10 @@ import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
-from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import METHODS, STYLES, of_part
@@ -42,7 +40,7 @@ class StructureLadder(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by method and view; ``table_ladder``: by method; walkers, settings, other sources beside them."""
         sweep, model = inputs.sweep, inputs.model
-        people = PeopleResampled(len(model.people), derive_generator(inputs.experiment.seed, "people"))
+        people = PeopleResampled(len(model.people), inputs.experiment.seed)
         by_view = {  # method → views, errors (P, A)
             str(name): (sweep.view_angle_deg, error.mean(axis=-1))
             for name, error in zip(sweep.methods, sweep.absolute_error_mm2, strict=True)
@@ -62,7 +60,7 @@ class StructureLadder(Figure):
                 {
                     "method": method,
                     "view_angle_deg": view,
-                    **one_row(people.mean(errors[:, a]), "absolute_error_mm2"),
+                    **people.mean(errors[:, a], "absolute_error_mm2"),
                 }
                 for a, view in enumerate(views.tolist())
             ]
@@ -72,12 +70,12 @@ class StructureLadder(Figure):
                     "part": METHODS[method].part,
                     "views": len(views),
                     "walkers": len(mine),
-                    **one_row(people.mean(mine), "absolute_error_mm2"),
+                    **people.mean(mine, "absolute_error_mm2"),
                     "absolute_error_median_mm2": float(np.median(mine)),
                     "absolute_error_worst_mm2": float(mine.max()),
-                    **one_row(people.reduction_percent(mine, tuned), "below_map_percent"),
-                    **one_row(people.reduction_percent(mine, best), "below_whole_percent"),
-                    **one_row(people.reduction_percent(mine, specified), "below_specified_percent"),
+                    **people.reduction_percent(mine, tuned, "below_map_percent"),
+                    **people.reduction_percent(mine, best, "below_whole_percent"),
+                    **people.reduction_percent(mine, specified, "below_specified_percent"),
                     "walkers_better": int((mine < tuned).sum()),
                 }
             )
@@ -117,7 +115,7 @@ class StructureLadder(Figure):
         rows = []
         for source in sorted(set(sources.tolist())):
             of = sources == source
-            resampled = PeopleResampled(int(of.sum()), derive_generator(inputs.experiment.seed, "people"))
+            resampled = PeopleResampled(int(of.sum()), inputs.experiment.seed)
             for number, method in enumerate(sweep.source_methods.tolist()):
                 by = {"person": by_view[method][1][:, sweep.part_view]}
                 if sweep.source_error_mm2.shape[1]:
@@ -130,7 +128,7 @@ class StructureLadder(Figure):
                             "left_out": left_out,
                             "method": method,
                             "walkers": int(of.sum()),
-                            **one_row(resampled.mean(values), "absolute_error_mm2"),
+                            **resampled.mean(values, "absolute_error_mm2"),
                             "absolute_error_median_mm2": float(np.median(values)),
                             "absolute_error_worst_mm2": float(values.max()),
                         }

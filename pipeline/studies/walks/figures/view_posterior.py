@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtri
 
 from pipeline.charts import Chart, Reference, Sheet
-from pipeline.core import anatomical, statistics
+from pipeline.core import statistics
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
-from pipeline.seeding import derive_generator
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.figures.ladder import one_row
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import BARS
@@ -37,8 +34,6 @@ METHODS = {
 NEAR_DEG = 20.0
 """How far from the truth the posterior is drawn."""
 
-LEVELS = np.array([0.5, 0.8, 0.95])
-
 
 @dataclass(kw_only=True)
 class ViewPosterior(Figure):
@@ -49,65 +44,44 @@ class ViewPosterior(Figure):
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: by method and view; ``table_bars``: by level; ``table_walkers``: by walker."""
-        sweep = inputs.sweep
-        methods, views = sweep.methods.tolist(), sweep.view_angle_deg
-        people = PeopleResampled(len(inputs.model.people), derive_generator(inputs.experiment.seed, "people"))
-        off = np.abs(statistics.angle_difference_deg(sweep.angle_deg, views))  # (M, P, A)
-        rows, bars, walkers = [], [], []
-        for m, method in enumerate(methods):
-            rows += [
+        rows, bars, which = inputs.sweep.rows, inputs.sweep.bars, ["method", "view_angle_deg"]
+        people = PeopleResampled(len(inputs.model.people), inputs.experiment.seed)
+        error = "absolute_angle_error"
+        table = []
+        for (method, view), of in rows.groupby(which):
+            off = of[f"{error}_deg"]
+            table.append(
                 {
                     "method": method,
                     "view_angle_deg": view,
-                    "absolute_angle_error_median_deg": float(np.median(off[m, :, a])),
-                    **one_row(people.mean(off[m, :, a]), "absolute_angle_error_mean_deg"),
-                    "posterior_sd_deg": float(sweep.sd_deg[m, :, a].mean()),
-                    "wrong_way": int((off[m, :, a] > 90.0).sum()),
-                    "other_way_percent": round(100.0 * float(sweep.other_share[m, :, a].max()), 6),
-                    "walkers": off.shape[1],
+                    f"{error}_median_deg": off.median(),
+                    **people.mean(off, f"{error}_mean_deg"),
+                    "posterior_sd_deg": of["posterior_sd_deg"].mean(),
+                    "wrong_way": (off > 90.0).sum(),
+                    "other_way_percent": round(100.0 * of["other_share"].max(), 6),
+                    "walkers": len(of),
                 }
-                for a, view in enumerate(views.tolist())
-            ]
-            z = (off[m] / sweep.sd_deg[m])[..., None]  # (P, A, 1)
-            learnt = anatomical.multipliers_without(z, np.zeros(1, dtype=int), LEVELS)[:, 0]
-            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
-            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
-                for number, level in enumerate(LEVELS.tolist()):
-                    half = multipliers[:, None, number] * sweep.sd_deg[m]
-                    covered = 100.0 * (off[m] <= half).mean(axis=1)
-                    bars.append(
-                        {
-                            "method": method,
-                            "bars": kind,
-                            "level_percent": 100.0 * level,
-                            **one_row(people.mean(covered), "covered_percent"),
-                            "half_width_deg": float(half.mean()),
-                        }
-                    )
-            half = multipliers[:, None, -1] * sweep.sd_deg[m]  # calibrated, 95 %
-            walkers += [
-                {
-                    "person": who,
-                    "walker": who,
-                    "method": method,
-                    "absolute_angle_error_median_deg": float(np.median(off[m, p])),
-                    "absolute_angle_error_max_deg": float(off[m, p].max()),
-                    "posterior_sd_deg": float(sweep.sd_deg[m, p].mean()),
-                    "covered_percent": 100.0 * float((off[m, p] <= half[p]).mean()),
-                }
-                for p, who in enumerate(inputs.model.people)
-            ]
+            )
+        each = rows.groupby(["person", "method"], as_index=False).agg(
+            absolute_angle_error_median_deg=(f"{error}_deg", "median"),
+            absolute_angle_error_max_deg=(f"{error}_deg", "max"),
+            posterior_sd_deg=("posterior_sd_deg", "mean"),
+        )
+        calibrated = bars[(bars["bars"] == BARS[1]) & np.isclose(bars["level_percent"], 95.0)]
+        each = each.merge(calibrated[["person", "method", "covered_percent"]], on=["person", "method"])
+        each.insert(1, "walker", each["person"])
         return {
-            "table": tidy(rows, by=["method", "view_angle_deg"]),
-            "table_bars": tidy(bars, by=["method", "bars", "level_percent"]),
-            "table_walkers": tidy(walkers, by=["walker", "method"]),
+            "table": pd.DataFrame(table),
+            "table_bars": people.means(
+                bars, ["method", "bars", "level_percent"], "covered_percent", ["half_width_deg"]
+            ),
+            "table_walkers": tidy(each, by=["walker", "method"]),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error and posterior width by view; the posterior about the true angle; error against width."""
         sweep = inputs.sweep
-        off = np.abs(statistics.angle_difference_deg(sweep.angle_deg, sweep.view_angle_deg))
-        best, middle = sweep.methods.tolist().index("anatomical"), len(sweep.view_angle_deg) // 2
+        middle, best = len(sweep.view_angle_deg) // 2, sweep.rows[sweep.rows["method"] == "anatomical"]
         from_truth = statistics.angle_difference_deg(sweep.candidate_deg, sweep.view_angle_deg[middle])
         near = np.abs(from_truth) <= NEAR_DEG
         about_truth = {
@@ -115,8 +89,8 @@ class ViewPosterior(Figure):
             "density": sweep.density[middle][near],
         }
         errors = {
-            "posterior_standard_deviation_deg": sweep.sd_deg[best].ravel(),
-            "error_deg": off[best].ravel(),
+            "posterior_standard_deviation_deg": best["posterior_sd_deg"],
+            "error_deg": best["absolute_angle_error_deg"],
         }
         view = partial(Chart, **VIEW, by="method", styles=METHODS, zero=True)
         charts = [

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
+from scipy.special import ndtri
 
 from pipeline.core import anatomical, linear_model
 from pipeline.processes import map_processes
@@ -12,6 +14,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
 from pipeline.studies.walks.sweeps.held_out import (
+    BARS,
     NOISE_VARIANCES_MM2,
     PHASES,
     Choosers,
@@ -27,18 +30,18 @@ COMPONENTS = 30
 SAMPLE_VIEW_DEG, SAMPLES = 30.0, 12
 """View whose posterior is sampled, and how often."""
 _LEAST_SD_MM = 1e-6
+LEVELS = np.array([0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99])
+LEVEL_95 = 10
 
 
 @dataclass(frozen=True)
 class Bars:
-    """Errors of positions at instants in the missing dimension, and the standard deviations that methods give them.
+    """What bars of every method cover of the errors at instants in the missing dimension, and their half widths.
 
     Attributes
     ----------
-    methods : (M,) text
-    view_angle_deg : (A,)
-    error_mm, sd_mm : (M, P, A, 15, K)
-        True less estimated, and as computed.
+    levels, views, joints : DataFrame
+        A row to each person, method, kind of bars and level; 95 % bars by view; and by group of joints.
     sample_person : int
         Whose posterior is sampled: the one of median error.
     estimate : (1 + 2H, 15)
@@ -47,10 +50,9 @@ class Bars:
         Of its posterior.
     """
 
-    methods: np.ndarray
-    view_angle_deg: np.ndarray
-    error_mm: np.ndarray
-    sd_mm: np.ndarray
+    levels: pd.DataFrame
+    views: pd.DataFrame
+    joints: pd.DataFrame
     sample_person: int
     estimate: np.ndarray
     samples: np.ndarray
@@ -89,19 +91,42 @@ class Coverage(Sweep):
             return np.stack(errors), np.maximum(np.stack(deviations), _LEAST_SD_MM)
 
         folds = map_processes(one, range(people.count), inputs.workers)
-        error = np.stack([found[0] for found in folds], axis=1)
-        sd = np.stack([found[1] for found in folds], axis=1)
-        squares = (error[-1] ** 2).mean(axis=(1, 2, 3))
-        person = int(np.argsort(squares, kind="stable")[people.count // 2])
-        estimate, samples = self._sampled(people.fold(person), people, person, inputs)
+        error = np.abs([found[0] for found in folds]).swapaxes(0, 1)  # (M, P, A, 15, K)
+        deviation = np.stack([found[1] for found in folds], axis=1)
+        squares = (error**2).mean(axis=(2, 3, 4))
+        rows: dict[str, list[dict[str, object]]] = {"levels": [], "views": [], "joints": []}
+
+        def add(name: str, error: np.ndarray, half: np.ndarray, **keys: object) -> None:
+            """A row to each person, of numbers (P, …)."""
+            covered = (error <= half).reshape(people.count, -1).mean(axis=1)
+            for p, who in enumerate(inputs.model.people):
+                found = {"covered_percent": 100.0 * covered[p], "half_width_mm": half[p].mean()}
+                rows[name].append({"person": who, **keys, **found})
+
+        for m, method in enumerate(METHODS):
+            off, sd = error[m], deviation[m]
+            z = np.moveaxis(off / sd, 2, -1)  # (P, A, K, 15)
+            learnt = anatomical.multipliers_without(z, anatomical.GROUP_OF_JOINT, LEVELS)
+            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
+            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
+                halves = multipliers[:, anatomical.GROUP_OF_JOINT][:, None, :, None] * sd[..., None]
+                keys = {"method": method, "bars": kind}
+                for number, level in enumerate(LEVELS):
+                    add("levels", off, halves[..., number], **keys, level_percent=100.0 * level)
+                half = halves[..., LEVEL_95]
+                for a, view_angle_deg in enumerate(view_deg):
+                    add("views", off[:, a], half[:, a], **keys, view_angle_deg=view_angle_deg)
+                for g, group in enumerate(anatomical.GROUPS):
+                    of = g == anatomical.GROUP_OF_JOINT
+                    add("joints", off[:, :, of], half[:, :, of], **keys, joint_group=group)
+        frames = {name: pd.DataFrame(found) for name, found in rows.items()}
+        rms = pd.DataFrame(np.sqrt(squares).T, index=inputs.model.people, columns=list(METHODS)).stack()
+        person = int(np.argsort(squares[-1], kind="stable")[people.count // 2])
         return Bars(
-            methods=np.array(METHODS),
-            view_angle_deg=view_deg,
-            error_mm=error,
-            sd_mm=sd,
+            levels=frames.pop("levels").join(rms.rename("rms_error_mm"), on=["person", "method"]),
+            **frames,
             sample_person=person,
-            estimate=estimate,
-            samples=samples,
+            **self._sampled(people.fold(person), people, person, inputs),
         )
 
     def _sampled(
@@ -110,7 +135,7 @@ class Coverage(Sweep):
         people: People,
         person: int,
         inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers],
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> dict[str, np.ndarray]:
         """The missing dimension (1 + 2H, 15) of one person from one view, and samples (N, 1 + 2H, 15) of it."""
         setting = anatomical_setting(inputs.model_options, people.harmonics)
         found = fold.reconstruct(
@@ -120,7 +145,7 @@ class Coverage(Sweep):
         drawn = inputs.generator("posterior samples").standard_normal((SAMPLES, len(factor)))
         rows = np.concatenate([found.estimated[0], found.estimated[0, 0] + drawn @ factor.T])
         missing = rows.reshape(len(rows), -1, 1 + 2 * setting.harmonics).swapaxes(1, 2)
-        return missing[0], missing[1:]
+        return {"estimate": missing[0], "samples": missing[1:]}
 
 
 def least_squares_bars(people: People, person: int, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,41 +6,43 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
+import pandas as pd
+from scipy.special import ndtri
 
-from pipeline.core import anatomical
+from pipeline.core import anatomical, statistics
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
-from pipeline.studies.walks.sweeps.held_out import People
+from pipeline.studies.walks.sweeps.held_out import BARS, People
 from pipeline.studies.walks.sweeps.setting import PLAIN, anatomical_setting, approach_two
 from pipeline.validation import InvalidInput, Positive, bounded
 
 METHODS = ("two_harmonics", "anatomical")
 """The plain covariance of two harmonics with sigma² = 70 and mirror images, and the anatomical prior."""
+LEVELS = np.array([0.5, 0.8, 0.95])
 
 
 @dataclass(frozen=True)
 class ViewPosteriors:
-    """View angles and their posteriors.
+    """Errors of view angles and their posteriors.
 
     Attributes
     ----------
-    methods : (M,) text
+    rows : DataFrame
+        A row to each person, method and view: absolute error of the highest mode; standard deviation about it;
+        probability more than a right angle away.
+    bars : DataFrame
+        A row to each person, method, kind of bars and level: what they cover over views, and their half width.
     view_angle_deg : (A,)
-    angle_deg, sd_deg, other_angle_deg, other_share : (M, P, A)
-        Highest mode; standard deviation about it; next mode; probability more than a right angle away.
     candidate_deg : (F,)
     density : (A, F)
         Of the anatomical prior, about the true angle, mean over people; per degree.
     """
 
-    methods: np.ndarray
+    rows: pd.DataFrame
+    bars: pd.DataFrame
     view_angle_deg: np.ndarray
-    angle_deg: np.ndarray
-    sd_deg: np.ndarray
-    other_angle_deg: np.ndarray
-    other_share: np.ndarray
     candidate_deg: np.ndarray
     density: np.ndarray
 
@@ -74,34 +76,55 @@ class ViewAngleBars(Sweep):
         )
         settings = (plain, anatomical_setting(options, people.harmonics))
 
-        def one(person: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        def one(person: int) -> tuple[list[pd.DataFrame], np.ndarray, np.ndarray]:
             fold = people.fold(person)
             rows = []
-            for setting in settings:
+            for method, setting in zip(METHODS, settings, strict=True):
                 shown = people.in_image_axes(person, view)[:, :, :2, : 1 + 2 * setting.harmonics]
                 costs = anatomical.view_costs(
                     fold.prior(setting), shown, self.candidates, noise=setting.noise
                 )
                 found = anatomical.posterior_of(costs)
-                rows.append(
-                    [
-                        np.degrees(found.angle_rad),
-                        np.degrees(found.sd_rad),
-                        np.degrees(found.other_angle_rad),
-                        np.clip(found.other_share, 0.0, 1.0),
-                    ]
-                )
-            return np.array(rows), np.radians(found.density), np.degrees(found.angles_rad)
+                off = statistics.angle_difference_deg(np.degrees(found.angle_rad), view_deg)
+                columns = {
+                    "person": inputs.model.people[person],
+                    "method": method,
+                    "view_angle_deg": view_deg,
+                    "absolute_angle_error_deg": np.abs(off),
+                    "posterior_sd_deg": np.degrees(found.sd_rad),
+                    "other_share": np.clip(found.other_share, 0.0, 1.0),
+                }
+                rows.append(pd.DataFrame(columns))
+            return rows, np.radians(found.density), np.degrees(found.angles_rad)
 
         folds = map_processes(one, range(people.count), inputs.workers)
-        angle, sd, other, share = np.moveaxis(np.stack([fold[0] for fold in folds]), (2, 1, 0), (0, 1, 2))
+        rows = pd.concat([frame for fold in folds for frame in fold[0]], ignore_index=True)
+        bars = []
+        for method, of in rows.groupby("method", sort=False):
+            off, sd = (
+                of[name].to_numpy().reshape(people.count, -1)
+                for name in ("absolute_angle_error_deg", "posterior_sd_deg")
+            )
+            learnt = anatomical.multipliers_without((off / sd)[..., None], np.zeros(1, dtype=int), LEVELS)[
+                :, 0
+            ]
+            textbook = np.broadcast_to(ndtri(0.5 + LEVELS / 2.0), learnt.shape)
+            for kind, multipliers in zip(BARS, (textbook, learnt), strict=True):
+                for number, level in enumerate(LEVELS):
+                    half = multipliers[:, None, number] * sd
+                    columns = {
+                        "person": inputs.model.people,
+                        "method": method,
+                        "bars": kind,
+                        "level_percent": 100.0 * level,
+                        "covered_percent": 100.0 * (off <= half).mean(axis=1),
+                        "half_width_deg": half.mean(axis=1),
+                    }
+                    bars.append(pd.DataFrame(columns))
         return ViewPosteriors(
-            methods=np.array(METHODS),
+            rows=rows,
+            bars=pd.concat(bars, ignore_index=True),
             view_angle_deg=view_deg,
-            angle_deg=angle,
-            sd_deg=sd,
-            other_angle_deg=other,
-            other_share=share,
             candidate_deg=folds[0][2],
             density=np.mean([fold[1] for fold in folds], axis=0),
         )
