@@ -54,10 +54,10 @@ def _unit(kind: str, given: Input) -> tuple[str, float, int]:
     if kind.endswith("_time"):
         return "s", 1.0, 3
     if kind in ("stance", "double_support"):
-        return "% of the cycle", 100.0, 1
+        return "% of cycle", 100.0, 1
     if kind in ("stride_length", "step_length", "step_width"):
         share = 100.0 * HEIGHT_SHARE / HEIGHT_MM
-        return ("mm", scale_mm(given), 0) if given.stature_mm else ("% of the stature", share, 1)
+        return ("mm", scale_mm(given), 0) if given.stature_mm else ("% of stature", share, 1)
     return "°", 180.0 / np.pi, 1
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths
-from pipeline.core.keypoint_walk.objective import HEADING
-from pipeline.core.sagittal_angles import ANGLES
-from pipeline.reconstruct import words
+from pipeline.core.keypoint_walk.calibration import NORMAL
+from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE
+from pipeline.core.sagittal_angles import KINDS
+from pipeline.reconstruct import cycle, words
 from pipeline.reconstruct.clip import Input, Stretch, Walk
 from pipeline.reconstruct.cycle import LEVEL_95, scale_mm
 from pipeline.reconstruct.motion import keypoints_px, upright
@@ -40,14 +40,17 @@ def page_of(
     view, cadence = summary["view_angle_deg"], summary["cadence"]
     positions = upright(found.posterior.positions_mm) * scale_mm(given)
     half = half_widths_mm(walk, found, given)[..., [0, 2, 1]]
-    angle_half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
+    drawn, numbers = cycle.curves(walk, found), summary["gait_cycle"]["numbers"]
+    setting = found.fit.objective.setting
+    turned = 2.0 * np.pi * np.exp(found.fit.x[LOG_F]) * setting.times + found.fit.x[PHASE]
     heading = float(found.fit.x[HEADING])
     reach = NORMAL[LEVEL_95] * view_sd_rad(walk, found)
     first, last = summary["frames"]
     return WalkPage(
-        title=Path(given.path).resolve().name,
-        lead=f"{words.VERDICTS[summary['verdict']]} Frames {first} to {last}: the walker goes {view['words']}, with"
-        f" {cadence['steps_per_min']:g} steps a minute.",
+        title=f"Walk of person {walk.track.identity}" if walk.track.identity else "Walk of one person",
+        lead=f"{words.VERDICTS[summary['verdict']]} The walker goes {view['words']}, with"
+        f" {cadence['steps_per_min']:g} steps a minute. {' '.join(summary['usable'])}",
+        source=f"{Path(given.path).resolve().name}, frames {first} to {last} ({summary['strides']:g} strides)",
         view_words=f"the walker goes {view['words']}",
         units=f"Lengths are in {summary['units']}.",
         terms=f"Walkers are {summary['terms']}.",
@@ -60,10 +63,29 @@ def page_of(
         reprojection_px=found.image_px + walk.centre_px,
         positions_mm=positions,
         half_mm=half,
-        angle_names=ANGLES,
-        angles_deg=np.degrees(found.posterior.angles_rad),
-        angle_half_deg=np.degrees(angle_half) * walk.bars_factor,
+        image_px=2.0 * walk.centre_px,
+        numbers=[_row(name, of) for name, of in numbers.items()],
+        larger=[of.get("difference", {}).get("larger_than_its_bar", False) for of in numbers.values()],
+        curve_names=KINDS,
+        curves_deg=drawn.angles,
+        curves_half_deg=drawn.half,
+        walkers_deg=drawn.walkers,
+        walkers_half_deg=drawn.walkers_half,
+        stance_percent=drawn.stance,
+        cycle_percent=100.0 * ((turned[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
         heading_deg=float(np.degrees(heading)),
         heading_interval_deg=(float(np.degrees(heading - reach)), float(np.degrees(heading + reach))),
         alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
     )
+
+
+def _row(name: str, of: dict[str, Any]) -> list[str]:
+    """Cells of one number: its name, values of either side or of the walk, their difference, the range of walkers."""
+
+    def cell(side: str) -> str:
+        return f"{of[side]['value']:g} ± {of[side]['half_width_95']:g}" if side in of else ""
+
+    low, high = of["walkers_95"]
+    named = f"{name.replace('_', ' ')}, {of['unit']}"
+    cells = [cell("left") or cell("both"), cell("right"), cell("difference"), f"{low:g} to {high:g}"]
+    return [named, *(text.replace("-", "−") for text in cells)]

@@ -19,7 +19,7 @@ from pipeline.validation import InvalidInput
 MOST_BYTES = 1_000_000
 MOST_FRAMES = 600
 """More frames are thinned out, which the eye does not see."""
-_SCRIPTS = ("walker.js", "charts.js", "players.js", "theme.js", "walk.js")
+_SCRIPTS = ("walker.js", "players.js", "theme.js", "walk.js")
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class WalkPage:
 
     Attributes
     ----------
-    title, lead, view_words, units, terms : str
+    title, lead, source, view_words, units, terms : str
     facts : sequence of (str, sequence of str)
         Titles and sentences.
     files : sequence of str
@@ -40,11 +40,24 @@ class WalkPage:
         False for joints that were never seen.
     keypoints_px, reprojection_px : (T, 15, 2)
         Keypoints are NaN where missing.
+    image_px : (2,)
+        Width and height of the image.
     positions_mm, half_mm : (T, 15, 3)
         About the pelvis, right, away and up; half widths of 95 % bars.
-    angle_names : sequence of str
-        Of both sides, as ``left_knee``.
-    angles_deg, angle_half_deg : (T, A)
+    numbers : sequence of sequence of str
+        Rows of the table of the gait cycle: name and unit, left, right, difference, range of walkers.
+    larger : sequence of bool
+        Whether the difference of a row is larger than its bar.
+    curve_names : sequence of str
+        Of C angles.
+    curves_deg, curves_half_deg : (C, 2, K)
+        Angles over the cycle, left and right, each from its own foot's contact, and half widths of 95 % bars.
+    walkers_deg, walkers_half_deg : (C, K)
+        The average walker, and half widths of what holds 95 % of walkers.
+    stance_percent : (2,)
+        Where in its cycle each foot is taken off.
+    cycle_percent : (T, 2)
+        Where in its cycle each side is.
     heading_deg : float
         0 is towards the camera, +90 to the image's right.
     heading_interval_deg : (float, float)
@@ -54,6 +67,7 @@ class WalkPage:
 
     title: str
     lead: str
+    source: str
     view_words: str
     units: str
     terms: str
@@ -64,11 +78,18 @@ class WalkPage:
     observed: np.ndarray
     keypoints_px: np.ndarray
     reprojection_px: np.ndarray
+    image_px: np.ndarray
     positions_mm: np.ndarray
     half_mm: np.ndarray
-    angle_names: Sequence[str]
-    angles_deg: np.ndarray
-    angle_half_deg: np.ndarray
+    numbers: Sequence[Sequence[str]]
+    larger: Sequence[bool]
+    curve_names: Sequence[str]
+    curves_deg: np.ndarray
+    curves_half_deg: np.ndarray
+    walkers_deg: np.ndarray
+    walkers_half_deg: np.ndarray
+    stance_percent: np.ndarray
+    cycle_percent: np.ndarray
     heading_deg: float
     heading_interval_deg: tuple[float, float]
     alternatives_deg: Sequence[float]
@@ -119,9 +140,14 @@ def _packed(page: WalkPage) -> dict[str, Any]:
         "image": packed(page.reprojection_px),
         "positions": packed(page.positions_mm),
         "half": packed(page.half_mm),
-        "angle_names": list(page.angle_names),
-        "angles": packed(page.angles_deg),
-        "angle_half": packed(page.angle_half_deg),
+        "image_px": page.image_px.tolist(),
+        "curve_names": list(page.curve_names),
+        "curves": page.curves_deg.round(2).tolist(),
+        "curves_half": page.curves_half_deg.round(2).tolist(),
+        "walkers": page.walkers_deg.round(2).tolist(),
+        "walkers_half": page.walkers_half_deg.round(2).tolist(),
+        "stance": page.stance_percent.round(1).tolist(),
+        "percent": page.cycle_percent[::every].round(2).tolist(),
         "heading_deg": page.heading_deg,
         "heading_interval_deg": list(page.heading_interval_deg),
         "alternatives_deg": list(page.alternatives_deg),

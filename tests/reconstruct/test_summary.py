@@ -89,7 +89,7 @@ def test_numbers_of_the_cycle_are_those_of_the_walker_in_its_units(case: tuple[W
     # A step of a stature of 1700 mm, and as its share.
     shares = summarise(walk, replace(options, stature_mm=0.0))["gait_cycle"]["numbers"]["step_length"]
     step = numbers["step_length"]
-    assert (step["unit"], shares["unit"]) == ("mm", "% of the stature")
+    assert (step["unit"], shares["unit"]) == ("mm", "% of stature")
     assert step["left"]["value"] == pytest.approx(17.0 * shares["left"]["value"], abs=1.4)
     # Events are a step apart, within the clip, each with a bar.
     contacts = sorted(t for side in ("left", "right") for t in said["events"][f"{side}_contact"]["time_s"])

@@ -12,10 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.reconstruct.writing import Output, Reconstruct, run
 from pipeline.report.walk_page import MOST_FRAMES, WalkPage, write_walk_page
 from pipeline.validation import InvalidInput
+from tests.core.keypoint_walk.walkers import clip
+from tests.reconstruct.conftest import model
+from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
 
-ANGLES = [f"{side}_{joint}" for joint in ("knee", "hip") for side in ("left", "right")]
+__all__ = ["model"]
 
 
 def page(frames: int) -> WalkPage:
@@ -27,14 +31,18 @@ def page(frames: int) -> WalkPage:
     keypoints = pixels + generator.normal(size=pixels.shape)
     keypoints[3, 4] = np.nan
     return WalkPage(
-        title="<b>&amp;", lead="A walk.", view_words="the walker goes towards the camera", units="mm",
+        title="<b>&amp;", lead="A walk.", source="a.json", view_words="the walker goes towards the camera", units="mm",
         terms="Walkers are synthetic.", facts=[("Verdict", ["A walk."]), ("Notes", ["One.", "</script>"])],
         files=["walk.c3d"], frame_numbers=10 + np.arange(frames), frame_rate_hz=50.0,
         observed=np.arange(15) != 1, keypoints_px=keypoints, reprojection_px=pixels, positions_mm=positions,
-        half_mm=np.full((frames, 15, 3), 20.0), angle_names=ANGLES,
-        angles_deg=30.0 + 20.0 * np.sin(np.linspace(0, 9, frames))[:, None] * np.ones(4),
-        angle_half_deg=np.full((frames, 4), 5.0), heading_deg=30.0, heading_interval_deg=(25.0, 35.0),
-        alternatives_deg=[-150.0],
+        image_px=np.array([1000.0, 800.0]), half_mm=np.full((frames, 15, 3), 20.0),
+        numbers=[["stride, s", "1 ± 0.1", "", "", "0.9 to 1.3"], ["stance, %", "60 ± 2", "66 ± 2", "−6 ± 3", "5 to 9"]],
+        larger=[False, True], curve_names=["knee", "trunk"],
+        curves_deg=30.0 + 20.0 * np.sin(np.linspace(0, 6, 101)) * np.ones((2, 2, 1)),
+        curves_half_deg=np.full((2, 2, 101), 5.0), walkers_deg=np.full((2, 101), 20.0),
+        walkers_half_deg=np.full((2, 101), 9.0), stance_percent=np.array([60.0, 66.0]),
+        cycle_percent=np.linspace(0.0, 300.0, frames)[:, None] % 100.0 + np.zeros(2),
+        heading_deg=30.0, heading_interval_deg=(25.0, 35.0), alternatives_deg=[-150.0],
     )  # fmt: skip
 
 
@@ -87,5 +95,20 @@ def test_a_browser_draws_it(browser: str, tmp_path: Path) -> None:
     ran = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
     assert "CONSOLE" not in ran.stderr, ran.stderr
     assert re.search(r'id="frame-now">\d+, \d', ran.stdout)
-    assert ran.stdout.count("<polyline") == 2
-    assert ran.stdout.count("<option") == 3 + 2
+    assert ran.stdout.count("<polyline") == 2 * 2  # angles, sides
+    assert ran.stdout.count('class="walkers"') == 2
+    assert re.search(r'class="larger">−6 ± 3<', ran.stdout)
+    assert ran.stdout.count("<text") > 5 + 2 * 8  # frames of the strip, and axes
+
+
+def test_it_prints_on_two_pages(browser: str, model: Path, tmp_path: Path) -> None:
+    sim = clip(-30.0, ERROR)
+    path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
+    output = Output(path=str(tmp_path / "out"), formats=[], picture=False, recording=False)
+    _, _, folder = run(Reconstruct(input=given(path), output=output, model_folder=str(model)))
+    command = [
+        browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}",
+        "--virtual-time-budget=3000", f"--print-to-pdf={tmp_path / 'walk.pdf'}", (folder / "walk.html").as_uri(),
+    ]  # fmt: skip
+    subprocess.run(command, capture_output=True, check=True, timeout=600)
+    assert len(re.findall(rb"/Type\s*/Page\b", (tmp_path / "walk.pdf").read_bytes())) == 2

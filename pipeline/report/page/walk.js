@@ -1,24 +1,22 @@
 "use strict";
-// One reconstructed walk: image with reprojection, 3D with uncertainty, the view from above, joint angles.
+// One reconstructed walk: image with reprojection, 3D with uncertainty, the view from above, angles over the gait cycle.
 (() => {
-  const { Stage, drag, orbit, play, loop, ink, still, bones } = Players;
+  const { Stage, orbit, play, loop, ink, still, bones } = Players;
   const id = name => document.getElementById(name);
-  const walk = JSON.parse(id("walk").textContent), F = walk.frames, A = walk.angle_names.length;
-  const [points, image, world, half, angles, bars] = ["keypoints", "image", "positions", "half", "angles", "angle_half"]
-    .map(name => Gait.dequantise(walk[name]));
+  const walk = JSON.parse(id("walk").textContent), F = walk.frames;
+  const [points, image, world, half] = ["keypoints", "image", "positions", "half"].map(name => Gait.dequantise(walk[name]));
   const seen = Uint8Array.from(atob(walk.seen), c => c.charCodeAt(0));
   const frame = id("frame"), playing = { on: !still }, spin = { on: !still };
   frame.max = F - 1;
+  // One colour for each side, here as in the curves: joints of the left, of the right, of the middle.
+  const LEFT = new Set([2, 3, 4, 9, 10, 11]), RIGHT = new Set([5, 6, 7, 12, 13, 14]);
+  const side = (...joints) => joints.some(j => LEFT.has(j)) ? "left" : joints.some(j => RIGHT.has(j)) ? "right" : "middle";
+  const colours = () => ({ left: ink("--c-blue"), right: ink("--c-orange"), middle: ink("--text") });
 
-  const range = (values, first, every, known = () => true) => {
-    let low = Infinity, high = -Infinity;
-    for (let i = first; i < values.length; i += every) if (known(i)) { low = Math.min(low, values[i]); high = Math.max(high, values[i]); }
-    return [low, high];
-  };
+  const heights = Array.from({ length: F * 15 }, (_, i) => world[3 * i + 2]), low = Math.min(...heights), high = Math.max(...heights);
   const picture = new Stage(id("image"), 1, [0, 0]), space = new Stage(id("world"), 1, [0, 0]), ring = new Stage(id("ring"), 2.5, [0, 0]);
-  const [left, right] = range(image, 0, 2), [top, bottom] = range(image, 1, 2);
-  Object.assign(picture, { high: (bottom - top) * 1.15, wide: (right - left) * 1.2, middle: [(left + right) / 2, -(top + bottom) / 2] });
-  const [low, high] = range(world, 2, 3);
+  const [across, down] = walk.image_px;
+  Object.assign(picture, { high: down * 1.03, wide: across * 1.03, middle: [across / 2, -down / 2] });
   const tall = high - low;
   Object.assign(space, { high: tall * 1.22, wide: tall * 1.05, middle: [0, (low + high) / 2 - 0.03 * tall], azimuth: 0.5 });
   Object.assign(ring, { wide: 2.6, lift: Math.PI / 2, azimuth: 0 });
@@ -46,7 +44,7 @@
   const direction = (degrees, reach) => [reach * Math.sin(degrees * Math.PI / 180), -reach * Math.cos(degrees * Math.PI / 180), 0];
   function above() {
     ring.begin(); ring.middle = [0, -0.12];
-    const colour = ink("--c-blue"), at = p => ring.turned(...p), [from, to] = walk.heading_interval_deg;
+    const colour = ink("--text"), at = p => ring.turned(...p), [from, to] = walk.heading_interval_deg;
     const wedge = [[0, 0, 0], ...Array.from({ length: 25 }, (_, i) => direction(from + (to - from) * i / 24, 0.9)), [0, 0, 0]].map(at);
     const g = ring.context;
     g.beginPath(); wedge.forEach(([x, y], i) => i ? g.lineTo(x, y) : g.moveTo(x, y)); g.fillStyle = colour; g.globalAlpha = 0.25; g.fill(); g.globalAlpha = 1;
@@ -61,45 +59,78 @@
     const [x, y] = at([0.2, -1.24, 0]); g.fillText("camera", x, y + 4);
   }
 
-  let chart = null, kind = 0;
-  const kinds = [...new Set(walk.angle_names.map(name => name.replace(/^(left|right)_/, "")))];
-  kinds.forEach((name, n) => id("joint").add(new Option(name, n)));
-  function curves() {
-    const lines = ["left", "right"].map((side, n) => {
-      const k = walk.angle_names.indexOf(`${side}_${kinds[kind]}`);
-      const rows = Array.from({ length: F }, (_, f) => ({ x: f, y: angles[A * f + k], lo: angles[A * f + k] - bars[A * f + k], hi: angles[A * f + k] + bars[A * f + k] }));
-      return { name: `${side} ${kinds[kind]}`, parts: [], points: rows.map(p => ({ ...p, x: walk.times_s[p.x] })), colour: ["blue", "orange"][n], dash: n ? "7 4" : "", width: 2.2 };
-    });
-    chart = new Charts.Chart(id("curve"), { series: lines, note: "bands: 95 %", spec: { x_label: "time (s)", y_label: "angle (°), 0 is straight", start: +frame.value } });
-    chart.onmove = x => { stop(); frame.value = walk.times_s.indexOf(x); };
+  const NS = "http://www.w3.org/2000/svg";
+  function node(parent, name, attributes = {}, words = "") {
+    const made = parent.appendChild(document.createElementNS(NS, name));
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (words) made.textContent = words;
+    return made;
   }
-  id("joint").addEventListener("input", () => { kind = +id("joint").value; curves(); });
-  curves();
+  // A curve of either side over the cycle, on the band of the walkers in the model.
+  const W = 330, H = 178, L = 34, B = 22, T = 8, R = 8, SIDES = ["left", "right"];
+  const px = percent => L + (W - L - R) * percent / 100;
+  const dots = walk.curve_names.map((name, c) => {
+    const figure = id("curves").appendChild(document.createElement("figure"));
+    figure.appendChild(document.createElement("figcaption")).textContent = name === "trunk" || name === "shank" ? `${name}, against the vertical (°)` : `${name} flexion (°)`;
+    const [curve, bar, mean, spread] = [walk.curves[c], walk.curves_half[c], walk.walkers[c], walk.walkers_half[c]];
+    const all = SIDES.flatMap((_, s) => curve[s].flatMap((y, i) => [y - bar[s][i], y + bar[s][i]])).concat(mean.flatMap((y, i) => [y - spread[i], y + spread[i]]));
+    const least = Math.min(0, ...all), most = Math.max(0, ...all), py = y => T + (H - T - B) * (most - y) / (most - least);
+    const svg = node(figure, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${name}: left ${Math.min(...curve[0]).toFixed(0)} to ${Math.max(...curve[0]).toFixed(0)}°, right ${Math.min(...curve[1]).toFixed(0)} to ${Math.max(...curve[1]).toFixed(0)}°` });
+    const step = [5, 10, 20, 30, 50].find(s => (most - least) / s <= 5) ?? 100;
+    for (let y = Math.ceil(least / step) * step; y <= most; y += step) {
+      node(svg, "line", { x1: L, x2: W - R, y1: py(y), y2: py(y), class: y ? "grid" : "zero" });
+      node(svg, "text", { x: L - 5, y: py(y) + 4, "text-anchor": "end" }, String(y).replace("-", "−"));
+    }
+    for (const x of [0, 20, 40, 60, 80, 100]) node(svg, "text", { x: px(x), y: H - 6, "text-anchor": x === 100 ? "end" : "middle" }, x === 100 ? "100 %" : x);
+    const line = (values, off = 0, by = []) => values.map((y, i) => `${px(100 * i / (values.length - 1)).toFixed(1)},${py(y + off * (by[i] ?? 0)).toFixed(1)}`);
+    const band = (values, by, look) => node(svg, "polygon", { points: [...line(values, 1, by), ...line(values, -1, by).reverse()].join(" "), class: look });
+    band(mean, spread, "walkers");
+    SIDES.forEach((look, s) => band(curve[s], bar[s], `band ${look}`));
+    SIDES.forEach((look, s) => {
+      node(svg, "line", { x1: px(walk.stance[s]), x2: px(walk.stance[s]), y1: T, y2: H - B, class: `off ${look}` });
+      node(svg, "polyline", { points: line(curve[s]).join(" "), class: look });
+    });
+    // Where the left side of the curve is pressed, the nearest frame is shown.
+    svg.addEventListener("pointerdown", event => {
+      const at = svg.getBoundingClientRect(), percent = ((event.clientX - at.left) / at.width * W - L) / (W - L - R) * 100;
+      const apart = f => Math.abs((walk.percent[f][0] - percent + 150) % 100 - 50);
+      stop(); frame.value = Array.from({ length: F }, (_, f) => f).reduce((a, f) => apart(f) < apart(a) ? f : a, 0);
+    });
+    const of = SIDES.map(look => node(svg, "circle", { r: 4, class: `at ${look}` }));
+    return f => of.forEach((dot, s) => {
+      const percent = walk.percent[f][s], i = Math.min(99, Math.floor(percent)), y = curve[s][i] + (percent - i) * (curve[s][i + 1] - curve[s][i]);
+      dot.setAttribute("cx", px(percent)); dot.setAttribute("cy", py(y));
+    });
+  });
+  // Some postures as the camera saw them, for paper, all of one height.
+  const strip = node(id("strip"), "svg", { viewBox: "0 0 700 190" });
+  for (let n = 0; n < 5; n++) {
+    const f = Math.round((F - 1) * n / 4), of = x => Array.from({ length: 15 }, (_, j) => image[f * 30 + 2 * j + x]);
+    const [us, vs] = [of(0), of(1)], top = Math.min(...vs), scale = 165 / (Math.max(...vs) - top);
+    const at = j => [70 + 140 * n + (us[j] - us[8]) * scale, 5 + (vs[j] - top) * scale].map(v => v.toFixed(1));
+    for (const [a, b] of bones) node(strip, "line", { x1: at(a)[0], y1: at(a)[1], x2: at(b)[0], y2: at(b)[1], class: side(a, b) });
+    node(strip, "text", { x: 70 + 140 * n, y: 186, "text-anchor": "middle" }, `frame ${walk.frame_numbers[f]}`);
+  }
 
   let shown = -1;
   loop(playing, [picture, space, ring], (clock, step) => {
     if (playing.on) frame.value = Math.floor(clock * walk.rate_hz) % F;
     const f = +frame.value;
     if (f !== shown) {
-      shown = f; chart.at(walk.times_s[f]);
+      shown = f; for (const move of dots) move(f);
       id("frame-now").textContent = `${walk.frame_numbers[f]}, ${walk.times_s[f].toFixed(2)} s`;
     }
-    const colour = ink("--c-blue"), spot = (values, j) => picture.place(values[f * 30 + 2 * j], -values[f * 30 + 2 * j + 1]);
+    const of = colours(), spot = (values, j) => picture.place(values[f * 30 + 2 * j], -values[f * 30 + 2 * j + 1]);
     picture.begin();
-    picture.line([[left, top], [right, top], [right, bottom], [left, bottom], [left, top]].map(([u, v]) => picture.place(u, -v)), ink("--line"));
-    picture.context.globalAlpha = 1;
-    for (const [a, b] of bones) {
-      picture.context.globalAlpha = [5, 6, 7, 12, 13, 14].some(j => j === a || j === b) ? 0.55 : 1;
-      picture.line([spot(image, a), spot(image, b)], colour, 2.4);
-    }
-    picture.context.globalAlpha = 1;
-    for (let j = 0; j < 15; j++) if (seen[f * 15 + j]) picture.dot(spot(points, j), 3, ink("--text"));
+    picture.line([[0, 0], [across, 0], [across, down], [0, down], [0, 0]].map(([u, v]) => picture.place(u, -v)), ink("--muted"));
+    for (const [a, b] of bones) picture.line([spot(image, a), spot(image, b)], of[side(a, b)], 2.4);
+    for (let j = 0; j < 15; j++) if (seen[f * 15 + j]) picture.dot(spot(points, j), 2.6, ink("--text"));
     if (spin.on) space.azimuth += step * 0.4;
     space.begin(); space.floor(low, tall * 0.5, direction(walk.heading_deg, 1));
-    for (let j = 0; j < 15; j++) if (j !== 8) cloud(f, j, colour);
-    const joints = world.subarray(f * 45, f * 45 + 45), project = (x, y, z) => space.turned(x, y, z);
-    const at = space.skeleton(joints, project, colour, { width: 3, radius: 0 });
-    at.forEach((p, j) => walk.observed[j] ? space.dot(p, 3.6, colour) : space.dot(p, 3.6, colour, true));
+    for (let j = 0; j < 15; j++) if (j !== 8) cloud(f, j, of[side(j)]);
+    const at = Array.from({ length: 15 }, (_, j) => space.turned(...world.subarray(f * 45 + 3 * j, f * 45 + 3 * j + 3)));
+    for (const [a, b] of bones) space.line([at[a], at[b]], of[side(a, b)], 3);
+    at.forEach((p, j) => space.dot(p, 3.6, of[side(j)], !walk.observed[j]));
     above();
   });
   Players.start(() => null);
