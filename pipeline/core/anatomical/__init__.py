@@ -30,7 +30,6 @@ from pipeline.core.anatomical.conditional import (
     unknown_coefficients,
 )
 from pipeline.core.anatomical.laboratories import (
-    STRENGTHS,
     Differences,
     concentration,
     learn_differences,
@@ -73,7 +72,6 @@ __all__ = [
     "NOTHING_HIDDEN",
     "PAIRS",
     "PHASES",
-    "STRENGTHS",
     "Conditional",
     "Differences",
     "Lengths",

@@ -49,7 +49,9 @@ def deviation_at_instants(covariance: np.ndarray, blocks: int, phases: int) -> n
     return np.sqrt(((own @ basis.T) * basis.T).sum(axis=-2))
 
 
-def multipliers_without(z: np.ndarray, groups: np.ndarray, levels: np.ndarray) -> np.ndarray:
+def multipliers_without(
+    z: np.ndarray, groups: np.ndarray, levels: np.ndarray, *, alike: np.ndarray | None = None
+) -> np.ndarray:
     """Multipliers (P, G, L) of the bars of each person, from |z| of all other people.
 
     Parameters
@@ -60,6 +62,8 @@ def multipliers_without(z: np.ndarray, groups: np.ndarray, levels: np.ndarray) -
         Group of each entry of the last axis.
     levels : (L,)
         Between 0 and 1.
+    alike : (P,), optional
+        People with the same value, as of one laboratory, leave together.
 
     Notes
     -----
@@ -69,11 +73,11 @@ def multipliers_without(z: np.ndarray, groups: np.ndarray, levels: np.ndarray) -
     for level in levels:
         require_range("a level of the bars", float(level), above=0, below=1)
     people = len(z)
+    alike = np.arange(people) if alike is None else np.unique(alike, return_inverse=True)[1]
     count = int(groups.max()) + 1
     found = np.empty((people, count, len(levels)))
     for group in range(count):
         values = z[..., groups == group].reshape(people, -1)
         for person in range(people):
-            others = np.delete(values, person, axis=0)
-            found[person, group] = np.quantile(others, levels)
+            found[person, group] = np.quantile(values[alike != alike[person]], levels)
     return found

@@ -28,8 +28,6 @@ from pipeline.validation import require_range, require_shape
 
 WORTH = 4.0
 """Contrasts between laboratories that what is assumed of them counts as, beside those that are measured."""
-STRENGTHS = (0.5, 1.0, 2.0)
-"""Factors on the variances of differences, among which laboratories that are left out choose."""
 _PLACED = np.array([joint != "pelvis" for joint in WALKER15.joints])
 
 
@@ -54,11 +52,6 @@ class Differences:
         for offset in self.offset_mm:
             require_range("an offset between laboratories", offset, at_least=0, unit="mm")
         require_range("the difference in size between laboratories", self.size, at_least=0)
-
-    def times(self, factor: float) -> Differences:
-        """The same with all variances multiplied."""
-        scale = float(np.sqrt(factor))
-        return Differences(offset_mm=tuple(scale * o for o in self.offset_mm), size=scale * self.size)
 
 
 def concentration(weights: np.ndarray, laboratories: np.ndarray) -> float:

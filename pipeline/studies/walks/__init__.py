@@ -7,6 +7,7 @@ from pipeline.studies.walks import measures
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.figures.coverage import BarCoverage
 from pipeline.studies.walks.figures.joint_angles import JointAngleFigure
+from pipeline.studies.walks.figures.laboratories import LearningCurves
 from pipeline.studies.walks.figures.noise_variance import NoiseVariance
 from pipeline.studies.walks.figures.observed_noise import NoiseTolerance
 from pipeline.studies.walks.figures.occlusion import HiddenJointErrors
@@ -19,6 +20,7 @@ from pipeline.studies.walks.figures.view_posterior import ViewPosterior
 from pipeline.studies.walks.joint_angles import JointAngles
 from pipeline.studies.walks.known_view import KnownView
 from pipeline.studies.walks.sweeps.coverage import Coverage
+from pipeline.studies.walks.sweeps.laboratories import Laboratories
 from pipeline.studies.walks.sweeps.noise import ObservedNoise
 from pipeline.studies.walks.sweeps.occlusion import Occlusion
 from pipeline.studies.walks.sweeps.structure import Structure
@@ -37,6 +39,7 @@ STUDY = Study(
         "coverage": Coverage,
         "occlusion": Occlusion,
         "noise": ObservedNoise,
+        "laboratories": Laboratories,
         "view_posterior": ViewAngleBars,
     },
     figures={
@@ -49,6 +52,7 @@ STUDY = Study(
         "coverage": BarCoverage,
         "occlusion": HiddenJointErrors,
         "noise": NoiseTolerance,
+        "laboratories": LearningCurves,
         "view_posterior": ViewPosterior,
         "joint_angles": JointAngleFigure,
     },

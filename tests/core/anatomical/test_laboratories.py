@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -126,4 +124,3 @@ def test_differences_are_validated() -> None:
         Differences(offset_mm=(-1.0,) * 7)
     with pytest.raises(InvalidInput, match="concentration"):
         anatomical.unfamiliar(prior_of(1), Differences(), 0.0)
-    np.testing.assert_allclose(replace(Differences(), size=0.1).times(4.0).offset_mm, 50.0)

@@ -112,6 +112,11 @@ class People:
             prior = anatomical.with_stance(prior, coefficients, weights, share=setting.stance)
         if np.isfinite(setting.proportions):
             prior = anatomical.with_proportions(prior, tolerance=setting.proportions)
+        if setting.differences:
+            who, laboratories = self.data.person[walks], self.data.source[walks]
+            learnt = anatomical.learn_differences(coefficients, who, laboratories, setting.differences)
+            share = anatomical.concentration(weights, laboratories)
+            prior = anatomical.unfamiliar(prior, learnt, share)
         return prior
 
     def fold(self, *without: int, source: str = "") -> Fold:
@@ -235,7 +240,8 @@ class Fold:
     def prior(self, setting: Setting) -> Prior:
         """The prior of a setting."""
         more = setting.all_walks and self._people.more_walks
-        learnt = (setting.harmonics, more, setting.shrinkage, setting.stance, setting.proportions)
+        varied = (setting.stance, setting.proportions, setting.differences)
+        learnt = (setting.harmonics, more, setting.shrinkage, *varied)
         if learnt not in self._priors:
             self._priors[learnt] = self._people.learn(setting, self._without, self._source)
         return self._priors[learnt]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.core.anatomical import Noise, Shrinkage
+from pipeline.core.anatomical import Differences, Noise, Shrinkage
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 
 
@@ -27,6 +27,8 @@ class Setting:
         Weight of the stance rows.
     proportions : float
         How far bones may be from the proportions of the average walker, mm.
+    differences : Differences, optional
+        What is assumed of a laboratory that is not among the training walks, before these tell more.
     """
 
     harmonics: int = 4
@@ -37,6 +39,7 @@ class Setting:
     pairs: float = np.inf
     stance: float = 0.0
     proportions: float = np.inf
+    differences: Differences | None = None
 
     @property
     def linear(self) -> Setting:

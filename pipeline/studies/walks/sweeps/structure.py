@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.core import anatomical, errors
+from pipeline.core.anatomical import Differences
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
@@ -23,7 +24,7 @@ from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_set
 from pipeline.validation import require_range
 
 FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
-"""Methods that also learn from one laboratory and are tried in another."""
+"""Methods that also learn from one laboratory and are tried in another, the last with what laboratories differ by."""
 DIAGONAL = 0.5
 """What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
 PARTS_EVERY = 3
@@ -198,6 +199,7 @@ class Structure(Sweep):
             same = np.flatnonzero(people.model.sources == people.model.sources[person])
             fold = people.fold(*same.tolist())
             mine = {method: settings[method][person] for method in FROM_ANOTHER_SOURCE}
+            mine["anatomical"] = replace(mine["anatomical"], differences=Differences())
             return errors_of(people, fold, mine, person, view).mean(axis=-1)
 
         return np.stack(map_processes(one, range(people.count), workers), axis=1)
