@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from functools import cache, partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -76,10 +77,14 @@ def rows_of(before: str, kind: type[Any]) -> Iterator[tuple[str, str, str, str, 
             continue
         hint, name = hints[one.name], before + one.name
         plain = _plain(hint)
+        about = words.get(one.name) or _choices(plain)
         if isinstance(plain, type) and is_dataclass(plain):
-            yield from rows_of(f"{name}.", plain)
+            for inner, *middle, unit, meaning in rows_of(f"{name}.", plain):
+                # Of a grid the unit stands in its own name, and what is swept in its own words.
+                whole = "; ".join(part for part in (about, meaning) if part)
+                yield inner, *middle, unit or _unit(one.name), whole
             continue
-        yield name, _type(plain), _default(one), bounds(hint), _unit(one.name), words.get(one.name, "")
+        yield name, _type(plain), _default(one), bounds(hint), _unit(one.name), about
 
 
 def options() -> str:
@@ -107,6 +112,27 @@ def _plain(hint: Any) -> Any:
         inner = [part for part in get_args(hint) if part is not type(None)]
         return _plain(inner[0]) if len(inner) == 1 else hint
     return hint
+
+
+def _choices(kind: Any) -> str:
+    """What an enumeration says of itself and of its members."""
+    if get_origin(kind) is list:
+        kind = _plain(get_args(kind)[0])
+    if not (isinstance(kind, type) and issubclass(kind, Enum)):
+        return ""
+    told = [kind.__doc__ or ""]
+    nodes = ast.parse(inspect.getsource(inspect.getmodule(kind) or kind)).body
+    body = next(
+        (node.body for node in nodes if isinstance(node, ast.ClassDef) and node.name == kind.__name__), []
+    )
+    for member, after in pairwise(body):
+        if (
+            isinstance(member, ast.Assign)
+            and isinstance(after, ast.Expr)
+            and isinstance(after.value, ast.Constant)
+        ):
+            told.append(f"`{ast.unparse(member.targets[0])}`: {after.value.value}")
+    return " ".join(" ".join(told).split())
 
 
 def _type(kind: Any) -> str:
@@ -169,8 +195,9 @@ _UNITS = {
 
 
 def _unit(name: str) -> str:
-    if name.endswith("mm_s"):
-        return "mm/s"
+    for end, unit in (("mm_s", "mm/s"), ("deg_s", "°/s")):
+        if name.endswith(end):
+            return unit
     parts = [part for part in name.split("_") if part not in ("low", "high")]
     return _UNITS.get(parts[-1], "") if len(parts) > 1 else ""
 

@@ -38,6 +38,16 @@ def test_every_option_stands_in_the_table_with_who_uses_it() -> None:
     assert "| `name`" in made.partition("### Every figure")[2]
 
 
+def test_every_option_says_what_it_means() -> None:
+    told = [
+        row for _, before, kind, _ in generated.option_classes() for row in generated.rows_of(before, kind)
+    ]
+    assert [row[0] for row in told if not all(row[k].strip() for k in (0, 1, 2, 5))] == []
+    units = {row[0]: row[4] for row in told}
+    assert units["sweep.sigma2_mm2.step"] == "mm²"
+    assert units["data.steady.turn_deg_s"] == "°/s"
+
+
 def test_a_table_has_type_default_bounds_unit_and_meaning() -> None:
     @dataclass
     class Sweep:

@@ -56,12 +56,12 @@ class Heading(StrEnum):
 class SyntheticPerformances:
     """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
-    performances: Annotated[int, bounded(at_least=1, at_most=10_000)] = 40
-    subjects: int = 5
-    frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0
-    frame_rate_hz: float = 30.0
-    rate_spread: float = 0.3
-    marker_noise_mm: float = 0.5
+    performances: Annotated[int, bounded(at_least=1, at_most=10_000)] = 40  # number of performances
+    subjects: int = 5  # number of people
+    frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0  # mean length, frames
+    frame_rate_hz: float = 30.0  # of the recordings
+    rate_spread: float = 0.3  # standard deviation of the logarithm of the rate
+    marker_noise_mm: float = 0.5  # standard deviation of each coordinate
     limit: int = 0  # at most so many performances; 0: all
 
 
@@ -69,9 +69,9 @@ class SyntheticPerformances:
 class SyntheticClips:
     """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
 
-    clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = 12
-    seconds: Annotated[float, bounded(above=0, at_most=3600)] = 6.8
-    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 30.0
+    clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = 12  # number of clips
+    seconds: Annotated[float, bounded(above=0, at_most=3600)] = 6.8  # length of each, s
+    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 30.0  # of the recordings
     bandwidth: int = 10  # cosines of the angles of the smooth bodies, over the whole clip
     limit: int = 0  # at most so many clips; 0: all
 
@@ -84,11 +84,11 @@ class Steady:
     path: HorizontalPath = HorizontalPath.cubic
     heading: Heading = Heading.steps
     speed_band: float = 0.35  # relative to the median speed; narrower bands are tried first
-    turn_deg_s: float = 45.0
-    cycles: float = 1.0
+    turn_deg_s: float = 45.0  # a walk that turns faster is not steady
+    cycles: float = 1.0  # least length, gait cycles
     gap_s: float = 0.1  # longer gaps end a stretch, shorter ones are bridged
-    fundamental_share: float = 0.6
-    residual_share: float = 0.15
+    fundamental_share: float = 0.6  # least share of the variance in the fundamental
+    residual_share: float = 0.15  # largest share of the variance beyond two harmonics
     frequency_ratio: float = 1.6  # to the population's median, at equal Froude number
 
 
@@ -99,7 +99,7 @@ class Data(ABC):
     knows_true_course: ClassVar[bool] = False
     """Whether the true phase of the performances is known."""
 
-    name: str
+    name: str  # of the data set and of its folder of results
     walkers: CountOrAll = 0  # at most so many people; 0: all
 
     def validate(self) -> None:
@@ -133,12 +133,12 @@ class SyntheticPeople(Data):
 
     knows_true_course: ClassVar[bool] = True
 
-    population: Annotated[int, bounded(at_least=1, at_most=10_000)] = 80
+    population: Annotated[int, bounded(at_least=1, at_most=10_000)] = 80  # number of people
     populations: Annotated[int, bounded(at_least=0, at_most=1000)] = 0  # further ones, for intervals; 0: none
     male_share: float = 0.4  # the papers' 32 men of 80
-    duration_s: Annotated[float, bounded(above=0, at_most=3600)] = 8.0
-    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 120.0
-    marker_noise_mm: float = 0.5
+    duration_s: Annotated[float, bounded(above=0, at_most=3600)] = 8.0  # of each walk
+    frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 120.0  # of the recordings
+    marker_noise_mm: float = 0.5  # standard deviation of each coordinate
     heading: Heading = Heading.steps  # of walks
     offsets: Annotated[float, bounded(at_least=0, at_most=100)] = (
         1.0  # factor on how far offsets of joint angles differ

@@ -57,7 +57,7 @@ class Cut(StrEnum):
 class NamedClips:
     """Which recordings hold clips of one kind."""
 
-    sources: list[str] = field(default_factory=list)
+    sources: list[str] = field(default_factory=list)  # of the table; * stands for all
     action: str = ""  # beginning of the table's action, or the whole of it
     limit: int = 0  # at most so many clips; 0: all
 
@@ -127,9 +127,9 @@ class RecordedData(Recordings):
     """Public recordings listed in `data/sources.csv`."""
 
     sources: list[str]  # of walks; * stands for all
-    action: str = "walk"
-    table: str = "data/sources.csv"
-    raw: str = "data/raw"
+    action: str = "walk"  # of walks, as the table has it
+    table: str = "data/sources.csv"  # of all files: source, subject, action, address, sha256
+    raw: str = "data/raw"  # folder of downloaded files
     mirror: str = ""  # folders that hold the same files, with : between them; read where raw lacks one
     folders: list[str] = field(default_factory=list)  # of your own walks: a further source each
     person: str = (
@@ -188,8 +188,8 @@ class RecordedData(Recordings):
 class FolderData(Recordings):
     """The user's own files."""
 
-    path: str = ""
-    pattern: str = "**/*"
+    path: str = ""  # folder of files
+    pattern: str = "**/*"  # of their names, below the folder
     person: str = "^([^_.]+)"  # regular expression on the file's name; its first group names the person
     frame_rate_hz: float = 0.0  # for files that do not say (AMC: 120, CSV without time); 0: the file's own
     units: str = ""  # for files that do not say: mm, cm, m, in

@@ -56,15 +56,15 @@ class Labels(StrEnum):
 class Input:
     """Keypoints to be reconstructed, and what is known of the video."""
 
-    path: str = ""
+    path: str = ""  # file of keypoints
     frame_rate_hz: float = 0.0  # 0: as the file says
     layout: str = ""  # coco17, halpe26, body25, …; empty: recognised
     person: str = ""  # identity in the file, or a number by length of track; empty: the longest track
     width: int = 0  # of the image, px; 0: as the file says
-    height: int = 0
+    height: int = 0  # of the image, px; 0: as the file says
     focal_px: float = 0.0  # 0: not known, and found with the walk
     stature_mm: float = 0.0  # 0: not known; then nothing is in true millimetres
-    least_confidence: float = 0.3
+    least_confidence: float = 0.3  # keypoints below it are not used
     labels: Labels = Labels.both
 
 

@@ -26,10 +26,12 @@ class Output:
     """What is written where."""
 
     path: str = ""  # folder; empty: results/reconstructed/<name of the input>
-    formats: list[Format] = field(default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv])
+    formats: list[Format] = field(
+        default_factory=lambda: [Format.c3d, Format.trc, Format.bvh, Format.csv]
+    )  # of the walk in 3D
     names: Names = Names.ours  # of a BVH's joints, for retargeting: ours, mixamo, rokoko
     in_place: bool = False  # a BVH without the path
-    picture: bool = True
+    picture: bool = True  # PNG of the walk
     recording: bool = True  # for the rerun viewer
     page: bool = True  # HTML with a player
 

@@ -14,17 +14,17 @@ from pipeline.validation import InvalidInput, require_range
 class Scale:
     """Sizes of a run, from which any preset takes those that it uses."""
 
-    name: str
+    name: str  # `smoke` or `full`
     walkers: int  # most people; 0: all
-    view_step_deg: float
-    sigma2_step_mm2: float
+    view_step_deg: float  # between views of walkers
+    sigma2_step_mm2: float  # between noise variances
     structure_step_deg: float  # views of the anatomical reconstruction
     few_views_step_deg: float  # the same, for hidden joints and noise
     partners: int  # people who choose the settings of each person
     performances: int  # most performances of an action; 0: all
     tracked: int  # performances that are held out and tracked; 0: all
     faced: int  # walkers of the face-off; 0: all
-    particles: list[int]
+    particles: list[int]  # of each filter, one track to each number
     clips: int  # most clips of varied motion; 0: all
     populations: int  # further synthetic populations for intervals; 0: none
     trials: int  # trials for every value of a sweep over limbs
@@ -37,9 +37,9 @@ class Scale:
 class Experiment:
     """A figure of a paper, with all options of the stages that make it."""
 
-    name: str
-    paper: str
-    title: str
+    name: str  # of the figure, of its Make target and of its folder of results
+    paper: str  # its key, as in `conf/paper`
+    title: str  # in captions
     expect: str  # what the reader should see
     scale: Scale
     data: Data
@@ -49,11 +49,11 @@ class Experiment:
     figure: Figure
     cost_s: float  # processor time at full scale, about: short before long, and how long is left
     skeleton: Skeleton = field(default_factory=Skeleton)
-    seed: int = 2007
+    seed: int = 2007  # of all random numbers
     workers: int = field(
         default_factory=usable_cores
     )  # processes at a time; more are as many as there are cores
-    results: str = "results"
+    results: str = "results"  # folder of results
 
     def validate(self) -> None:
         """Validate all options.

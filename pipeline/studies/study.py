@@ -56,9 +56,9 @@ class Grid:
     array([-90., -45.,   0.,  45.,  90.])
     """
 
-    start: Finite
-    stop: Finite
-    step: Positive
+    start: Finite  # first value
+    stop: Finite  # last value, if a whole number of steps reaches it
+    step: Positive  # between values
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (N,), float64.  Raises InvalidInput if an option is out of range."""
@@ -217,8 +217,8 @@ class Figure(ABC):
     timeline: ClassVar[str] = ""
     """Timeline of a recording that has charts alone."""
 
-    picture: bool = True
-    recording: bool = True
+    picture: bool = True  # draw the PNG and the PDF
+    recording: bool = True  # write the Rerun recording
 
     def validate(self, experiment: Any) -> None:
         """Validate the options, also against the rest of the experiment.  Raises InvalidInput if they do not fit."""

@@ -132,7 +132,7 @@ class ActionSpaceModel(Model):
     penalty: Penalty = Penalty.change
     start: Start = Start.fixed
     steps: list[int] = field(default_factory=lambda: [-1, 0, 1])  # changes of disparity [mozerov2006 13]
-    key_frames: Count = 5
+    key_frames: Count = 5  # number of key frames
     bound: Positive = 3.0  # standard deviations within which a posture is accepted
 
     def validate(self) -> None:

@@ -54,8 +54,8 @@ class Smoothness(Sweep):
 
     smoothness: Distinct[NonNegative] = field(
         default_factory=lambda: [0.0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0]
-    )
-    penalties: Distinct[Penalty] = field(default_factory=lambda: list(Penalty))
+    )  # mu, of the synchronization
+    penalties: Distinct[Penalty] = field(default_factory=lambda: list(Penalty))  # of the disparity
 
     def measure(self, inputs: SweepInputs[None, Postures, Action]) -> TimeErrors:
         """Return the errors of the time that synchronization recovers."""

@@ -71,9 +71,13 @@ class HeldOutTracking(Sweep):
 
     draws_random_numbers = True
 
-    particles: Distinct[Annotated[int, bounded(at_least=1, at_most=1_000_000)]] = scaled(value="particles")
+    particles: Distinct[Annotated[int, bounded(at_least=1, at_most=1_000_000)]] = scaled(
+        value="particles"
+    )  # of each filter
     tracked: CountOrAll = scaled(value="tracked")  # performances, evenly over all; 0: all
-    leave_out: Distinct[LeaveOut] = field(default_factory=lambda: list(LeaveOut))
+    leave_out: Distinct[LeaveOut] = field(
+        default_factory=lambda: list(LeaveOut)
+    )  # what the model is learnt without
     noise_mm: Distinct[NonNegative] = field(
         default_factory=lambda: [0.0, 10.0, 30.0]
     )  # of the observed joints
@@ -82,7 +86,7 @@ class HeldOutTracking(Sweep):
     )  # share of joints unseen, in runs
     occlusion_frames: float = 10.0  # mean length of such a run
     baseline_noise_mm: NonNegative = 10.0  # where noise is not what varies
-    view_angle_deg: Finite = 45.0
+    view_angle_deg: Finite = 45.0  # of the camera
     camera: CameraKind = CameraKind.orthographic
     distance_mm: Positive = 4000.0  # of a perspective camera
     moves: CountOrAll = 0  # Metropolis moves of each particle at each frame

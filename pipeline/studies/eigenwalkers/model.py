@@ -75,9 +75,9 @@ class EigenwalkersModel(Model):
 
     dataset = FourierDataset
 
-    components: Count = 30
+    components: Count = 30  # number of eigenwalkers
     divisor: Divisor = Divisor["R-1"]
-    mirror: bool = False
+    mirror: bool = False  # also learn from mirror images
     omega_scale_mm: Positive | None = 1.0  # null: equal to the mean variance of the other numbers
 
     def training(self, dataset: FourierSamples) -> tuple[np.ndarray, dict[str, Any]]:

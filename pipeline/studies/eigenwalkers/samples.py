@@ -92,7 +92,7 @@ class FourierDataset(Dataset):
 
     corpus = WALKS
 
-    harmonics: Count = 2
+    harmonics: Count = 2  # of the Fourier series
     frequency: bool = False  # zhang2004: the frequency is the 226th number
     origin: Origin = Origin.pelvis_mean
     size: Size = Size.absolute

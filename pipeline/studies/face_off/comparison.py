@@ -125,11 +125,13 @@ class MethodErrors:
 class FaceOffSweep(CameraSweep):
     """Walks reconstructed by eigenwalkers and by articulated trajectories from the same projections."""
 
-    view_angle_deg: Increasing[ViewAngle] = field(default_factory=lambda: [0.0, 30.0, 60.0, 90.0])
+    view_angle_deg: Increasing[ViewAngle] = field(
+        default_factory=lambda: [0.0, 30.0, 60.0, 90.0]
+    )  # true views
     walkers: CountOrAll = scaled(value="faced")  # evenly over all; 0: all
     frames: Annotated[int, bounded(at_least=LEAST_FRAMES)] = 100  # of each walk; fewer where shorter
-    frame_rate_hz: Annotated[float, bounded(at_least=1)] = 30.0
-    noise_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0, 3.0])
+    frame_rate_hz: Annotated[float, bounded(at_least=1)] = 30.0  # at which walks are resampled
+    noise_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0, 3.0])  # of the image
     occluded: Increasing[Finite] = field(
         default_factory=lambda: [0.0, 0.1, 0.3]
     )  # share of joints unseen, in runs

@@ -18,7 +18,7 @@ from pipeline.validation import CountOrAll, Several
 class KeypointChanges(FilmedClips):
     """Simulated clips, each under every condition with the same random numbers."""
 
-    changes: Changes
+    changes: Changes  # kind of changes: degradations, or parts taken away
     takes: Several = scaled(value="takes")  # clips of the usual condition
     levels: CountOrAll = scaled(value="levels")  # of each kind of change, the last so many; 0: all
 

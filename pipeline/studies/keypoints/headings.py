@@ -28,9 +28,13 @@ def side(number: int) -> tuple[int, bool]:
 class KeypointHeadings(FilmedClips):
     """Simulated clips from all sides."""
 
-    clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(value="filmed")
+    clips: Annotated[int, bounded(at_least=len(HEADINGS_DEG))] = scaled(
+        value="filmed"
+    )  # number of simulated clips
     # Of each joint of the simulated detector; what the model believes, too.
-    bias_mm: Annotated[float, bounded(at_least=0, at_most=100)] = 10.0
+    bias_mm: Annotated[float, bounded(at_least=0, at_most=100)] = (
+        10.0  # of the detector, standard deviation over joints
+    )
 
     @property
     def conditions(self) -> list[Condition]:

@@ -102,7 +102,7 @@ class KeypointWalkersModel(Model):
 
     dataset = FilmedWalkersDataset
 
-    components: Count = 14
+    components: Count = 14  # number of eigenwalkers
     groups: Several = 8  # people are left out in so many groups, each with everybody of it
 
     def learn(self, dataset: FilmedWalkers, *, workers: int) -> KeypointWalkers:

@@ -85,9 +85,11 @@ class CameraSweep(Sweep):
 
     draws_random_numbers = True
 
-    cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
-    distance_mm: Annotated[float, bounded(at_least=1)] = 4000.0
-    focal_px: Annotated[float, bounded(at_least=1)] = 1000.0
+    cameras: Distinct[Camera] = field(
+        default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky]
+    )  # that are compared
+    distance_mm: Annotated[float, bounded(at_least=1)] = 4000.0  # of the camera
+    focal_px: Annotated[float, bounded(at_least=1)] = 1000.0  # focal length
     around_deg: Finite = 60.0  # how far a moving or shaky camera walks around
 
     @property

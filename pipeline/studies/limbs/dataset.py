@@ -56,8 +56,8 @@ class LimbDataset(Dataset):
 
     corpus = VARIED
 
-    frames: Annotated[int, bounded(at_least=3)] = 100
-    frame_rate_hz: Positive = 30.0
+    frames: Annotated[int, bounded(at_least=3)] = 100  # of each stretch
+    frame_rate_hz: Positive = 30.0  # at which clips are resampled
     stretches: Count = 2  # of each clip, evenly over it; fewer where it is too short
 
     def build(self, clips: VariedClips, *, workers: int) -> LimbStretches:

@@ -147,11 +147,13 @@ class MissingDataSweep(ErrorSweep):
     in_the_basis = True
 
     cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still])
-    fractions: Increasing[Missing] = field(default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
+    fractions: Increasing[Missing] = field(
+        default_factory=lambda: [0.0, 0.05, 0.1, 0.2, 0.3, 0.5]
+    )  # of the observations that are missing
     patterns: Distinct[Pattern] = field(default_factory=lambda: [Pattern.random, Pattern.block])
     length_error: NonNegative = 0.02  # standard deviation over limbs, relative
-    root_error_mm: NonNegative = 20.0
-    noise_px: NonNegative = 1.0
+    root_error_mm: NonNegative = 20.0  # root mean square error of the root
+    noise_px: NonNegative = 1.0  # of the image
     use_hinges: bool = False  # ours, not the paper's
     adjust: Adjustment = Adjustment.per_frame
     share: Annotated[float, bounded(above=0, at_most=1)] = 0.3  # of the trials: each is a skeleton

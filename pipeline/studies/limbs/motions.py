@@ -88,17 +88,17 @@ class MotionsSweep(CameraSweep):
     clips: CountOrAll = scaled(
         value="clips"
     )  # of the data set, evenly over all; 0: all.  Of each its liveliest stretch
-    noise_px: NonNegative = 1.0
+    noise_px: NonNegative = 1.0  # of the image
     lengths: Lengths = Lengths.true
     root: Root = Root.true
-    use_hinges: bool = True
+    use_hinges: bool = True  # choose the mirrors of limbs at a hinge together
     try_mirrors: bool = True  # beside: of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first
     time_limit_s: NonNegative = 0.2  # nominal, of each certificate
     papers_too: bool = True  # measure errors in the paper's conditions as well, which are:
     papers_lengths: Lengths = Lengths.anthropometric
     papers_root: Root = Root.unit_depth
-    papers_hinges: bool = False
+    papers_hinges: bool = False  # hinges are used
 
     def measure(self, inputs: LimbInputs) -> MotionsOfBoth:
         """Return the reconstructions; all cameras look at a clip from the same side and see the same noise."""

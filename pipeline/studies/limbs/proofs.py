@@ -47,9 +47,9 @@ class ProofSweep(LimbSweep):
     )
     frames: Increasing[Annotated[int, bounded(at_least=3)]] = field(
         default_factory=lambda: [25, 50, 100, 200]
-    )
-    components: Increasing[Count] = field(default_factory=lambda: [10, 20])
-    noises_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0])
+    )  # of each limb
+    components: Increasing[Count] = field(default_factory=lambda: [10, 20])  # of the trajectory basis
+    noises_px: Increasing[NonNegative] = field(default_factory=lambda: [0.0, 1.0])  # of the image
     adjust: Adjustment = Adjustment.per_frame
     long_share: Share = 0.2  # of the trials for over 100 frames, which may take the limit each
     time_limit_s: NonNegative = 2.0  # nominal, of each search

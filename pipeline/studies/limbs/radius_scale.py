@@ -40,12 +40,12 @@ class RadiusScaleSweep(ErrorSweep):
         default_factory=lambda: (
             [0.01, 0.03, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.1, 1.3, 2.0, 3.0, 10.0, 30.0, 100.0]
         )
-    )
+    )  # of the length of the limb that is assumed, relative to the true one
     refine: bool = True  # the radius with the trajectory, from the first adjustment: as in the paper
     adjusts: Distinct[Adjustment] = field(  # the first as in the paper
         default_factory=lambda: [Adjustment["global"], Adjustment.per_frame, Adjustment.robust]
     )
-    noise_px: NonNegative = 0.0
+    noise_px: NonNegative = 0.0  # of the image
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:
         """Return the errors of every trial for every scale and every way of adjusting the radius to the rays."""

@@ -60,7 +60,7 @@ class ReconstructibilitySweep(LimbSweep):
 
     cameras: Distinct[Camera] = field(default_factory=lambda: [Camera.still, Camera.moving, Camera.shaky])
     reading: Reading = Reading.vector
-    noise_px: NonNegative = 0.0
+    noise_px: NonNegative = 0.0  # of the image
     adjust: Adjustment = Adjustment.per_frame
     refined: Count = 10  # trials of each camera whose reprojection error is refined from other starts as well
 

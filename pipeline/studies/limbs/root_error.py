@@ -26,9 +26,9 @@ class RootErrorSweep(ErrorSweep):
 
     ratios: Increasing[NonNegative] = field(
         default_factory=lambda: [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5]
-    )
+    )  # root mean square error of the root, relative to the length of the limb
     smooth: bool = True  # the error is in the trajectory basis; else it is white
-    noise_px: NonNegative = 0.0
+    noise_px: NonNegative = 0.0  # of the image
     adjust: Adjustment = Adjustment.per_frame
 
     def measure(self, inputs: LimbInputs) -> SweptErrors:

@@ -40,12 +40,14 @@ class AnatomicalModel(Model):
 
     dataset = FourierDataset
 
-    mirror: bool = True
-    within_harmonic: Share = 0.2
-    diagonal: Share = 0.1
-    extra_variance_mm2: Positive = 20.0
-    noise_variance_mm2: Positive = 100.0
-    noise_share: Share = 0.2
+    mirror: bool = True  # also learn from mirror images
+    within_harmonic: Share = (
+        0.2  # share of the covariance that is kept among coefficients of one harmonic alone
+    )
+    diagonal: Share = 0.1  # share that is kept of each coefficient by itself
+    extra_variance_mm2: Positive = 20.0  # added to each coefficient
+    noise_variance_mm2: Positive = 100.0  # of the observed coefficients
+    noise_share: Share = 0.2  # of the covariance, added to the noise
     length_factor: Positive = 1.5  # on the standard deviation of a bone's length within the cycle
     pair_factor: Positive = 2.0  # on that of the difference between left and right
 

@@ -58,9 +58,9 @@ class JointAngleErrors:
 class JointAngles(Sweep):
     """Joint angles of reconstructions at a known view angle."""
 
-    view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")
-    methods: Distinct[Method] = field(default_factory=lambda: list(Method))
-    noise_variance_mm2: Positive = 70.0
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
+    methods: Distinct[Method] = field(default_factory=lambda: list(Method))  # that are compared
+    noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     instants: Annotated[int, bounded(at_least=5)] = 40  # of a cycle: twenty times the highest harmonic
 
     def of_populations(self) -> JointAngles:

@@ -107,13 +107,17 @@ class KnownViewErrors:
 class KnownView(Sweep):
     """Reconstruction at a known view angle."""
 
-    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
-    sigma2_mm2: Swept = scaled(start=1, stop=625, step="sigma2_step_mm2")
-    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))
-    noise_variance_mm2: Positive = 70.0
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
+    sigma2_mm2: Swept = scaled(
+        start=1, stop=625, step="sigma2_step_mm2"
+    )  # noise variances that approach II is tried with
+    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))  # that are compared
+    noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     truth: Truth = Truth.motion
     missing_variance: MissingVariance = MissingVariance.temporal
-    demonstration_views_deg: Distinct[Finite] = field(default_factory=lambda: [0.0, 30.0, 90.0])
+    demonstration_views_deg: Distinct[Finite] = field(
+        default_factory=lambda: [0.0, 30.0, 90.0]
+    )  # views whose reconstructions are kept
 
     def measure(self, inputs: Inputs) -> KnownViewErrors:
         """Return what both approaches reconstruct from every view, and how far it is off."""

@@ -60,15 +60,17 @@ class UnknownView(Sweep):
 
     draws_random_numbers = True
 
-    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")
-    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))
-    noise_variance_mm2: Positive = 70.0
+    view_angle_deg: Swept = scaled(start=-90, stop=90, step="view_step_deg")  # true views
+    methods: Distinct[Method] = field(default_factory=lambda: list(PUBLISHED))  # that are compared
+    noise_variance_mm2: Positive = 70.0  # sigma² of approach II
     solver: Solver = Solver["global"]
-    angle_range_deg: list[float] = field(default_factory=lambda: [-180.0, 180.0])
+    angle_range_deg: list[float] = field(
+        default_factory=lambda: [-180.0, 180.0]
+    )  # in which the angle is sought
     published_views_deg: list[float] = field(
         default_factory=lambda: [-90.0, -60.0, -30.0, 0.0, 30.0, 60.0, 90.0]
     )  # on which it is tried beside the global one
-    failure_deg: Positive = 30.0
+    failure_deg: Positive = 30.0  # an estimate that is further off is a failure
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""

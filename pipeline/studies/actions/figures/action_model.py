@@ -62,7 +62,7 @@ class ActionModelFigure(Figure):
     model = ActionSpaceModel
     sweep = Timing
 
-    dimensions: Count = 4
+    dimensions: Count = 4  # of the aSpace that are drawn
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: the drawn sequences; distances, spectrum, performances, alignments, model, posture.

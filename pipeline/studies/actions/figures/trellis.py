@@ -48,7 +48,9 @@ class OptimalPath(Figure):
     model = ActionSpaceModel
 
     # Brought to the rate of the median sequence; -1: the one with the largest disparity.
-    performance: Annotated[int, bounded(at_least=-1)] = -1
+    performance: Annotated[
+        int, bounded(at_least=-1)
+    ] = -1  # by number, brought to the rate of the median sequence; -1: of the largest disparity
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: E of every node; ``table_path``: the path; ``table_pair``: its distance, that of others."""

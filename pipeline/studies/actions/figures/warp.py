@@ -47,7 +47,7 @@ class Warp(Figure):
 
     model = ActionSpaceModel
 
-    dimension: Count = 1
+    dimension: Count = 1  # of the aSpace that is drawn
     performances: Count = 6  # drawn; the table has all
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:

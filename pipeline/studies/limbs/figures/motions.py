@@ -59,7 +59,7 @@ class MotionsFigure(Figure):
     sweep = MotionsSweep
 
     mirrors: bool = False  # show the reconstructions in which mirrors of limbs in doubt were tried
-    instants: Count = 4
+    instants: Count = 4  # of each motion that are drawn
     shown: list[str] = field(  # the first clip whose action says so is drawn
         default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
     )

@@ -51,8 +51,8 @@ class Postures(Figure):
     sweep = KnownView
     over_people = ("table_demonstrations", "table_identification")
 
-    walker: CountOrAll = 0
-    instants: Count = 5
+    walker: CountOrAll = 0  # that is drawn, by number
+    instants: Count = 5  # of the cycle that are drawn
     recorded: Count = 24  # walkers of the recording, spread over all; 80 of them would take 14 MB
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:

@@ -64,7 +64,7 @@ class Coverage(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> Bars:

@@ -53,7 +53,7 @@ class ObservedNoise(Sweep):
 
     draws_random_numbers = True
 
-    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
+    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> NoiseErrors:

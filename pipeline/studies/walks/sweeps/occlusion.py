@@ -65,9 +65,9 @@ class HiddenJoints:
 class Occlusion(Sweep):
     """Hidden joints at known views."""
 
-    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")
+    seen_from_deg: Swept = scaled(start=0, stop=90, step="few_views_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose sigma² of MAP for each person
-    hidden: list[str] = field(default_factory=lambda: list(HIDDEN))
+    hidden: list[str] = field(default_factory=lambda: list(HIDDEN))  # sets of joints that are hidden in turn
     joints: list[str] = field(default_factory=list)  # hides these joints, too, as the condition "own"
 
     def validate(self) -> None:

@@ -79,7 +79,7 @@ class StructureErrors:
 class Structure(Sweep):
     """Ladder of the anatomical reconstruction at known views."""
 
-    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")
+    seen_from_deg: MirroredViews = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     partners: Choosers = scaled(value="partners")  # people who choose the settings of each person
 
     def measure(self, inputs: SweepInputs[object, FourierSamples, AnatomicalWalkers]) -> StructureErrors:

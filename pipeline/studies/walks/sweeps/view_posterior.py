@@ -51,7 +51,7 @@ class ViewPosteriors:
 class ViewAngleBars(Sweep):
     """Posterior of the view angle."""
 
-    seen_from_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")
+    seen_from_deg: Swept = scaled(start=-90, stop=90, step="structure_step_deg")  # true views
     candidates: Annotated[int, bounded(at_least=24, at_most=3600)] = 72  # angles on the circle
     noise_variance_mm2: Positive = 70.0  # of the plain covariance
 
