@@ -112,6 +112,7 @@ def _steady_part(
     if steady.heading is Heading.steps:
         # A turn about the vertical moves no frequency and no share of the variance.
         level = walking.turn_about_vertical(level, -walking.step_heading(series.coefficients))
+    walking.require_walk(level, frame_rate_hz, leg_mm=row["leg_length_mm"], speed_mm_s=stretch.speed_mm_s)
     row |= {
         "strides": len(level) / frame_rate_hz * series.frequency_hz,
         "frequency_hz": series.frequency_hz,

@@ -1,10 +1,12 @@
 """From a recording to a walker: a usable clip, its steady stretch, its treadmill equivalent (zhang2007 section 2).
 
 In the order of use: `require_millimetres` and `bridge_gaps` make sure of the clip, `steady_stretch` finds the part
-of it in which somebody walks steadily, `treadmill_equivalent` takes the path and the heading out of that part, and
-`set_origin` puts it about the pelvis.  Positions are (T, 15, 3) in WALKER15 order, mm, z up.
+of it in which somebody walks steadily, `treadmill_equivalent` takes the path and the heading out of that part,
+`require_walk` refuses what is no walk, and `set_origin` puts it about the pelvis.  Positions are (T, 15, 3) in
+WALKER15 order, mm, z up.
 """
 
+from pipeline.core.walking.gates import require_walk
 from pipeline.core.walking.steady import (
     STANDING_MM,
     TREADMILL_MM_S,
@@ -38,6 +40,7 @@ __all__ = [
     "leg_length",
     "longest_run",
     "require_millimetres",
+    "require_walk",
     "set_origin",
     "stature",
     "steady_stretch",

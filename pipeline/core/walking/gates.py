@@ -1,0 +1,82 @@
+"""What is no walk: runs, and motion on the spot that two harmonics describe as well (kicks, bends, grabs).
+
+Symbols
+-------
+``Fr``     Froude number, ``v² / (g leg)``: people run from about 0.5, and a leg that is a pendulum stays below 1
+``lift``   how far the ankle rises in swing, in lengths of the leg; a runner's heel rises to the knee
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.skeleton import WALKER15
+from pipeline.validation import InvalidInput, told_apart
+
+GRAVITY_MM_S2 = 9806.65
+FASTEST_FROUDE, RUNNING_FROUDE, RUNNING_LIFT = 0.8, 0.4, 0.38
+"""A run is beyond the first, or beyond both others; 109 recorded walks have 0.44 and 0.3 at most, four runs 0.97 and
+0.42 at least."""
+ALTERNATION = -0.5
+"""Largest correlation of the two ankles' fore-aft motion: walks have -0.84 at most, bends -0.3 at least."""
+LEAST_STANCE, SLOWEST_MM_S = 0.15, 100.0
+"""Share of the time in which each foot is the lower one, and how fast the lower foot goes back under the pelvis."""
+BOW_DEG = 25.0
+"""Range of the trunk's pitch over the stretch, 5 to 95 %: walks have 10, bends 50 at least."""
+
+_ANKLES = [WALKER15.index("left_ankle"), WALKER15.index("right_ankle")]
+_SHOULDERS = [WALKER15.index("left_shoulder"), WALKER15.index("right_shoulder")]
+_PELVIS = WALKER15.index("pelvis")
+
+
+def require_walk(level: np.ndarray, frame_rate_hz: float, *, leg_mm: float, speed_mm_s: float) -> None:
+    """Require that somebody walks: feet alternate, each stands and swings, the trunk does not bow, and nobody runs.
+
+    Parameters
+    ----------
+    level : (T, 15, 3)
+        Treadmill equivalent, mm.
+    frame_rate_hz, leg_mm : float
+    speed_mm_s : float
+        Of the pelvis; 0 on a treadmill, where the lower foot tells the speed.
+
+    Raises
+    ------
+    InvalidInput
+        With the number that speaks against it.
+    """
+    ankles = level[:, _ANKLES]
+    fore = ankles[..., 1] - ankles[..., 1].mean(axis=0)
+    power = np.sqrt((fore**2).sum(axis=0).prod())
+    together = float(fore.prod(axis=1).sum() / power) if power > 0 else 1.0
+    if together > ALTERNATION:
+        raise InvalidInput(
+            "no walk: the feet do not alternate",
+            expected=f"fore-aft motion correlated by {ALTERNATION:g} or less",
+            received=told_apart(together, ALTERNATION, 2),
+        )
+    lower = ankles[..., 2].argmin(axis=1)
+    back = -np.gradient(ankles[..., 1], axis=0)[np.arange(len(lower)), lower] * frame_rate_hz
+    belt, share = float(np.median(back)), float(min((lower == 0).mean(), (lower == 1).mean()))
+    if belt < SLOWEST_MM_S or share < LEAST_STANCE:
+        raise InvalidInput(
+            "no walk: the feet do not stand and swing in turn",
+            expected=f"each the lower one in {LEAST_STANCE:.0%} of the frames, going back at {SLOWEST_MM_S:g} mm/s",
+            received=f"{share:.0%}, {belt:.0f} mm/s",
+        )
+    trunk = level[:, _SHOULDERS].mean(axis=1) - level[:, _PELVIS]
+    low, high = np.percentile(np.degrees(np.arctan2(trunk[:, 1], trunk[:, 2])), [5, 95])
+    if high - low > BOW_DEG:
+        raise InvalidInput(
+            "no walk: the trunk bows",
+            expected=f"pitch within {BOW_DEG:g}°",
+            received=f"{told_apart(float(high - low), BOW_DEG, 0)}°",
+        )
+    froude = (speed_mm_s or belt) ** 2 / (GRAVITY_MM_S2 * leg_mm)
+    lift = float(np.ptp(ankles[..., 2], axis=0).min()) / leg_mm
+    if froude > FASTEST_FROUDE or (froude > RUNNING_FROUDE and lift > RUNNING_LIFT):
+        raise InvalidInput(
+            "a run, not a walk",
+            expected=f"a Froude number up to {FASTEST_FROUDE:g}, or feet that hardly rise",
+            received=f"{froude:.2f}, feet that rise by {lift:.0%} of the leg",
+        )
