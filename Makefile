@@ -2,14 +2,18 @@
 DATA  ?= synthetic
 SCALE ?= full
 ARGS  ?=
+LAUNCH ?= local
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 VENV   := .venv
 RUN    := $(VENV)/bin/python -m pipeline
 READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
+CLUSTER := $(VENV)/.ready-cluster
 PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
+# With LAUNCH=slurm the figures are jobs of a cluster.
+AS_JOBS := $(if $(filter-out local,$(LAUNCH)),launch=$(LAUNCH))
 # One BLAS thread: many small solves are several times slower with more.
 export OPENBLAS_NUM_THREADS ?= 1
 export OMP_NUM_THREADS ?= 1
@@ -18,7 +22,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs check format test planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -35,24 +39,30 @@ $(READY): requirements.lock
 	@touch $(READY)
 
 # Both lists, so that every requirement of a tool has its version and hash.
-$(DEV): requirements-dev.lock $(READY)
+$(DEV): requirements-dev.lock $(CLUSTER)
 	@echo "adding the tools of tests, checks and benchmarks from requirements-dev.lock (once)"
-	@$(PIP) -r requirements.lock -r requirements-dev.lock
+	@$(PIP) -r requirements.lock -r requirements-cluster.lock -r requirements-dev.lock
 	@touch $(DEV)
 
-sweeps: $(READY) ## every figure at full scale, on every core (ARGS=workers=1: on one); DATA=synthetic (default), optical, cmu, hdm05
-	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(ARGS)
+cluster: $(CLUSTER) ## adds what LAUNCH=slurm and Hydra's launchers need: submitit, joblib
+$(CLUSTER): requirements-cluster.lock $(READY)
+	@echo "adding submitit and joblib from requirements-cluster.lock (once)"
+	@$(PIP) -r requirements.lock -r requirements-cluster.lock
+	@touch $(CLUSTER)
 
-smoke: $(READY) ## every figure at small scale
-	@$(RUN) figures data=$(DATA) scale=smoke $(ARGS)
+sweeps: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at full scale, on every core (ARGS=workers=1: on one); DATA=synthetic (default), optical, cmu, hdm05; LAUNCH=slurm: on a cluster
+	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(AS_JOBS) $(ARGS)
 
-$(FIGURES): $(READY)
-	@$(RUN) figures experiment=$@ data=$(DATA) scale=$(SCALE) $(ARGS)
+smoke: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at small scale
+	@$(RUN) figures data=$(DATA) scale=smoke $(AS_JOBS) $(ARGS)
+
+$(FIGURES): $(READY) $(if $(AS_JOBS),$(CLUSTER))
+	@$(RUN) figures experiment=$@ data=$(DATA) scale=$(SCALE) $(AS_JOBS) $(ARGS)
 
 data: $(READY) ## download the recordings of data/sources.csv; MOCAP_MIRROR=dir (or dir:dir) is tried first
 	@$(RUN) fetch $(ARGS)
 
-run: $(READY) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"
+run: $(READY) $(if $(findstring hydra/launcher,$(ARGS)),$(CLUSTER)) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"
 	@$(RUN) $(ARGS)
 
 inspect: $(READY) ## what is in your recordings: make inspect INPUT=folder|file
@@ -106,6 +116,9 @@ format: $(DEV) ## format the sources
 
 test: $(DEV) ## the tests, on every core, in three minutes; ALL=1: the thorough ones, too; ARGS=tests/core: some
 	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(if $(ALL)$(ARGS),,-m "not thorough") $(ARGS)
+
+test-cluster: $(DEV) ## LAUNCH=slurm on a Slurm of two nodes on this machine, one of them killed (Debian: slurmctld slurmd slurm-client munge)
+	@$(VENV)/bin/python -m pytest -n 0 tests/cluster $(ARGS)
 
 planted: $(DEV) ## small defects in a copy of the tree: which do the tests notice? ARGS=10: some, drawn by the commit; ARGS=core/camera
 	@$(VENV)/bin/python -m tests.planted $(ARGS)

@@ -178,8 +178,9 @@ def run_hydra(arguments: Sequence[str], make: Callable[[Experiment, Sequence[str
             print(error, file=sys.stderr)
             return
         folder = Path(settings.runtime.output_dir) / experiment.name if variant else None
-        if variant and settings.runtime.choices["hydra/launcher"] == "joblib":
-            experiment.workers = 1  # variants run side by side, each on a core
+        if variant and settings.runtime.choices["hydra/launcher"] != "basic":
+            # Variants run side by side, each on the cores that its launcher has asked for.
+            experiment.workers = min(experiment.workers, settings.launcher.get("cpus_per_task") or 1)
         refused = make(experiment, settings.overrides.task, folder)
         if refused and variant:
             # The other variants are made; the launcher passes this one's error to the caller.

@@ -21,7 +21,7 @@ from pipeline.clips.kinds import Clips
 from pipeline.ingestion.data import FolderData
 from pipeline.papers import Verdict
 from pipeline.processes import core_lent
-from pipeline.stages import dataset, figure, ingest, model, sweep
+from pipeline.stages import chain, figure
 from pipeline.storage.sealed_folders import require_replaceable
 from pipeline.storage.store import Store
 from pipeline.studies.experiment import Experiment
@@ -55,20 +55,12 @@ def make_figure(
         yield
         seconds[name] = time.perf_counter() - started
 
-    with stage("ingest"):
-        clips = ingest.run(experiment, store)
-    with stage("dataset"):
-        samples = dataset.run(experiment, clips, store)
-    with stage("model"):
-        learnt = model.run(experiment, samples, store)
-    with stage("sweep"):
-        measured = sweep.run(experiment, clips, samples, learnt, store)
-    stages = (clips, samples, learnt, measured)
+    stages = chain.run(experiment, store, at=stage)
     with stage("figure"):
         verdicts = figure.run(experiment, stages, folder, store)
     reused = tuple(kept.artefact.stage for kept in stages if not kept.artefact.computed)
     remarks = [remark for kept in stages for remark in getattr(kept.value, "remarks", [])]
-    remarks += _remarks_on(clips.value)
+    remarks += _remarks_on(stages[0].value)
     took_s = _processor_s() - processor_s
     return Outcome(experiment.name, folder, seconds, reused, verdicts, tuple(remarks), took_s)
 
@@ -127,13 +119,24 @@ def make_figures(jobs: Sequence[tuple[Experiment, Path]], *, console: Console) -
             made = make_side_by_side(jobs, attempt, display, processes=processes, cores=cores)
         else:
             made = _make_in_turn(jobs, display)
+    return report(jobs, made, console, seconds=time.perf_counter() - started)
+
+
+def report(
+    jobs: Sequence[tuple[Experiment, Path]],
+    made: Sequence[Outcome | Failure],
+    console: Console,
+    *,
+    seconds: float,
+) -> list[str]:
+    """Print the summary of figures that were made in some time, and return why some were not, a sentence each."""
     outcomes = [one for one in made if isinstance(one, Outcome)]
     if outcomes:
         own = {e.name for e, _ in jobs if isinstance(e.data, FolderData)}
         for words in filter(None, (own_result(one.folder) for one in outcomes if one.figure in own)):
             console.print(Text(words, style="bold"), soft_wrap=True)
         verdicts = _ledger(outcomes, {e.name: e for e, _ in jobs})
-        summarise(outcomes, verdicts, console, seconds=time.perf_counter() - started)
+        summarise(outcomes, verdicts, console, seconds=seconds)
     failures = [one for one in made if isinstance(one, Failure)]
     complaints = Console(stderr=True, highlight=False)
     for trace in dict.fromkeys(failure.traceback for failure in failures if failure.traceback):

@@ -37,7 +37,8 @@ Overrides name any option by its full path; `--cfg job` prints them all with the
   model.basis=soft                        sweep.cameras=[still]     sweep.trials=300
 Your own recordings (skeleton=auto recognises the marker set; skeleton=my_lab.yaml is a mapping of your own):
   python -m pipeline experiment=FIGURE data=folder data.path=DIR data.pattern='**/*.c3d' skeleton=auto
-On a cluster (extra `cluster`):
+On a cluster (extra `cluster`; docs/cluster.md):
+  python -m pipeline figures launch=slurm launch.partition=short launch.cores=4 launch.minutes=60
   python -m pipeline -m hydra/launcher=submitit_slurm experiment=zhang2007_fig5 model.components=10,20,30
 
 A preset writes to results/DATA/SCALE/FIGURE; with other overrides, to results/scratch/TIME/FIGURE.
@@ -58,7 +59,9 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
+from functools import partial
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -80,10 +83,12 @@ _INTERRUPTED = 130
 _NO_OUTPUT = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF}
 
 _OF_MAIN = {
-    "figures": """Make figures side by side: figures [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...] [--dry-run].
+    "figures": """Make figures side by side: figures [experiment=A,B] [data=...] [scale=...] [launch=slurm]
+        [OVERRIDE ...] [--dry-run].
 
         Without experiment=, all for which the data set has clips.  Finished stages are found again: the same command
-        continues a run that was interrupted.  --dry-run says what would be made.""",
+        continues a run that was interrupted.  --dry-run says what would be made.  launch=slurm makes them as jobs of a
+        cluster (launch.partition, .minutes, .cores; docs/cluster.md).""",
     "status": """Say of each figure, without computing, whether it is current, stale and why, or missing.
 
         status [experiment=A,B] [data=...] [scale=...] [OVERRIDE ...]""",
@@ -180,12 +185,13 @@ def make_all(arguments: Sequence[str]) -> int:
     ``experiment=a,b`` picks some, in this order; by default all that the data set has something for.  ``--dry-run``
     makes none, and prints for each whether it is current.
     """
+    from pipeline.cli.cluster import jobs_of, make_on_cluster, split_launch
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import lacking, make_figures
     from pipeline.cli.summary import open_console
 
     dry = "--dry-run" in arguments
-    arguments = [item for item in arguments if item != "--dry-run"]
+    launch, arguments = split_launch([item for item in arguments if item != "--dry-run"])
     chosen, common = split_named(arguments)
     moment = _moment()
     jobs = []
@@ -202,9 +208,14 @@ def make_all(arguments: Sequence[str]) -> int:
     if dry:
         from pipeline.cli.status import print_status, status
 
-        print_status([status(experiment, folder) for experiment, folder in jobs], console)
+        print_status(
+            [status(experiment, folder) for experiment, folder in jobs],
+            console,
+            jobs_of(jobs[0][1].parent) if jobs else {},
+        )
         return 0
-    refused = make_figures(jobs, console=console)
+    make = partial(make_on_cluster, options=launch) if launch else make_figures
+    refused = make(jobs, console=console)
     from pipeline.storage.sealed_folders import MANIFEST
 
     if not chosen and _as_presets(jobs) and any((folder / MANIFEST).is_file() for _, folder in jobs):
@@ -232,6 +243,12 @@ def _make_one(experiment: Experiment, overrides: Sequence[str], folder: Path | N
 
     folder = folder or destination(experiment, overrides, _moment())
     return next(iter(make_figures([(experiment, folder)], console=open_console())), "")
+
+
+def _make_variant(experiment: Experiment, overrides: Sequence[str], folder: Path | None) -> str:
+    """Make one figure of a multirun; a preset without further overrides in its own folder."""
+    own = destination(experiment, overrides, _moment())
+    return _make_one(experiment, overrides, own if _as_presets([(experiment, own)]) else folder)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -321,9 +338,10 @@ def _run(arguments: Sequence[str]) -> int:
     if not results.strip(" \"'"):
         raise InvalidInput("must name a folder", where="results", received="nothing")
     try:
-        return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_one)
+        return run_hydra([*arguments, f"hydra.sweep.dir=${{results}}/scratch/{moment}"], _make_variant)
     finally:
         _compare(Path(results) / "scratch" / moment)
+        _tell_presets(arguments)
 
 
 def _compare(run: Path) -> None:
@@ -333,3 +351,16 @@ def _compare(run: Path) -> None:
 
     if run.is_dir() and (written := compare_variants(run)):
         open_console().print("compared in " + ", ".join(map(str, written)), soft_wrap=True)
+
+
+def _tell_presets(arguments: Sequence[str]) -> None:
+    """Say where a multirun of presets, without further overrides, has put them."""
+    from pipeline.cli.compose import compose
+    from pipeline.storage.sealed_folders import MANIFEST
+
+    given = [item.partition("=") for item in arguments if "=" in item and not item.startswith("hydra")]
+    if not {key for key, _, _ in given} <= IDENTITY:
+        return
+    for overrides in product(*([f"{key}={value}" for value in text.split(",")] for key, _, text in given)):
+        folder = destination(compose(overrides), overrides, "")
+        print(f"{folder}/" if (folder / MANIFEST).is_file() else f"{folder}/ was not made")

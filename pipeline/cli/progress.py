@@ -73,11 +73,13 @@ class Display:
         self._progress.update(self._slots[slot], visible=False)
         self._progress.update(self._all, advance=self._experiments[figure].cost_s, count=self._count)
         if isinstance(made, Outcome) and not self._console.is_terminal and len(self._experiments) > 1:
-            reused = f", reused {' '.join(made.reused)}" if made.reused else ""
-            self._console.print(
-                Text(
-                    f"{self._count} {made.figure}: {sum(made.seconds.values()):.1f} s, "
-                    f"{made.processor_s:.1f} s of processor time{reused}, {made.folder}/"
-                ),
-                soft_wrap=True,
-            )
+            self._console.print(Text(line(self._count, made)), soft_wrap=True)
+
+
+def line(count: str, made: Outcome) -> str:
+    """Return a finished figure in a line; `count` says how many there are."""
+    reused = f", reused {' '.join(made.reused)}" if made.reused else ""
+    return (
+        f"{count} {made.figure}: {sum(made.seconds.values()):.1f} s, "
+        f"{made.processor_s:.1f} s of processor time{reused}, {made.folder}/"
+    )

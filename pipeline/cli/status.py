@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pipeline.stages import dataset, ingest, model, sweep
+from pipeline.stages import chain
 from pipeline.stages.figure import figure_code
 from pipeline.storage.sealed_folders import canonical, complaints_about, read_manifest
 from pipeline.storage.store import Plan
@@ -49,11 +49,7 @@ def status(experiment: Experiment, folder: Path) -> Status:
         for name, stage in manifest.get("stages", {}).items()
     }
     plan = Plan(Path(experiment.results), before)
-    clips = ingest.run(experiment, plan)
-    samples = dataset.run(experiment, clips, plan)
-    learnt = model.run(experiment, samples, plan)
-    measured = sweep.run(experiment, clips, samples, learnt, plan)
-    artefacts = [kept.artefact for kept in (clips, samples, learnt, measured)]
+    artefacts = [kept.artefact for kept in chain.run(experiment, plan)]
     to_compute = tuple(artefact.stage for artefact in artefacts if artefact.computed)
     if not folder.is_dir():
         return Status(experiment.name, MISSING, "not made yet", to_compute)
@@ -69,14 +65,20 @@ def status(experiment: Experiment, folder: Path) -> Status:
     return Status(experiment.name, CURRENT, "", to_compute)
 
 
-def print_status(found: Sequence[Status], console: Console) -> None:
-    """Print a row for each figure."""
+def print_status(found: Sequence[Status], console: Console, jobs: Mapping[str, str]) -> None:
+    """Print a row for each figure, and what is known of the cluster's jobs: of figures in it, of shared work below."""
     table = Table(box=None, pad_edge=False)
-    for heading in ("figure", "state", "to compute", "why"):
+    for heading in ("figure", "state", "to compute", "why", *(["job"] if jobs else [])):
         table.add_column(heading, overflow="fold")
     for one in found:
         state = Text(one.state, style=_STYLES[one.state])
-        table.add_row(one.figure, state, " ".join(one.to_compute) or "-", one.why)
+        job = jobs.get(one.figure, "")
+        if job.startswith("ended") and one.state != CURRENT:
+            job = job.replace("ended", "failed", 1)
+        table.add_row(one.figure, state, " ".join(one.to_compute) or "-", one.why, *([job] if jobs else []))
     console.print(table)
+    for name in sorted(set(jobs) - {one.figure for one in found}):
+        if not jobs[name].startswith("ended"):
+            console.print(Text(f"{name}: {jobs[name]}"), soft_wrap=True)
     counts = {state: sum(one.state == state for one in found) for state in _STYLES}
     console.print(", ".join(f"{count} {state}" for state, count in counts.items()) + "; nothing was computed")

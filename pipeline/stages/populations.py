@@ -18,15 +18,21 @@ from pipeline.studies.replicated import POPULATION
 from pipeline.studies.study import NoSweep, Nothing, SweepInputs
 
 
+def count(experiment: Experiment) -> int:
+    """Return how many further populations a figure has: none where its sweep reads clips, which are not kept."""
+    data, figure = experiment.data, experiment.figure
+    if not isinstance(data, SyntheticData) or not figure.over_people or experiment.sweep.reads_clips:
+        return 0
+    return data.populations
+
+
 def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
     """Return the tables of all further populations, ``table_populations`` for ``table``; none if there are none.
 
-    Training and test people vary together; the sweep is the figure's (`Sweep.of_populations`).  Clips are not kept: a
-    sweep that reads them has no populations.
+    Training and test people vary together; the sweep is the figure's (`Sweep.of_populations`).
     """
-    data, figure = experiment.data, experiment.figure
-    count = data.populations if isinstance(data, SyntheticData) else 0
-    if not (count and figure.over_people) or experiment.sweep.reads_clips:
+    figure, total = experiment.figure, count(experiment)
+    if not total:
         return {}
 
     def one(number: int) -> dict[str, pd.DataFrame]:
@@ -34,14 +40,14 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
         return {name: _without_intervals(found[name], number) for name in figure.over_people}
 
     # Figures that begin together share the work: one makes populations from the first on, others from the middle.
-    begin = 0 if isinstance(experiment.sweep, NoSweep) else count // 2
-    order = [*range(begin, count), *range(begin)]
+    begin = 0 if isinstance(experiment.sweep, NoSweep) else total // 2
+    order = [*range(begin, total), *range(begin)]
     if begin:  # first what figures share, so that none waits until another has swept it
-        map_processes(lambda number: _samples(experiment, number, store), order, experiment.workers)
+        map_processes(lambda number: sampled(experiment, number, store), order, experiment.workers)
     made = dict(zip(order, map_processes(one, order, experiment.workers), strict=True))
     return {
         name.removesuffix("_people") + "_populations": pd.concat(
-            [made[number][name] for number in range(count)], ignore_index=True
+            [made[number][name] for number in range(total)], ignore_index=True
         )
         for name in figure.over_people
     }
@@ -58,7 +64,7 @@ def _seed(experiment: Experiment, number: int) -> int:
     return int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
 
 
-def _samples(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
+def sampled(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     """Return the data set of one population, which all figures of the walks share."""
     dataset = experiment.dataset.shared()
     request = experiment.data.request(dataset.corpus, experiment.skeleton, _seed(experiment, number), 1)
@@ -73,20 +79,18 @@ def _samples(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     )
 
 
-def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
-    """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
-    model, sweep, seed = experiment.model, experiment.sweep.of_populations(), _seed(experiment, number)
-    kept = _samples(experiment, number, store)
-    samples = experiment.dataset.of_shared(kept.value)
-    if isinstance(sweep, NoSweep):
-        learnt = model.learn(samples, workers=1)
-        return FigureInputs(experiment, None, samples, learnt, Nothing())  # type: ignore[arg-type]
+def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
+    """Return what the figure's sweep measures of one population."""
+    model, sweep = experiment.model, experiment.sweep.of_populations()
+    kept = sampled(experiment, number, store)
 
     def measure() -> Any:
+        samples = experiment.dataset.of_shared(kept.value)
         learnt = model.learn(samples, workers=1)
+        seed = _seed(experiment, number)
         return sweep.measure(SweepInputs(None, samples, learnt, experiment.dataset, model, 1, seed))
 
-    measured = stored(
+    return stored(
         store,
         "population_sweep",
         {"dataset": experiment.dataset, "model": model, "sweep": sweep},
@@ -95,4 +99,13 @@ def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[A
         result=result_type(sweep.measure),
         sources=[type(model).__module__, type(sweep).__module__],
     )
-    return FigureInputs(experiment, None, samples, None, measured.value)  # type: ignore[arg-type]
+
+
+def _inputs(experiment: Experiment, number: int, store: Store) -> FigureInputs[Any, Any, Any]:
+    """Return the inputs of the figure for one population; without clips, and without a model that it does not show."""
+    samples = experiment.dataset.of_shared(sampled(experiment, number, store).value)
+    if isinstance(experiment.sweep, NoSweep):
+        learnt = experiment.model.learn(samples, workers=1)
+        return FigureInputs(experiment, None, samples, learnt, Nothing())  # type: ignore[arg-type]
+    measured = swept(experiment, number, store).value
+    return FigureInputs(experiment, None, samples, None, measured)  # type: ignore[arg-type]

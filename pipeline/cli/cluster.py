@@ -1,0 +1,288 @@
+"""Figures as jobs of a cluster: one job for each figure, and for each part of the work that several figures need.
+
+All jobs are submitted at once, and Slurm begins each after those whose artefacts it reads: nothing has to stay on the
+login node.  What finds an artefact missing, because its job was lost, makes it.  submitit writes the scripts of jobs,
+carries what they return, and queues a job again that was preempted or ran out of time.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import shutil
+import socket
+import subprocess
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from pipeline.cli.figures import attempt, report
+from pipeline.cli.options import filled
+from pipeline.cli.progress import line
+from pipeline.cli.status import CURRENT, status
+from pipeline.cli.summary import Failure, Outcome
+from pipeline.stages.tasks import FIGURE, Task, plan
+from pipeline.storage.store import Plan, Store
+from pipeline.studies.experiment import Experiment
+from pipeline.validation import (
+    Count,
+    CountOrAll,
+    InvalidInput,
+    NonNegative,
+    Positive,
+    require_bounds,
+    require_choice,
+)
+
+JOBS = "jobs"
+"""Folder of scripts and logs, beside the figures."""
+_SUBMITTED = "_submitted.pkl"
+_MOST_WAIT_S = 15.0
+_SEEN_GONE = 4
+"""Looks after which a job that is not queued and left no result is lost: on a shared disk a file may come later."""
+
+
+class Interrupt(StrEnum):
+    """What Ctrl-C makes of jobs."""
+
+    leave = "leave"
+    """They go on; the same command waits for them."""
+    cancel = "cancel"
+
+
+@dataclass(kw_only=True)
+class Launch:
+    """Options of jobs."""
+
+    partition: str = ""  # the cluster's own default
+    account: str = ""
+    cores: Count = 1  # of each job
+    minutes: CountOrAll = 0  # of each job; 0: from what its figure costs
+    memory_gb: NonNegative = 2.0  # of each job; 0: the partition's default
+    task_s: Positive = 60.0  # processor time of a block of further populations, about
+    retries: CountOrAll = 2  # of a job that was lost
+    interrupt: Interrupt = Interrupt.leave
+
+
+@dataclass(kw_only=True)
+class _Named:
+    launch: Launch = field(default_factory=Launch)
+
+
+def split_launch(arguments: Sequence[str]) -> tuple[Launch | None, list[str]]:
+    """Return how figures are launched, None for this machine, and the other arguments.  Raises InvalidInput."""
+    where = [item[7:] for item in arguments if item.startswith("launch=")]
+    given = [item for item in arguments if item.startswith("launch.")]
+    others = [item for item in arguments if not item.startswith(("launch=", "launch."))]
+    if require_choice("launch", where[-1] if where else "local", ("local", "slurm")) == "local":
+        return None, others
+    options = filled(_Named, given).launch
+    require_bounds("launch", options)
+    return options, others
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What a job does: submitit calls it, and writes it again where the job is to begin once more."""
+
+    task: Task
+    folder: Path
+
+    def __call__(self) -> Outcome | Failure | None:
+        print(
+            f"{self.task.name} on {socket.gethostname()} {os.environ.get('SLURMD_NODENAME', '')}", flush=True
+        )
+        if self.task.through == FIGURE:
+            return attempt(self.task.experiment, self.folder, lambda stage: print(stage, flush=True))
+        self.task.run(Store(Path(self.task.experiment.results)))
+        return None
+
+    def checkpoint(self) -> Any:
+        """Return what begins again: finished stages are in the store."""
+        from submitit.helpers import DelayedSubmission
+
+        return DelayedSubmission(self)
+
+
+@dataclass
+class _Job:
+    """A submitted job, and how often it was begun and not seen."""
+
+    task: Task
+    handle: Any
+    begun: int = 1
+    gone: int = 0
+
+
+class _Queue:
+    """Jobs of one folder of results."""
+
+    def __init__(self, folder: Path, options: Launch) -> None:
+        try:
+            import submitit
+        except ModuleNotFoundError as error:
+            raise InvalidInput(
+                "submitit is not installed", where="launch", expected="make cluster"
+            ) from error
+        if shutil.which("sbatch") is None:
+            raise InvalidInput(
+                "there is no sbatch here", where="launch", expected="a login node of a Slurm cluster"
+            )
+        self._submitit, self.folder, self._options = submitit, folder, options
+
+    def submit(self, task: Task, folder: Path, after: Sequence[str]) -> _Job:
+        """Submit a task that begins when other jobs have ended, however they did."""
+        options, place = self._options, self.folder / task.name
+        place.mkdir(parents=True, exist_ok=True)
+        executor = self._submitit.SlurmExecutor(place.resolve())
+        wanted = {
+            "job_name": task.name,
+            "time": options.minutes or 20 + math.ceil(task.cost_s / 6 / options.cores),
+            "cpus_per_task": options.cores,
+            "partition": options.partition or None,
+            "account": options.account or None,
+            "mem": f"{math.ceil(options.memory_gb * 1024)}MB" if options.memory_gb else None,
+            "dependency": "afterany:" + ":".join(after) if after else None,
+        }
+        executor.update_parameters(**{name: value for name, value in wanted.items() if value is not None})
+        mine = dataclasses.replace(task.experiment, workers=options.cores)
+        work = _Work(dataclasses.replace(task, experiment=mine), folder)
+        try:
+            return _Job(task, executor.submit(work))
+        except (subprocess.CalledProcessError, self._submitit.core.utils.FailedJobError) as error:
+            raise InvalidInput(
+                "Slurm refused a job", where=task.name, received=" ".join(str(error).split()[-40:])
+            ) from None
+
+    def adopted(self, task: Task, waiting: dict[str, str]) -> _Job | None:
+        """Return the job of a task that an earlier run left, if it is queued or running."""
+        number = _latest(self.folder / task.name)
+        if number not in waiting:
+            return None
+        return _Job(task, self._submitit.SlurmJob((self.folder / task.name).resolve(), number))
+
+
+def make_on_cluster(
+    jobs: Sequence[tuple[Experiment, Path]], options: Launch, *, console: Console
+) -> list[str]:
+    """Make figures as jobs and return why some were not made, a sentence each.
+
+    Parameters
+    ----------
+    jobs : sequence of (Experiment, Path)
+        Each figure's experiment and folder.  Those that are current are not made again.
+    options : Launch
+    console : Console
+    """
+    stale = [(one, folder) for one, folder in jobs if status(one, folder).state != CURRENT]
+    if not stale:
+        console.print(f"{len(jobs)} figures are current")
+        return []
+    started = time.perf_counter()
+    folders = {one.name: folder for one, folder in stale}
+    queue = _Queue(stale[0][1].parent / JOBS, options)
+    running: dict[str, _Job] = {}
+    try:
+        _submit(plan([one for one, _ in stale], task_s=options.task_s), folders, queue, running)
+        console.print(
+            f"{len(jobs) - len(stale)} figures are current; {len(running)} jobs, logs in {queue.folder}/",
+            soft_wrap=True,
+        )
+        made = _watch(running, folders, queue, options.retries, console)
+    except KeyboardInterrupt:
+        numbers = [job.handle.job_id for job in running.values()]
+        if options.interrupt is Interrupt.cancel and numbers:
+            subprocess.run(["scancel", *numbers], check=False)
+        words = "cancelled" if options.interrupt is Interrupt.cancel else "left: `make status` shows them"
+        console.print(f"{len(numbers)} jobs are {words}", soft_wrap=True)
+        raise
+    return report(stale, made, console, seconds=time.perf_counter() - started)
+
+
+def _submit(tasks: Sequence[Task], folders: dict[str, Path], queue: _Queue, running: dict[str, _Job]) -> None:
+    """Submit each task whose artefacts are not there, after those that it needs."""
+    nothing = Plan(Path(tasks[0].experiment.results), {})
+    waiting = states() or {}
+    for task in tasks:
+        if task.through != FIGURE and not task.run(nothing):
+            continue
+        after = [running[name].handle.job_id for name in task.needs if name in running]
+        job = queue.adopted(task, waiting)
+        running[task.name] = job or queue.submit(task, folders.get(task.name, queue.folder), after)
+
+
+def _watch(
+    running: dict[str, _Job], folders: dict[str, Path], queue: _Queue, retries: int, console: Console
+) -> list[Outcome | Failure]:
+    """Wait until all jobs have ended, submit again those that were lost, and return what became of the figures."""
+    made: list[Outcome | Failure] = []
+    wait_s, told = 1.0, ""
+    while running:
+        seen = states()
+        for name, job in list(running.items()):
+            if not job.handle.paths.result_pickle.exists():
+                job.gone = 0 if seen is None or job.handle.job_id in seen else job.gone + 1
+                if job.gone < _SEEN_GONE:
+                    continue
+                log = f"{queue.folder}/{name}/{job.handle.job_id}_0_log.err"
+                if job.begun <= retries:
+                    console.print(f"{name} was lost and is submitted again ({log})", soft_wrap=True)
+                    again = queue.submit(job.task, folders.get(name, queue.folder), ())
+                    running[name] = dataclasses.replace(again, begun=job.begun + 1)
+                    continue
+                ended: Outcome | Failure | None = Failure(name, f"its job was lost {job.begun} times: {log}")
+            else:
+                error = job.handle.exception()
+                ended = Failure(name, str(error)) if error else job.handle.result()
+            del running[name]
+            if ended and name in folders:
+                made.append(ended)
+                if isinstance(ended, Outcome):
+                    console.print(Text(line(f"{len(made)}/{len(folders)}", ended)), soft_wrap=True)
+            elif isinstance(ended, Failure):  # the figures that need it make it themselves
+                console.print(Text(f"{name}: {ended.sentence}", style="yellow"), soft_wrap=True)
+        now = ", ".join(f"{n} {state.lower()}" for state, n in sorted(Counter((seen or {}).values()).items()))
+        if now and now != told and console.is_terminal:
+            console.print(f"jobs: {now}")
+        told = now
+        if running:
+            time.sleep(wait_s)
+            wait_s = min(wait_s * 1.2, _MOST_WAIT_S)
+    return made
+
+
+def states() -> dict[str, str] | None:
+    """Return the state of each of this user's jobs that has not ended; None if Slurm does not answer."""
+    command = ["squeue", "--me", "-h", "-o", "%i %T"]
+    try:
+        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return dict(line.split(" ", 1) for line in said.splitlines() if " " in line)
+
+
+def _latest(folder: Path) -> str:
+    """Return the number of the last job of a task, empty if there was none."""
+    numbers = [int(path.name.removesuffix(_SUBMITTED)) for path in folder.glob(f"[0-9]*{_SUBMITTED}")]
+    return str(max(numbers)) if numbers else ""
+
+
+def jobs_of(results: Path) -> dict[str, str]:
+    """Return what is known of the last job of each task below ``jobs``: queued, running or ended, and its log."""
+    found: dict[str, str] = {}
+    names = {path.name: number for path in sorted((results / JOBS).glob("*")) if (number := _latest(path))}
+    seen = (states() or {}) if names else {}
+    words = {"PENDING": "queued", "CONFIGURING": "queued"}
+    for name, number in names.items():
+        log = results / JOBS / name / f"{number}_0_log.err"
+        state = words.get(seen[number], "running") if number in seen else "ended"
+        found[name] = f"{state} {number}" + (f", {log}" if log.is_file() else "")
+    return found

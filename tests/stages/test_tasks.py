@@ -1,0 +1,85 @@
+"""The work of several figures as tasks: nothing twice, nothing before what it needs, and the same tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli.figures import make_figure
+from pipeline.stages import populations
+from pipeline.stages.tasks import FIGURE, SAMPLES, SWEPT, Task, plan
+from pipeline.storage.store import Plan, Store
+from tests.kills import tables
+from tests.stages.run import smoke
+
+FIGURES = ("zhang2007_fig2", "zhang2007_fig3", "zhang2007_fig5", "zhang2004_fig2", "mozerov2006_fig3")
+QUIET = ("figure.picture=false", "figure.recording=false", "scale.populations=3")
+
+
+def tasks_of(results: Path, *figures: str, task_s: float = 60.0) -> list[Task]:
+    """Tasks of figures at smoke scale, with three further populations."""
+    return plan([smoke(name, *QUIET, f"results={results}") for name in figures], task_s=task_s)
+
+
+def test_a_task_comes_after_those_that_it_needs_and_none_comes_twice(tmp_path: Path) -> None:
+    tasks = tasks_of(tmp_path, *FIGURES)
+    names = [task.name for task in tasks]
+    assert len(set(names)) == len(names)
+    for number, task in enumerate(tasks):
+        assert set(task.needs) <= set(names[:number])
+    assert [task.name for task in tasks if task.through == FIGURE] == list(FIGURES)
+
+
+def test_what_one_figure_alone_needs_is_its_own_work(tmp_path: Path) -> None:
+    (alone,) = tasks_of(tmp_path, "mozerov2006_fig3")
+    assert (alone.name, alone.needs) == ("mozerov2006_fig3", ())
+
+
+def test_what_two_need_is_a_task_as_far_as_they_share_it(tmp_path: Path) -> None:
+    needs = {task.name: task for task in tasks_of(tmp_path, *FIGURES)}
+
+    def last(figure: str) -> list[str]:
+        return [needs[name].through for name in needs[figure].needs]
+
+    assert last("zhang2007_fig3") == last("zhang2007_fig5") == ["sweep", SAMPLES, SWEPT]
+    assert last("zhang2007_fig2") == ["model", SAMPLES]
+    assert last("zhang2004_fig2") == ["ingest", SAMPLES]  # its model is no other figure's
+    assert last("mozerov2006_fig3") == []
+
+
+@pytest.mark.parametrize(("task_s", "blocks"), [(1e-9, [1, 1, 1]), (1e9, [3])])
+def test_long_work_on_populations_is_cut_into_blocks(
+    tmp_path: Path, task_s: float, blocks: list[int]
+) -> None:
+    tasks = tasks_of(tmp_path, *FIGURES, task_s=task_s)
+    for through in (SAMPLES, SWEPT):
+        of = [task for task in tasks if task.through == through]
+        assert [len(task.populations) for task in of] == blocks
+        assert sorted(number for task in of for number in task.populations) == [0, 1, 2]
+
+
+def test_figures_after_their_tasks_have_the_tables_of_figures_alone(tmp_path: Path) -> None:
+    apart, alone = tmp_path / "apart", tmp_path / "alone"
+    tasks = tasks_of(apart, "zhang2007_fig3", "zhang2007_fig5", task_s=1e-9)
+    plan_of_nothing = Plan(apart, {})
+    for task in tasks:
+        if task.through != FIGURE:
+            assert task.run(plan_of_nothing), "it is to be computed"
+            assert task.run(Store(apart))
+            assert not task.run(plan_of_nothing), "it is there"
+            assert not task.run(Store(apart))
+            continue
+        for results in (apart, alone):
+            one = smoke(task.name, *QUIET, f"results={results}")
+            made = make_figure(one, results / "synthetic" / "smoke" / task.name, store=Store(results))
+            if results == apart:
+                assert made.reused == ("ingest", "dataset", "model", "sweep")
+    assert tables(apart) == tables(alone)
+    assert any("table_populations" in name for name in tables(apart))
+
+
+def test_populations_are_counted_where_they_are_made() -> None:
+    assert populations.count(smoke("zhang2007_fig5", *QUIET)) == 3
+    assert populations.count(smoke("zhang2007_fig5")) == 0
+    assert populations.count(smoke("mozerov2006_fig3", *QUIET)) == 0
