@@ -123,7 +123,7 @@ def test_a_node_dies_a_job_is_lost_and_the_tables_are_the_same_bytes(
 
 def down_nodes() -> list[str]:
     """Nodes that Slurm has given up."""
-    command = ["sinfo", "-h", "-N", "-o", "%n %T"]
+    command = ["sinfo", "-h", "-N", "-o", "%N %T"]
     said = subprocess.run(command, check=True, capture_output=True, text=True, timeout=WAIT_S).stdout
     return [line.split()[0] for line in said.splitlines() if line.split()[1].startswith("down")]
 
