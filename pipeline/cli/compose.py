@@ -25,6 +25,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
 
 from pipeline import mappings
+from pipeline.cli.index import write_index
 from pipeline.cli.overrides import quoted
 from pipeline.cli.presets import CONF, presets
 from pipeline.ingestion.data import FolderData, RecordedData, SyntheticData
@@ -53,6 +54,8 @@ def register() -> None:
         for name, option in registry.options(group).items():
             alone = not (CONF / group / f"{name}.yaml").is_file()
             store.store(group=group, name=name if alone else f"base_{name}", node=_schema(option))
+    groups = {group: registry.options(group) for group in registry.GROUPS}
+    write_index(Experiment, {"scale": {"scale": Scale}, "data": DATA, **groups})
 
 
 def _schema(option: type[Any]) -> Any:

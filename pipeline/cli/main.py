@@ -48,6 +48,7 @@ Exit status: 0 done, 1 refused (with a sentence that says why), 130 interrupted 
 
 from __future__ import annotations
 
+import ast
 import atexit
 import errno
 import inspect
@@ -122,6 +123,14 @@ def command(name: str) -> Callable[[Sequence[str]], int]:
     return found
 
 
+def _help_of(name: str) -> str:
+    """Return the docstring of a command, without the modules that it needs."""
+    module, _, function = COMMANDS[name].partition(".")
+    tree = ast.parse((Path(__file__).parent / f"{module}.py").read_text(encoding="utf-8"))
+    found = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function)
+    return ast.get_docstring(next(found)) or ""
+
+
 def script() -> int:
     """Run ``python -m pipeline``, or the console command ``gait-pipeline``, and return the exit status."""
     # Many small solves: BLAS threads would wait for each other.  Before numpy is loaded; the user's own wish wins.
@@ -185,6 +194,9 @@ def make_all(arguments: Sequence[str]) -> int:
     ``experiment=a,b`` picks some, in this order; by default all that the data set has something for.  ``--dry-run``
     makes none, and prints for each whether it is current.
     """
+    from pipeline.cli.index import refuse_slips
+
+    refuse_slips([item for item in arguments if not item.startswith("launch")])
     from pipeline.cli.cluster import jobs_of, make_on_cluster, split_launch
     from pipeline.cli.compose import compose
     from pipeline.cli.figures import lacking, make_figures
@@ -306,11 +318,10 @@ def _run(arguments: Sequence[str]) -> int:
         print(f"gait-pipeline {version()}")
         return 0
     if arguments[0] in COMMANDS:
-        chosen = command(arguments[0])
         if {"--help", "-h"} & set(arguments[1:]):
-            print(inspect.cleandoc(chosen.__doc__ or ""))
+            print(_help_of(arguments[0]))
             return 0
-        return chosen(arguments[1:])
+        return command(arguments[0])(arguments[1:])
     if arguments[0] == "figures":
         return make_all(arguments[1:])
     if arguments[0] == "status":
@@ -324,6 +335,9 @@ def _run(arguments: Sequence[str]) -> int:
             expected="an override (option=value) or one of " + ", ".join(["figures", "status", *COMMANDS]),
             received=arguments[0],
         )
+    from pipeline.cli.index import refuse_slips
+
+    refuse_slips(arguments)
     from pipeline.cli.compose import run_hydra
 
     several = {"-m", "--multirun"} & set(arguments)
