@@ -9,6 +9,9 @@ import os
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
+# No index of options: what a test sees does not depend on what was composed before it.
+os.environ["GAIT_PIPELINE_CACHE"] = os.devnull
+
 import gc
 import getpass
 import signal

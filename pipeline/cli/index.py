@@ -34,7 +34,8 @@ FROM_FILES = ("data", "scale")
 
 
 def _place() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gait-pipeline" / "options.json"
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return Path(os.environ.get("GAIT_PIPELINE_CACHE") or cache / "gait-pipeline") / "options.json"
 
 
 def _edition() -> str:
@@ -93,7 +94,7 @@ def _values(hint: Any) -> Any:
 
 
 def _read(edition: str) -> dict[str, Any] | None:
-    with suppress(OSError, RuntimeError, ValueError, KeyError):
+    with suppress(OSError, RuntimeError, ValueError, KeyError, TypeError):
         found: dict[str, Any] = json.loads(_place().read_bytes())
         return found if found["edition"] == edition else None
     return None
