@@ -29,7 +29,7 @@ from pipeline.cli.options import filled
 from pipeline.cli.progress import line
 from pipeline.cli.status import CURRENT, status
 from pipeline.cli.summary import Failure, Outcome
-from pipeline.stages.tasks import FIGURE, Task, plan
+from pipeline.cli.tasks import FIGURE, Task, plan
 from pipeline.storage.store import Plan, Store
 from pipeline.studies.experiment import Experiment
 from pipeline.validation import (

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli.figures import make_figure
+from pipeline.cli.tasks import FIGURE, SAMPLES, SWEPT, Task, plan
 from pipeline.stages import populations
-from pipeline.stages.tasks import FIGURE, SAMPLES, SWEPT, Task, plan
 from pipeline.storage.store import Plan, Store
 from tests.kills import tables
 from tests.stages.run import smoke
