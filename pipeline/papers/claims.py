@@ -232,6 +232,8 @@ class Claim:
         Data sets of which the statement is an assumption, each with what is assumed: they cannot test it.
     only : tuple of str
         Data sets that the claim is about; empty if it is about all.
+    rests_on : tuple of str
+        Conditions of the experiment: where one is not met, the claim cannot be tested.
     people, sample : int
         Fewer people decide nothing; how many the paper has.
     agrees : Interval or None
@@ -263,6 +265,7 @@ class Claim:
     same_as: str = ""
     assumed: Mapping[str, str] = field(default_factory=dict)
     only: tuple[str, ...] = ()
+    rests_on: tuple[str, ...] = ()
     people: int = LEAST_PEOPLE["walks"]
     sample: int = 0
     agrees: Interval | None = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -216,12 +216,22 @@ def _paper(
     year = entry.take("year", int)
     clips = require_choice(f"{entry.where}, clips", entry.text("clips"), list(LEAST_PEOPLE))
     of_paper = LEAST_PEOPLE[clips], entry.take("sample", int, 0, needed=False)
+    figures = Entry(f"{entry.where}, rests_on", entry.mapping("rests_on"))
+    rests_on = {figure: figures.names(figure) for figure in figures.content}
     claims = [
         _claim(key, name, all_claims, entry.where, of_paper, runs, baselines)
         for name in entry.mapping("claims")
     ]
     quantities = [
         _quantity(key, name, body, entry.where) for name, body in entry.mapping("quantities").items()
+    ]
+    conditions = {claim.name for claim in claims if claim.kind is Kind.CONDITION}
+    for named in rests_on.values():
+        for condition in named:
+            require_choice(figures.where, condition, sorted(conditions))
+    claims = [
+        claim if claim.kind is Kind.CONDITION else replace(claim, rests_on=rests_on.get(claim.figure, ()))
+        for claim in claims
     ]
     paper = Paper(
         key=key,

@@ -38,7 +38,7 @@ class Evidence:
     people : int or None
         How many people the tables rest on; None if it is not known.
     doubt : str
-        Why it is not known how many people they are; empty if it is.
+        Why the tables decide nothing: who is who is not known, or a condition of the experiment is not met; else empty.
     drawn : int
         How many people or clips the interval draws from; 0 if it is over populations.
     """
@@ -174,7 +174,7 @@ def _untestable(claim: Claim, found: Evidence, data_name: str) -> str:
     if 0 < found.drawn < FEWEST_COVERED:
         too_few = f"too few people: an interval over fewer than {FEWEST_COVERED} does not hold its level"
         return f"{found.value} {claim.unit}".rstrip() + f": {too_few} (received {found.drawn})"
-    return f"who is who is not known: {found.doubt}" if found.doubt else ""
+    return found.doubt
 
 
 def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:

@@ -18,7 +18,7 @@ from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
-from pipeline.studies.replicated import POPULATION, Replicates, replicate
+from pipeline.studies.replicated import DRAW, POPULATION, Replicates, replicate
 from pipeline.studies.rows import Number
 
 Tables = Mapping[str, Any]
@@ -89,6 +89,7 @@ def judge(
 def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
     """Return the value of a claim, that of its baseline and the paired gain of the one over the other."""
     people, doubt = _people(claim, frames)
+    doubt = doubt or _not_met(claim, frames)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
         return papers.Evidence(value=papers.Estimate(_number(claim, frames)), people=people, doubt=doubt)
     drawn = replicate(claim.tables, frames)
@@ -98,7 +99,7 @@ def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interv
         one_sample=_one_sample(claim, value, values, drawn),
         people=people,
         doubt=doubt,
-        drawn=drawn.clusters if drawn else 0,
+        drawn=0 if drawn is None else drawn.clusters or (people or 0) * (drawn.kind == DRAW),
     )
     simpler = claim.of_baseline
     if simpler is None:
@@ -193,12 +194,22 @@ def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[in
             counts.append(len(set(kept["person"].astype(str))))
             if "reason" in clips.columns:
                 doubts += [
-                    f"{clip} {remark}"
+                    f"who is who is not known: {clip} {remark}"
                     for clip, reason in zip(kept["clip"], kept["reason"], strict=True)
                     for remark in str(reason).split("; ")  # NaN where no recording has one
                     if remark.startswith(one_person.REMARK)
                 ]
     return (int(np.min(counts)) if counts else None), next(iter(doubts), "")
+
+
+def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> str:
+    """Return which condition that a claim rests on is not met, empty if none; those whose tables are not there are."""
+    for name in claim.rests_on:
+        condition = papers.claim(name)
+        value = _number(condition, frames)
+        if condition.agrees and set(condition.tables) <= set(frames) and value not in condition.agrees:
+            return f"{name} is not met (expected {condition.agrees}, received {value:.4g})"
+    return ""
 
 
 def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:

@@ -48,8 +48,9 @@ class Motions:
         What the trajectory basis leaves of the camera's path about its mean, as part of it; 0 if it stands still.
     papers_hanging_error_mm : (N, C)
         As `hanging_error_mm`, with the lengths of the paper's conditions.
-    objective, best_objective, lower_bound : (N, C, 14)
-        Of what was chosen, of the best that is known, and a bound, on the same programme, mm².
+    objective, chosen_objective, best_objective, lower_bound : (N, C, 14)
+        Of the programme's signs, of the trajectory that was made of them, of the best that is known, and a bound, on
+        the same programme, mm².
     proved, mirrored : (N, C, 14) bool
     components : (N, C, 14) int
     """
@@ -83,6 +84,7 @@ class Motions:
     papers_true_root_error_mm: np.ndarray
     camera_outside_basis: np.ndarray
     objective: np.ndarray
+    chosen_objective: np.ndarray
     best_objective: np.ndarray
     lower_bound: np.ndarray
     proved: np.ndarray

@@ -148,6 +148,7 @@ class MotionsFigure(Figure):
                     "mirrored": sweep.mirrored,
                     "proved": sweep.proved,
                     "objective": sweep.objective,
+                    "chosen_objective": sweep.chosen_objective,
                     "best_objective": sweep.best_objective,
                     "lower_bound": sweep.lower_bound,
                     "limb_error": sweep.limb_error,

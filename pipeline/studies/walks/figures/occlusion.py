@@ -22,6 +22,7 @@ from pipeline.studies.walks.sweeps.occlusion import METHODS, WITH_BARS, HiddenJo
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, HiddenJoints]
 
 WORDS = {
+    "pelvis": "pelvis",
     "head": "head",
     "feet": "both feet",
     "far_arm": "far arm",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
@@ -26,6 +26,7 @@ from pipeline.studies.study import Figure
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
+from pipeline.studies.walks.recomputed import recomputed
 
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
@@ -62,8 +63,8 @@ class ViewErrors(Figure):
 
         ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
-        they leave the range of training; ``table_sources``, of data from several sources: learnt from people of the
-        others.  The nulls are methods like the approaches.
+        they leave the range of training; ``table_recomputed``: the errors computed anew; ``table_sources``, of data
+        from several sources: learnt from people of the others.  The nulls are methods like the approaches.
         """
         sweep, seed = inputs.sweep, inputs.experiment.seed
         people = _sides_at_random(sweep.rows, sweep.view_angle_deg, seed)
@@ -87,6 +88,11 @@ class ViewErrors(Figure):
                 },
             ),
         }
+        if inputs.model is not None:  # further populations are not computed anew
+            model, options = (cast(Any, part) for part in (inputs.experiment.model, inputs.experiment.sweep))
+            made["table_recomputed"] = recomputed(
+                inputs.dataset, model, options, sweep.rows, inputs.model.kept
+            )
         if len(sweep.sources):
             data = inputs.dataset
             own = walkers.assign(source=walkers["walker"].map(dict(zip(data.clip, data.source, strict=True))))

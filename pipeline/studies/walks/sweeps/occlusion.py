@@ -28,13 +28,15 @@ from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput, require_choice
 
 HIDDEN = {
+    "pelvis": ("pelvis",),
     "head": ("head",),
     "feet": ("left_ankle", "right_ankle"),
     "far_arm": ("left_elbow", "left_wrist"),
     "far_leg": ("left_knee", "left_ankle"),
     "far_side": ("left_elbow", "left_wrist", "left_knee", "left_ankle"),
 }
-"""Joints that are hidden; views are from the right, so that the left side is the far one."""
+"""Joints that are hidden; views are from the right, so that the left side is the far one, and the center of the pelvis
+lies inside the body."""
 
 METHODS = ("average_walker", "map_tuned", "anatomical")
 WITH_BARS = METHODS[1:]

@@ -1,0 +1,106 @@
+"""Errors of known views computed anew from the recorded walks: folds, projections and both estimators as printed.
+
+Nothing here passes through the model, the cameras or the solvers of the sweep, so that an error in one of them, or a
+person who is in his own model, moves the sweep's numbers and not these.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from pipeline.studies.eigenwalkers.model import EigenwalkersModel
+from pipeline.studies.eigenwalkers.samples import FourierSamples
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.walks.known_view import KnownView, Truth
+from pipeline.studies.walks.methods import PUBLISHED, Method
+
+VIEWS = 5
+"""Views, evenly from the first to the last."""
+
+
+def recomputed(
+    data: FourierSamples, model: EigenwalkersModel, options: KnownView, rows: pd.DataFrame, kept: int
+) -> pd.DataFrame:
+    """Return the sweep's mean error over walkers beside the one computed anew, by method and view.
+
+    ``relative_difference`` is the largest of all walkers, to nine decimals, since less is rounding.  No rows if
+    mirrored walkers are in training, which is not the papers'.
+
+    Parameters
+    ----------
+    data : FourierSamples
+    model, options : EigenwalkersModel, KnownView
+    rows : DataFrame
+        Errors of the sweep of the same data.
+    kept : int
+        Eigenwalkers of each fold.
+    """
+    angles = np.unique(rows["view_angle_deg"])
+    views = angles[np.unique(np.linspace(0, len(angles) - 1, VIEWS).round().astype(int))]
+    methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
+    compared = []
+    for method in methods:
+        noise = options.noise_variance_mm2 if method is Method.map else None
+        for view in views:
+            of_sweep = rows[(rows["method"] == str(method)) & (rows["view_angle_deg"] == view)]
+            theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip].to_numpy()
+            residual, angle = options.truth is Truth.motion, float(np.radians(view))
+            anew = np.array(
+                [_error(data, model, r, angle, kept, noise, residual=residual) for r in range(len(data.clip))]
+            )
+            compared.append(
+                {
+                    "method": str(method),
+                    "view_angle_deg": view,
+                    "absolute_error_mm2": theirs.mean(),
+                    "recomputed_mm2": anew.mean(),
+                    "relative_difference": round(float(np.abs(theirs / anew - 1.0).max()), 9),
+                }
+            )
+    columns = ["method", "view_angle_deg", "absolute_error_mm2", "recomputed_mm2", "relative_difference"]
+    return tidy(pd.DataFrame(compared, columns=columns), by=["method", "view_angle_deg"])
+
+
+def _error(
+    data: FourierSamples,
+    model: EigenwalkersModel,
+    r: int,
+    view: float,
+    kept: int,
+    noise: float | None,
+    *,
+    residual: bool,
+) -> float:
+    """Return the mean square error in depth of one walker, mm², from the walks of the other people."""
+    walks, blocks, joints = data.coefficients, *data.coefficients.shape[1:3]
+    rows = walks.reshape(len(walks), -1)
+    if data.frequency:
+        rows = np.column_stack([rows, 2.0 * np.pi * data.frequency_hz])
+    others = rows[data.person != data.person[r]]
+    if data.frequency:  # as much as the other numbers vary on average, unless the scale is given
+        varied = others.var(axis=0)
+        scale = model.omega_scale_mm or np.sqrt(varied[:-1].mean() / varied[-1])
+        others, rows = (np.column_stack([part[:, :-1], scale * part[:, -1]]) for part in (others, rows))
+    mean = others.mean(axis=0)
+    _, singular, axes = np.linalg.svd(others - mean, full_matrices=False)
+    eigenwalkers = axes[:kept]
+    variances = singular[:kept] ** 2 / (len(others) - (model.divisor.value == "R-1"))
+    # Image: cos x + sin y, and z; depth: -sin x + cos y.
+    image = np.array([[np.cos(view), np.sin(view), 0.0], [0.0, 0.0, 1.0]])
+    depth = np.array([[-np.sin(view), np.cos(view), 0.0]])
+    seen, numbers = ~data.unmeasured[r], 3 * blocks * joints
+
+    def along(of: np.ndarray, axes: np.ndarray, *, whole: bool = False) -> np.ndarray:
+        points = of[:, :numbers].reshape(-1, blocks, joints, 3)[:, :, seen] @ axes.T
+        return np.column_stack([points.reshape(len(of), -1), of[:, numbers:] if whole else of[:, :0]])
+
+    own = rows[r : r + 1] - mean
+    d, E = along(own, image, whole=True)[0], along(eigenwalkers, image, whole=True)
+    prior = np.diag(1.0 / variances)
+    k = np.linalg.pinv(E.T) @ d if noise is None else np.linalg.solve(E @ E.T + noise * prior, E @ d)
+    off = along(own, depth)[0] - k @ along(eigenwalkers, depth)
+    errors = np.array([1.0] + [0.5] * (blocks - 1)) @ np.square(off.reshape(blocks, -1))
+    if residual:
+        errors = errors + (depth @ data.residual_covariance[r][seen] @ depth.T).ravel()
+    return float(errors.mean())
