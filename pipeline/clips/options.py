@@ -57,7 +57,7 @@ class SyntheticPerformances:
     """Bending to the floor, each performance with its own, known rate [mozerov2006 section 4]."""
 
     performances: Annotated[int, bounded(at_least=1, at_most=10_000)] = 40  # number of performances
-    subjects: int = 5  # number of people
+    subjects: int = 20  # number of people
     frames_mean: Annotated[float, bounded(above=0, at_most=100_000)] = 100.0  # mean length, frames
     frame_rate_hz: float = 30.0  # of the recordings
     rate_spread: float = 0.3  # standard deviation of the logarithm of the rate
