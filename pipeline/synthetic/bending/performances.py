@@ -67,7 +67,7 @@ def bending_performances(
     generator: np.random.Generator,
     *,
     performances: int = 40,
-    subjects: int = 20,
+    subjects: int = 5,
     frames_mean: float = 100.0,
     frame_rate_hz: float = 30.0,
     rate_spread: float = 0.3,
