@@ -22,7 +22,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -104,6 +104,10 @@ readme: $(READY) ## the tables of results in docs/ from results/published.csv; A
 docs: $(DEV) ## the documentation, results/docs/index.html, without a warning and without a network
 	@$(VENV)/bin/python -W error -m mkdocs build --quiet
 	@echo "results/docs/index.html"
+
+article: $(DEV) ## the reproduction as an article, results/article/article.pdf, its numbers from results/published.csv; no network
+	@$(VENV)/bin/python docs/article/build.py results/article/article.pdf
+	@echo "results/article/article.pdf"
 
 check: $(DEV) docs ## ruff, format, types, documentation
 	@$(VENV)/bin/ruff check .

@@ -1,0 +1,64 @@
+"""The article as PDF, its numbers filled in from ``results/published.csv``: ``python docs/article/build.py TO.pdf``."""
+
+from __future__ import annotations
+
+import csv
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+PLACEHOLDER = re.compile(r"\{\{(\w+):([^:{}]+):([^{}]+)\}\}")
+
+Numbers = Mapping[tuple[str, str], float]
+"""Published numbers by data set and name."""
+
+
+def read_published(lines: Iterable[str]) -> tuple[dict[tuple[str, str], float], str]:
+    """Return the numbers of a table of published numbers, and the commit of the synthetic ones."""
+    rows = list(csv.DictReader(lines))
+    commits = {row["commit"] for row in rows if row["data"] == "synthetic"}
+    return {(row["data"], row["name"]): float(row["value"]) for row in rows}, " and ".join(sorted(commits))
+
+
+def filled(text: str, numbers: Numbers, commit: str) -> str:
+    """Return the text with its placeholders filled in.
+
+    Raises
+    ------
+    ValueError
+        If a number is not published.
+    """
+    if missing := sorted({found[:2] for found in PLACEHOLDER.findall(text)} - set(numbers)):
+        told = ", ".join(f"{name!r} of {data}" for data, name in missing)
+        raise ValueError(f"results/published.csv lacks {told}: `make readme ARGS=data=…` after a full sweep")
+
+    def number(match: re.Match[str]) -> str:
+        return format(numbers[match[1], match[2]], match[3]).replace("-", "−")
+
+    return PLACEHOLDER.sub(number, text).replace("{{commit}}", commit)
+
+
+def build(to: Path) -> None:
+    """Write the article; needs the ``typst`` package, and no network."""
+    import typst
+
+    with (ROOT / "results" / "published.csv").open(encoding="utf-8", newline="") as lines:
+        numbers, commit = read_published(lines)
+    text = filled((HERE / "article.typ").read_text(encoding="utf-8"), numbers, commit)
+    to.parent.mkdir(parents=True, exist_ok=True)
+    source = HERE / f".article-{to.stem}.typ"  # beside its bibliography, from where it is named
+    try:
+        source.write_text(text, encoding="utf-8")
+        typst.compile(str(source), output=str(to), root=str(ROOT))
+    finally:
+        source.unlink(missing_ok=True)
+
+
+if __name__ == "__main__":
+    try:
+        build(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "results" / "article" / "article.pdf")
+    except ValueError as error:
+        sys.exit(str(error))
