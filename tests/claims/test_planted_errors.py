@@ -105,6 +105,13 @@ def average_walker(fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_va
     return from_known_views(linear_model.truncated(fold, 1), sample, views, noise_variance=1e15)
 
 
+def average_walker_for_map(
+    fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_variance: float | None
+) -> Any:
+    plain = average_walker if noise_variance else from_known_views
+    return plain(fold, sample, views, noise_variance=noise_variance)
+
+
 def wrong_sign(fold: Any, sample: np.ndarray, views: np.ndarray, *, noise_variance: float | None) -> Any:
     found = from_known_views(fold, sample, views, noise_variance=noise_variance)
     return replace(found, missing=-found.missing, delta=found.delta + 2 * found.missing)
@@ -161,6 +168,7 @@ def stretched_in_time(self: ActionSpaceModel, *arguments: Any, **options: Any) -
 
 PLANTS: dict[str, tuple[tuple[str, ...], tuple[Any, str, Any]]] = {
     "average walker for both approaches": (KNOWN, (reconstruction, "from_known_views", average_walker)),
+    "average walker for MAP": (KNOWN, (reconstruction, "from_known_views", average_walker_for_map)),
     "wrong sign of the missing axis": (KNOWN, (reconstruction, "from_known_views", wrong_sign)),
     "camera mirrored": (KNOWN, (reconstruction, "from_known_views", mirrored_camera)),
     "test walker in the model": (KNOWN, (Eigenwalkers, "fold", knows_everybody)),
