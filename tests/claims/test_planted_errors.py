@@ -1,7 +1,7 @@
 """Errors planted in the code: each takes a good verdict away, and none earns one.
 
 The figures are made again of 24 people, a few populations and coarse views, with the error in one function; the ledger
-then judges them as it does published ones.  Conditions that claims rest on are judged as well: a claim on a figure whose
+then judges them as it does published ones, conditions that claims rest on as well: a claim on a figure whose
 condition is not met cannot be tested, so that nothing is earned by an error that makes results look better.
 """
 
