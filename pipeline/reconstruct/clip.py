@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -10,38 +11,31 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.core.keypoint_walk import Detector, Prior, Reconstruction, prepare, reconstruct_followed
+from pipeline.core.keypoint_walk import Detector, Prior, prepare
 from pipeline.core.keypoint_walk.calibration import UNKNOWN_LAYOUT, Calibration
+from pipeline.core.keypoint_walk.film import USUAL_STRIDE_HZ, Film, Stretch, Watched, watch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD
-from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
+from pipeline.core.keypoint_walk.tracks import SHORTEST_S, Track, find_tracks
+from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.formats import keypoints
 from pipeline.formats.keypoints import Detections
 from pipeline.processes import one_thread
 from pipeline.reconstruct import layouts, model_file
 from pipeline.reconstruct.image import in_pixels, upside_down
 from pipeline.reconstruct.layouts import Layout
-from pipeline.reconstruct.people import SHORTEST_S, Track, choose, find_tracks, straight_stretches
 from pipeline.shortened import shortened
 from pipeline.validation import InvalidInput, require_range
 
 FOCAL_SHARE = 0.75
 """Focal length over the longer side of the image from which the fit starts, where it is not known: between a
 telephone's and a camcorder's."""
-LONGEST_S = 20.0
-"""A longer stretch is cut to its middle part."""
-MOST_STRETCHES = 4
 MOST_OTHERS = 3
 """Tracks that are tried after the longest, if it is no walk and nobody is named."""
-WINDOW_S, MOST_WINDOWS = 3.0, 12
-ONE_HEADING_RAD = np.radians(40.0)
-"""Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
 POSSIBLE = {
     "frame_rate_hz": (5.0, 1000.0), "focal_px": (10.0, 1e6), "stature_mm": (400.0, 2500.0), "width": (16, 100_000),
     "height": (16, 100_000),
 }  # fmt: skip
 """Ranges of what may be known of a video; 0 is not known."""
-USUAL_CADENCE_HZ = (0.6, 1.3)
-"""Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
 
 
 class Labels(StrEnum):
@@ -59,6 +53,7 @@ class Input:
     path: str = ""  # file of keypoints
     frame_rate_hz: float = 0.0  # 0: as the file says
     layout: str = ""  # coco17, halpe26, body25, …; empty: recognised
+    frames: str = ""  # first:last, or seconds as 2s:6.5s; either may be left out; empty: where somebody walks
     person: str = ""  # identity in the file, or a number by length of track; empty: the longest track
     width: int = 0  # of the image, px; 0: as the file says
     height: int = 0  # of the image, px; 0: as the file says
@@ -66,31 +61,6 @@ class Input:
     stature_mm: float = 0.0  # 0: not known; then nothing is in true millimetres
     least_confidence: float = 0.3  # keypoints below it are not used
     labels: Labels = Labels.both
-
-
-@shortened
-@dataclass(frozen=True)
-class Stretch:
-    """One straight stretch of a walk.
-
-    Attributes
-    ----------
-    first_frame, last_frame : int
-        Of the video, both included.
-    pixels : (T, 15, 2)
-        Keypoints of the joints, relative to the principal point; NaN where missing.
-    confidence : (T, 15)
-    found : Reconstruction or None
-        None if nothing could be fitted.
-    judgement : Judgement
-    """
-
-    first_frame: int
-    last_frame: int
-    pixels: np.ndarray
-    confidence: np.ndarray
-    found: Reconstruction | None
-    judgement: Judgement
 
 
 @shortened
@@ -187,27 +157,32 @@ def _reconstruct_clip(given: Input, model: Path) -> Walk:
     centre = np.array(size) / 2.0
     pixels = pixels - centre
     _leave_out_doubtful(pixels, confidence, given.least_confidence, notes)
-    tracks = find_tracks(source.frame, source.identity, pixels, rate)
+    used = _chosen(given.frames, source.frame, rate)
+    tracks = find_tracks(source.frame, source.identity, np.where(used[:, None, None], pixels, np.nan), rate)
     prior, calibration = _prior(model, layout.name)
 
-    def reconstructed(track: Track, said: list[str]) -> list[Stretch]:
-        return _stretches(track, pixels, confidence, rate, focal, prior, given, said)
-
-    track, stretches = _walking_track(tracks, given.person, rate, reconstructed, notes)
+    track, shown = _walking_track(
+        tracks,
+        given.person,
+        rate,
+        lambda track: watch(_film(track, pixels, confidence, rate, focal, prior, given)),
+        notes,
+    )
+    notes += shown.notes
     walk = Walk(
         source=source,
         layout=layout,
         recognised=recognised,
         tracks=tuple(tracks),
         track=track,
-        frame_rate_hz=rate,
+        frame_rate_hz=shown.frame_rate_hz,
         focal_px=focal,
         focal_known=bool(given.focal_px),
         centre_px=centre,
         prior=prior,
         calibration=calibration,
         bars_factor=1.0 if layout.measured else UNKNOWN_LAYOUT,
-        stretches=tuple(stretches),
+        stretches=shown.stretches,
     )
     return replace(walk, notes=(*notes, *_doubts(walk)))
 
@@ -226,6 +201,27 @@ def _rate(given: Input, source: Detections, notes: list[str]) -> float:
     return rate
 
 
+def _chosen(frames: str, frame: np.ndarray, rate: float) -> np.ndarray:
+    """Rows (n,) bool of the frames that are named, as ``first:last``, both included, or in seconds, ``2s:6.5s``."""
+    parts = re.fullmatch(r"(\d+|\d+\.?\d*s)?:(\d+|\d+\.?\d*s)?", frames or ":")
+    if parts is None:
+        raise InvalidInput(
+            "must name a part of the video", where="input.frames", expected="first:last, as 120:300 or 2s:6.5s",
+            received=frames,
+        )  # fmt: skip
+    first, last = (
+        None if end is None else float(end[:-1]) * rate if end.endswith("s") else float(end)
+        for end in parts.groups()
+    )
+    used = (frame >= (-np.inf if first is None else first)) & (frame <= (np.inf if last is None else last))
+    if not used.any():
+        raise InvalidInput(
+            "no frame is left", where="input.frames", expected=f"frames from {frame.min()} to {frame.max()}",
+            received=frames,
+        )  # fmt: skip
+    return np.asarray(used)
+
+
 def _leave_out_doubtful(pixels: np.ndarray, confidence: np.ndarray, least: float, notes: list[str]) -> None:
     """Empty keypoints (n, 15, 2) below the least confidence, and turn rows that are counted upwards, in place."""
     doubtful = confidence < least * np.nanmax(confidence)
@@ -239,27 +235,21 @@ def _leave_out_doubtful(pixels: np.ndarray, confidence: np.ndarray, least: float
 
 
 def _walking_track(
-    tracks: list[Track],
-    person: str,
-    rate: float,
-    reconstructed: Callable[[Track, list[str]], list[Stretch]],
-    notes: list[str],
-) -> tuple[Track, list[Stretch]]:
+    tracks: list[Track], person: str, rate: float, watched: Callable[[Track], Watched], notes: list[str]
+) -> tuple[Track, Watched]:
     """The track that is named, or the longest; or, if that is no walk, the first of the others that is one."""
-    track, told = choose(tracks, person), list[str]()
-    stretches = reconstructed(track, told)
-    if not person and not _walks(stretches):
+    track = choose(tracks, person)
+    shown = watched(track)
+    if not person and not shown.walks:
         # Who is longest in the picture may stand in it while somebody else walks through.
         others = [other for other in tracks if other is not track and len(other.rows) >= SHORTEST_S * rate]
         for other in others[:MOST_OTHERS]:
-            told_of_other: list[str] = []
-            found = reconstructed(other, told_of_other)
-            if _walks(found):
+            if (found := watched(other)).walks:
                 notes.append(
                     f"The longest track (frames {track.frame[0]} to {track.frame[-1]}) is no walk;"
                     f" the one of frames {other.frame[0]} to {other.frame[-1]} is."
                 )
-                track, stretches, told = other, found, told_of_other
+                track, shown = other, found
                 break
     left_out = [other for other in tracks if other is not track and len(other.rows) >= 5]
     if left_out:
@@ -267,8 +257,7 @@ def _walking_track(
             f"{len(left_out)} other tracks of people were left out, the longest of {len(left_out[0].rows)} frames"
             f" (frames {left_out[0].frame[0]} to {left_out[0].frame[-1]})."
         )
-    notes += told
-    return track, stretches
+    return track, shown
 
 
 def _doubts(walk: Walk) -> Iterator[str]:
@@ -288,18 +277,14 @@ def _doubts(walk: Walk) -> Iterator[str]:
         usual = [
             r
             for r in (rate, rate / 2, 2 * rate)
-            if USUAL_CADENCE_HZ[0] <= stride * r / rate <= USUAL_CADENCE_HZ[1]
+            if USUAL_STRIDE_HZ[0] <= stride * r / rate <= USUAL_STRIDE_HZ[1]
         ]
         if rate not in usual:
             other_rate = f", or {usual[0]:g} Hz" if usual else ""
             yield f"A stride of {1 / stride:.2f} s is unusual: is the frame rate {rate:g} Hz{other_rate}?"
 
 
-def _walks(stretches: list[Stretch]) -> bool:
-    return any(stretch.judgement.verdict != Verdict.not_a_walk for stretch in stretches)
-
-
-def _stretches(
+def _film(
     track: Track,
     pixels: np.ndarray,
     confidence: np.ndarray,
@@ -307,100 +292,35 @@ def _stretches(
     focal: float,
     prior: Prior,
     given: Input,
-    notes: list[str],
-) -> list[Stretch]:
-    """Reconstruct the straight stretches of one person's track; what is odd is added to `notes`."""
+) -> Film:
+    """One person's keypoints throughout the video."""
     first, last = int(track.frame[0]), int(track.frame[-1])
-    T = last - first + 1
-    whole, sure = np.full((T, 15, 2), np.nan), np.zeros((T, 15))
+    whole, sure = np.full((last - first + 1, 15, 2), np.nan), np.zeros((last - first + 1, 15))
     whole[track.frame - first], sure[track.frame - first] = pixels[track.rows], confidence[track.rows]
-    parts = straight_stretches(whole, prior.mean[:, 2, 0], rate, focal)
-    if len(parts) > 1 or parts[0] != (0, T):
-        words = ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
-        notes.append(f"The path is not straight throughout: reconstructed are frames {words}.")
-    longest = round(LONGEST_S * rate)
-    film = _Film(whole, sure, first, rate, focal, prior, given)
-    stretches = []
-    for start, stop in parts[:MOST_STRETCHES]:
-        if stop - start > longest:
-            spare = stop - start - longest
-            start, stop = start + spare // 2, start + spare // 2 + longest
-            notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
-        stretch = film.stretch(start, stop)
-        walked = film.walking_parts(start, stop) if stretch.judgement.verdict == Verdict.not_a_walk else []
-        if walked:
-            words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)
-            notes.append(
-                f"Frames {first + start} to {first + stop - 1} are not one walk; parts of them are: {words}."
-            )
-        stretches += walked or [stretch]
-    return stretches
+    return Film(
+        whole, sure, rate, focal, prior, first,
+        both_labellings=given.labels == Labels.both, focal_sd=0.0 if given.focal_px else FOCAL_SD,
+    )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _Film:
-    """One person's keypoints throughout a video, and how they are reconstructed."""
+def choose(tracks: list[Track], person: str) -> Track:
+    """The longest track, or that of the person named.
 
-    pixels: np.ndarray
-    confidence: np.ndarray
-    first: int
-    rate: float
-    focal: float
-    prior: Prior
-    given: Input
-
-    def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
-        """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled only."""
-        pixels, confidence = self.pixels[start:stop], self.confidence[start:stop]
-        found = None
-        try:
-            found = reconstruct_followed(
-                pixels,
-                (confidence > 0).astype(float),
-                self.rate,
-                self.focal,
-                self.prior,
-                both_labellings=self.given.labels == Labels.both and not quick,
-                focal_sd=0.0 if self.given.focal_px else FOCAL_SD,
-            )
-            judgement = judge(found)
-        except InvalidInput as refusal:
-            judgement = Judgement(Verdict.not_a_walk, (str(refusal),))
-        return Stretch(self.first + start, self.first + stop - 1, pixels, confidence, found, judgement)
-
-    def walking_parts(self, start: int, stop: int) -> list[Stretch]:
-        """Parts that are a walk, of frames that are none as a whole: somebody turned before a camera that follows.
-
-        Windows of some three strides are reconstructed alone; neighbours that are walks with one heading are joined.
-        """
-        length = round(WINDOW_S * self.rate)
-        if stop - start < 1.5 * length:
-            return []
-        count = min(int(np.ceil(2.0 * (stop - start - length) / length)) + 1, MOST_WINDOWS)
-        starts = np.linspace(start, stop - length, count).round().astype(int).tolist()
-        windows = [self.stretch(a, a + length, quick=True) for a in starts]
-        groups: list[list[int]] = []
-        for number, window in enumerate(windows):
-            if window.found is None or window.judgement.verdict == Verdict.not_a_walk:
-                continue
-            last = groups[-1][-1] if groups else -2
-            if last == number - 1 and _turn(windows[last], window) < ONE_HEADING_RAD:
-                groups[-1].append(number)
-            else:
-                groups.append([number])
-        groups.sort(key=lambda g: (-len(g), g[0]))
-        parts = []
-        for group in groups[:MOST_STRETCHES]:
-            part = self.stretch(starts[group[0]], starts[group[-1]] + length)
-            if part.judgement.verdict == Verdict.not_a_walk:
-                part = self.stretch(starts[group[0]], starts[group[0]] + length)
-            if part.judgement.verdict != Verdict.not_a_walk:
-                parts.append(part)
-        return sorted(parts, key=lambda s: (-len(s.pixels), s.first_frame))
-
-
-def _turn(one: Stretch, other: Stretch) -> float:
-    assert one.found is not None
-    assert other.found is not None
-    turn = one.found.candidates[0].heading_rad - other.found.candidates[0].heading_rad
-    return abs(float((turn + np.pi) % (2.0 * np.pi) - np.pi))
+    Raises
+    ------
+    InvalidInput
+        If there is no such person.
+    """
+    if not tracks:
+        raise InvalidInput("no person is seen with four joints or more in any frame")
+    if not person:
+        return tracks[0]
+    for track in tracks:
+        if track.identity == person:
+            return track
+    if person.isdigit() and 1 <= int(person) <= len(tracks) and not any(track.identity for track in tracks):
+        return tracks[int(person) - 1]
+    listed = sorted({track.identity for track in tracks if track.identity}) or [f"1 to {len(tracks)}"]
+    raise InvalidInput(
+        "there is no such person", where="input.person", expected=", ".join(listed), received=person
+    )

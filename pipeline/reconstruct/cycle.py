@@ -23,10 +23,11 @@ from pipeline.core.keypoint_walk.cycle import (
     event_times,
     gait_cycle,
 )
+from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.prior import Prior
 from pipeline.core.sagittal_angles import ANGLES, KINDS, SIDES
-from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.clip import Input, Walk
 
 LEVEL_95 = 2
 HEIGHT_SHARE = 0.89

@@ -22,6 +22,8 @@ from pipeline.validation import InvalidInput, require_choice
 FOLDER = CONF / "keypoints"
 LONGER = {133: 17, 136: 26}
 """Layouts of whole bodies that begin with a smaller one: number of points and of those that are used."""
+LEAST_SEEN = 0.2
+"""Joints that fewer detections have say nothing of the order: a head may be out of the picture."""
 _NEEDED = [f"{side}_{joint}" for side in ("left", "right") for joint in ("hip", "knee", "ankle")]
 
 
@@ -172,7 +174,7 @@ def recognise(found: Detections, wanted: str = "") -> tuple[Layout, np.ndarray, 
 
 
 def _upright(layout: Layout, points: np.ndarray) -> float:
-    """Share of detections in which the head is above shoulders, hips, knees and ankles, in this order."""
+    """Share of detections in which the head is above shoulders, hips, knees and ankles, those seen, in this order."""
 
     def height(kind: str) -> np.ndarray:
         columns = [
@@ -187,8 +189,9 @@ def _upright(layout: Layout, points: np.ndarray) -> float:
         )
 
     rows = np.stack([height(kind) for kind in ("head", "shoulder", "hip", "knee", "ankle")], axis=1)
+    rows = rows[:, np.isfinite(rows).mean(axis=0) > LEAST_SEEN]
     whole = np.isfinite(rows).all(axis=1)
-    if not whole.any():
+    if rows.shape[1] < 3 or not whole.any():
         return 0.0
     steps = np.diff(rows[whole], axis=1)
     return float(max((steps > 0).all(axis=1).mean(), (steps < 0).all(axis=1).mean()))

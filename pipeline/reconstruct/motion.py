@@ -10,13 +10,14 @@ import numpy as np
 from pipeline.core.anatomical.stance import ANKLES
 from pipeline.core.fourier import cycle_basis
 from pipeline.core.keypoint_walk import Reconstruction
+from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
 from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.formats import motion
 from pipeline.formats.bvh import Names
-from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.clip import Input, Walk
 from pipeline.reconstruct.cycle import scale_mm
 from pipeline.reconstruct.summary import observed
 from pipeline.skeleton import WALKER15
@@ -36,7 +37,7 @@ class Format(StrEnum):
 
 def keypoints_px(found: Reconstruction) -> np.ndarray:
     """Keypoints (T, 15, 2) as used, relative to the principal point; NaN where missing."""
-    return np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
+    return np.where(found.keypoints.weights[..., None] > 0, found.filmed_px, np.nan)
 
 
 def upright(level: np.ndarray) -> np.ndarray:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from pipeline.core.keypoint_walk.calibration import NORMAL
+from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE
 from pipeline.core.sagittal_angles import KINDS
 from pipeline.reconstruct import cycle, words
-from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.clip import Input, Walk
 from pipeline.reconstruct.cycle import LEVEL_95, scale_mm
 from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.reconstruct.summary import half_widths_mm, observed, view_sd_rad

@@ -9,9 +9,10 @@ import numpy as np
 from pipeline import recordings
 from pipeline.core.keypoint_walk import Reconstruction
 from pipeline.core.keypoint_walk.calibration import NORMAL, angle_half_widths, joint_half_widths
+from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.posterior import sample_positions
 from pipeline.core.sagittal_angles import ANGLES
-from pipeline.reconstruct.clip import Stretch, Walk
+from pipeline.reconstruct.clip import Walk
 from pipeline.reconstruct.cycle import LEVEL_95
 from pipeline.reconstruct.motion import keypoints_px, upright
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D

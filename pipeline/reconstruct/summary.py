@@ -14,13 +14,15 @@ from pipeline.core.keypoint_walk.calibration import (
     angle_half_widths,
     joint_half_widths,
 )  # fmt: skip
+from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, HEADING, LOG_F, TURN
 from pipeline.core.keypoint_walk.reconstruction import LABELS_UNSURE
+from pipeline.core.keypoint_walk.tracks import path_turn_rad
 from pipeline.core.keypoint_walk.training import SIZE
 from pipeline.core.keypoint_walk.verdict import DOUBTFUL_DISTANCE, DOUBTFUL_RESIDUAL, Verdict
 from pipeline.core.sagittal_angles import ANGLES
 from pipeline.reconstruct import cycle
-from pipeline.reconstruct.clip import Input, Stretch, Walk
+from pipeline.reconstruct.clip import Input, Walk
 from pipeline.reconstruct.cycle import HEIGHT_SHARE, LEVEL_95, scale_mm
 from pipeline.skeleton import WALKER15
 
@@ -265,9 +267,20 @@ def _angles(found: Reconstruction, walk: Walk) -> dict[str, Any]:
 
 
 def turned_deg(found: Reconstruction) -> float:
-    """Heading at the end of a stretch less that at its beginning; the heading that is told is that of the middle."""
+    """Heading at the end of a stretch less that at its beginning; the heading that is told is that of the middle.
+
+    Detectors exaggerate how a body that passes turns its front, then its back to the camera: seen from the side, some
+    20 to 50° of this are theirs, also on a straight path.
+    """
     times = found.fit.objective.setting.times
     return float(np.degrees(found.fit.x[TURN]) * (times[-1] - times[0]))
+
+
+def path_bend_deg(found: Reconstruction) -> float:
+    """Turn of the path in the image over a stretch, whatever the body does: 0° is towards the camera, +90° right."""
+    pixels = np.where(found.keypoints.weights[..., None] > 0, found.keypoints.pixels, np.nan)
+    heights = found.fit.objective.prior.mean[:, 2, 0]
+    return -float(np.degrees(path_turn_rad(pixels, heights, found.focal_px)))
 
 
 def advice(walk: Walk, stretch: Stretch) -> list[str]:
@@ -283,9 +296,12 @@ def advice(walk: Walk, stretch: Stretch) -> list[str]:
         said.append(f"Only {found.strides:.1f} strides: three or more halve the error of the cadence.")
     if found.height_px < 250.0:
         said.append(f"The walker is only {found.height_px:.0f} px high: film nearer or with a longer lens.")
-    if abs(turned := turned_deg(found)) > TURNED_DEG:
+    if (
+        found.starts.overground
+        and min(abs(turned_deg(found)), abs(bend := path_bend_deg(found))) > TURNED_DEG
+    ):
         said.append(
-            f"The path bends: the heading turned by {turned:+.0f}° on the way, and the view is that of the middle."
+            f"The path bends: the heading turned by {bend:+.0f}° on the way, and the view is that of the middle."
             " Film a straight path, or give fewer frames."
         )
     if found.labels_unsure:

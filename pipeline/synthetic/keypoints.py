@@ -39,6 +39,9 @@ class DetectorError:
         Beginnings of exchanged labels per second, for legs and for arms.
     swap_s : tuple of float
         Shortest and longest of these times.
+    shake_px, shake_s : float
+        Standard deviation per image axis of what a hand that holds the camera adds to all keypoints of a frame; time in
+        which it forgets.
     """
 
     white_px: float = 3.0
@@ -48,6 +51,8 @@ class DetectorError:
     missing: float = 0.05
     swaps_per_s: float = 0.15
     swap_s: tuple[float, float] = (0.1, 0.4)
+    shake_px: float = 0.0
+    shake_s: float = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,6 +192,9 @@ def simulate_keypoints(
     swapped = {limb: swap_times(generator, T, filming.frame_rate_hz, error) for limb in LIMBS}
     pixels = exchange(pixels, swapped)
     pixels[generator.random(pixels.shape[:2]) < error.missing] = np.nan
+    if error.shake_px:
+        decay = float(np.exp(-1.0 / (error.shake_s * filming.frame_rate_hz)))
+        pixels = pixels + slow_error(generator, (T, 1, 2), error.shake_px, decay)
     return SimulatedKeypoints(
         pixels=pixels,
         exchanged=swapped,

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from pipeline import formats
+from pipeline.core.keypoint_walk.tracks import find_tracks
 from pipeline.formats import keypoints
 from pipeline.formats.budget import LEAST, MOST, PER_BYTE, read_one, require_memory
 from pipeline.formats.keypoints import contract
 from pipeline.formats.text import read_text
-from pipeline.reconstruct.people import find_tracks
 from pipeline.validation import InvalidInput
 
 ENDS = "End Site\n{\nOFFSET 0 1 0\n}\n"

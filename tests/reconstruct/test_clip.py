@@ -14,10 +14,10 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import pipeline
 from pipeline.core.keypoint_walk.objective import FOCAL_SD, TURN
+from pipeline.core.keypoint_walk.tracks import find_tracks
 from pipeline.formats.keypoints import Detections, detections
 from pipeline.reconstruct import layouts, model_file
-from pipeline.reconstruct.clip import Input, reconstruct_clip
-from pipeline.reconstruct.people import choose, find_tracks
+from pipeline.reconstruct.clip import Input, choose, reconstruct_clip
 from pipeline.reconstruct.summary import (
     TURNED_DEG,
     advice,
@@ -93,7 +93,8 @@ def test_an_unknown_rate_is_asked_for_and_a_wrong_one_remarked_on(model: Path, t
     with pytest.raises(InvalidInput, match="frame rate is not known"):
         reconstruct_clip(given(path, frame_rate_hz=0.0), model)
     walk = reconstruct_clip(given(path, frame_rate_hz=60.0, focal_px=sim.focal_px), model)
-    assert any("is the frame rate 60 Hz, or 30 Hz?" in note for note in walk.notes)
+    assert walk.frame_rate_hz == 30.0
+    assert any("frame rate is taken to be 30 Hz" in note for note in walk.notes)
 
 
 @pytest.mark.parametrize(
@@ -171,7 +172,7 @@ def test_linear_algebra_has_one_thread_while_it_reconstructs(
         inside.extend(threads())
         raise InvalidInput("seen enough")
 
-    monkeypatch.setattr("pipeline.reconstruct.clip.reconstruct_followed", look)
+    monkeypatch.setattr("pipeline.core.keypoint_walk.film.reconstruct_followed", look)
     with threadpool_limits(limits=2):
         outside = threads()
         walk, _ = pipeline.reconstruct(path, frame_rate_hz=30, model_folder=model)
@@ -263,7 +264,7 @@ def test_a_model_that_changed_is_refused(model: Path, tmp_path: Path) -> None:
         model_file.load(tmp_path / "nowhere")
 
 
-def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path) -> None:
+def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sim = clip(60.0, ERROR)
     path = alphapose(tmp_path / "a.json", in_layout(sim, "coco17"))
     walk = reconstruct_clip(given(path, focal_px=sim.focal_px), model)
@@ -277,7 +278,10 @@ def test_a_bend_of_the_path_is_told(model: Path, tmp_path: Path) -> None:
     times = found.fit.objective.setting.times
     assert bent.found is not None
     assert turned_deg(bent.found) == pytest.approx(30.0 * (times[-1] - times[0]))
-    assert any("bends" in sentence for sentence in advice(walk, bent))
+    # Of a body that passes a detector makes one that turns: the path is asked, too.
+    assert not any("bends" in sentence for sentence in advice(walk, bent))
+    monkeypatch.setattr("pipeline.reconstruct.summary.path_turn_rad", lambda *_: np.radians(-30.0))
+    assert any("turned by +30°" in sentence for sentence in advice(walk, bent))
 
 
 def test_words_for_every_heading() -> None:
@@ -354,7 +358,8 @@ def test_known_views_are_within_the_interval(
 def test_a_wrong_frame_rate_of_a_recording_is_remarked_on(recordings: Path) -> None:
     path = recordings / "alphapose_sidewalk" / "alphapose-results.json"
     walk = reconstruct_clip(Input(path=str(path), frame_rate_hz=60.0))
-    assert any("or 30 Hz?" in note for note in walk.notes)
+    assert walk.frame_rate_hz == 30.0
+    assert walk.best.judgement.verdict == "doubtful"
     assert reconstruct_clip(Input(path=str(path), frame_rate_hz=30.0)).best.judgement.verdict == "walk"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.reconstruct.people import find_tracks
+from pipeline.core.keypoint_walk.tracks import find_tracks
 
 
 @pytest.mark.parametrize(("share", "gap", "tracks"), [(0.08, 1, 1), (0.2, 1, 2), (0.2, 5, 1), (0.5, 5, 2)])

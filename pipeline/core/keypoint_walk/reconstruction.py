@@ -33,6 +33,11 @@ FOLLOWED_RESIDUAL = 1.3
 """Residual, per cent of the height, above which a wandering path is tried."""
 FOLLOWED_GAIN = 0.8
 """A wandering path is believed if it leaves less than this share of the residual."""
+SHAKEN_SHARE = 0.3
+"""Share of the residual's square that all joints of a frame have in common, above which the camera shook."""
+SHAKE_ROUNDS = 2
+SLOWEST_WHITE_HZ = 20.0
+"""Below this frame rate the next frame's residual is not nearly the same one, and none of it is called white."""
 COSINES_PER_STRIDE = 0.8
 """Cosines for each stride of the clip: the fastest has a period of 2.5 strides."""
 LABELS_UNSURE = 100.0
@@ -79,7 +84,10 @@ class Reconstruction:
         As used: labels exchanged where the fit says so.
     noise : Noise
     rms_residual_px : float
-        Root mean square of the residual along an image axis; a point counts at most as `OUTLIER` times sigma.
+        Root mean square of the residual along an image axis without its white part; a point counts at most as
+        `OUTLIER` times sigma.
+    shake_px : (T, 2)
+        Taken out of all keypoints of each frame, for a camera that shook; 0 if it did not.
     height_px : float
         Mean height of the walker (head above ankles) in the image.
     """
@@ -93,6 +101,7 @@ class Reconstruction:
     keypoints: Keypoints
     noise: Noise
     rms_residual_px: float
+    shake_px: np.ndarray
     height_px: float
 
     @property
@@ -129,8 +138,13 @@ class Reconstruction:
 
     @property
     def image_px(self) -> np.ndarray:
-        """Image (T, 15, 2) of the walker as fitted, relative to the principal point."""
-        return self.fit.objective.image(self.fit.x)
+        """Image (T, 15, 2) of the walker as fitted, relative to the principal point, shaken as the camera was."""
+        return self.fit.objective.image(self.fit.x) + self.shake_px[:, None]
+
+    @property
+    def filmed_px(self) -> np.ndarray:
+        """Keypoints (T, 15, 2) as used, with the shake of the camera."""
+        return self.keypoints.pixels + self.shake_px[:, None]
 
     @cached_property
     def cycle(self) -> GaitCycle:
@@ -202,25 +216,30 @@ def reconstruct(
     pixels = np.where(seen[..., None], pixels, 0.0)
     times = (np.arange(len(pixels)) - (len(pixels) - 1) / 2.0) / frame_rate_hz
 
-    labelled = [Keypoints(pixels, weights)]
-    if both_labellings:
-        labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
-    fits: list[_Refined] = []
-    for other, keypoints in enumerate(labelled):
-        starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
-        if overground is not None:
-            starts = replace(starts, overground=overground)
-        setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
-        trunk = [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(
-            range(JOINTS)
-        )
-        for start in starts.starts[:most_starts]:
-            fit = refine(prior, setting, keypoints, start, starts.path, trunk, relabel=relabel)
-            used = Keypoints(
-                exchange(keypoints.pixels, fit.exchanged), exchange(keypoints.weights, fit.exchanged)
-            )
-            fits.append(_Refined(bool(other), fit, starts, used))
-    return _best_of(fits, prior)
+    def best_of(pixels: np.ndarray) -> tuple[_Refined, list[Candidate]]:
+        labelled = [Keypoints(pixels, weights)]
+        if both_labellings:
+            labelled.append(Keypoints(exchange_all(pixels), exchange_all(weights)))
+        fits: list[_Refined] = []
+        for other, keypoints in enumerate(labelled):
+            starts = find_starts(keypoints.pixels, keypoints.weights, times, focal_px, prior, cosines)
+            if overground is not None:
+                starts = replace(starts, overground=overground)
+            setting = Setting(times, focal_px, starts.overground, cosines, nu, focal_sd)
+            trunk = trunk_of(keypoints)
+            for start in starts.starts[:most_starts]:
+                fit = refine(prior, setting, keypoints, start, starts.path, trunk, relabel=relabel)
+                used = Keypoints(
+                    exchange(keypoints.pixels, fit.exchanged), exchange(keypoints.weights, fit.exchanged)
+                )
+                fits.append(_Refined(bool(other), fit, starts, used))
+        return _best_of(fits)
+
+    best, candidates = best_of(pixels)
+    shake = find_shake(best.fit, best.starts, best.used, prior)
+    if shake.any():
+        best, candidates = best_of(pixels - shake[:, None])
+    return _reconstruction(best, candidates, shake, prior)
 
 
 class _Refined(NamedTuple):
@@ -232,8 +251,13 @@ class _Refined(NamedTuple):
     used: Keypoints
 
 
-def _best_of(fits: list[_Refined], prior: Prior) -> Reconstruction:
-    """The fit of least cost, with the others that differ from it."""
+def trunk_of(keypoints: Keypoints) -> list[int]:
+    """Joints of the trunk that are seen, or all joints if there is none."""
+    return [j for j in TRUNK if (keypoints.weights[:, j] > 0).mean() >= SEEN_SHARE] or list(range(JOINTS))
+
+
+def _best_of(fits: list[_Refined]) -> tuple[_Refined, list[Candidate]]:
+    """The fit of least cost, and all that differ, the best first."""
     # Costs are compared at one noise: that of the fit with the smallest residual.
     noise = min(fits, key=lambda one: one.fit.noise.sigma_px).fit.noise
     costs = np.array([one.fit.objective.cost(one.fit.x, one.used, noise) for one in fits])
@@ -250,12 +274,37 @@ def _best_of(fits: list[_Refined], prior: Prior) -> Reconstruction:
         )
         if not any(_same(candidate, other) for other in candidates):
             candidates.append(candidate)
-    exchanged, fit, starts, used = fits[int(order[0])]
+    return fits[int(order[0])], candidates
+
+
+def find_shake(fit: Fit, starts: Starts, used: Keypoints, prior: Prior) -> np.ndarray:
+    """What the residuals of a frame's joints have in common (T, 2), px, if that is much of them; else zeros."""
+    shake = np.zeros((len(used.pixels), 2))
+    for _ in range(SHAKE_ROUNDS):
+        seen = (used.weights > 0)[..., None]
+        residual = np.where(seen, fit.objective.residual(fit.x, used), np.nan)
+        some = seen.sum(axis=(1, 2)) >= 4
+        common = np.zeros_like(shake)
+        common[some] = -np.nanmedian(residual[some], axis=1)
+        squares = np.minimum(residual[some] ** 2, (OUTLIER * fit.noise.sigma_px) ** 2)
+        if not shake.any() and (common[some] ** 2).mean() < SHAKEN_SHARE * np.nanmean(squares):
+            break
+        shake += common
+        used = Keypoints(used.pixels - common[:, None], used.weights)
+        fit = refine(
+            prior, fit.objective.setting, used, fit.start, starts.path, trunk_of(used),
+            relabel=False, unknowns=fit.x,
+        )  # fmt: skip
+    return shake
+
+
+def _reconstruction(
+    best: _Refined, candidates: list[Candidate], shake: np.ndarray, prior: Prior
+) -> Reconstruction:
+    exchanged, fit, starts, used = best
+    x = fit.x
     rivals = [c for c in candidates[1:] if c.labels_exchanged != exchanged]
-    residual = fit.objective.residual(fit.x, used)[used.weights > 0]
-    size = np.sqrt((residual**2).sum(axis=-1))
-    residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[:, None]
-    depth = fit.objective.camera_points(fit.x)[..., 2].mean()
+    depth = fit.objective.camera_points(x)[..., 2].mean()
     return Reconstruction(
         fit=fit,
         posterior=posterior(prior, fit, used, fit.noise),
@@ -265,9 +314,24 @@ def _best_of(fits: list[_Refined], prior: Prior) -> Reconstruction:
         labels_unsure=bool(rivals) and rivals[0].cost_above_best < LABELS_UNSURE,
         keypoints=used,
         noise=fit.noise,
-        rms_residual_px=float(np.sqrt(np.mean(residual**2))),
-        height_px=fit.objective.focal_px(fit.x) * HEIGHT_MM / float(depth),
+        rms_residual_px=_slow_residual(fit, used),
+        shake_px=shake,
+        height_px=fit.objective.focal_px(x) * HEIGHT_MM / float(depth),
     )
+
+
+def _slow_residual(fit: Fit, used: Keypoints) -> float:
+    """Root mean square residual, px, less its white part: what two frames in succession have in common."""
+    seen = used.weights > 0
+    residual = fit.objective.residual(fit.x, used)
+    size = np.sqrt((residual**2).sum(axis=-1))
+    residual *= np.minimum(1.0, OUTLIER * fit.noise.sigma_px / np.maximum(size, 1e-9))[..., None]
+    square = float(np.mean(residual[seen] ** 2))
+    times, both = fit.objective.setting.times, seen[1:] & seen[:-1]
+    if (times[1] - times[0]) * SLOWEST_WHITE_HZ > 1.0 or not both.any():
+        return float(np.sqrt(square))
+    white = 0.5 * float(np.mean((residual[1:] - residual[:-1])[both] ** 2))
+    return float(np.sqrt(max(square - white, 0.0)))
 
 
 def reconstruct_followed(

@@ -135,6 +135,7 @@ def refine(
     trunk: list[int],
     *,
     relabel: bool = True,
+    unknowns: np.ndarray | None = None,
 ) -> Fit:
     """Refine one start.
 
@@ -151,10 +152,15 @@ def refine(
         Joints whose middle the path is.
     relabel : bool
         Whether to look for frames with left and right exchanged.
+    unknowns : (n,), optional
+        Of another fit of the same setting, from which the search goes on; None: it begins at the start.
     """
     objective = Objective(prior, setting, start.frequency_hz)
-    x = np.zeros(objective.unknowns)
-    x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
+    if unknowns is None:
+        x = np.zeros(objective.unknowns)
+        x[:UNKNOWNS] = initial_unknowns(prior, start, path, setting.focal_px, trunk)
+    else:
+        x = unknowns
     none = {limb: np.zeros(len(setting.times), dtype=bool) for limb in LIMBS}
     exchanged, used = none, keypoints
     whole = {limb: ~none[limb] for limb in LIMBS}

@@ -2,7 +2,8 @@
 
 Two numbers decide between walking and other motion: the residual after the fit over the height in the image, and how
 unlikely the image is at the best heading and phase before it: a flexible walker follows a dancer closely, but only by
-leaving the population.  Who stands is refused by the motion of the legs.
+leaving the population.  Who stands is refused by the motion of the legs, who squats or jumps by ankles that move
+together, and who runs by the cadence, or by a trunk that is highest where a walker's is lowest.
 """
 
 from __future__ import annotations
@@ -10,7 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+
+from pipeline.core.fourier import cycle_basis
+from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
+from pipeline.core.keypoint_walk.path import TRUNK
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
+from pipeline.core.keypoint_walk.training import BLOCKS, HEIGHT_MM
+from pipeline.skeleton import WALKER15
 
 MOST_RESIDUAL = 1.65
 """Largest residual of a walk, per cent of the height; 1 % of walks are above."""
@@ -22,6 +30,15 @@ LEAST_MOTION = 0.5
 """Least motion of the legs in the image, relative to the average walker's from the same side."""
 LEAST_STRIDES = 0.8
 """Strides below which nothing can be said to repeat."""
+MOST_TOGETHER = 0.1
+"""Largest correlation of the two ankles of a walk, each about its hip; -0.9 to 0 is usual."""
+MOST_STRIDE_HZ = 1.35
+"""Strides a second beyond which people run."""
+LEAST_BOUNCE = -0.5
+"""Least bounce of a walk, relative to the average walker's; runs have about -2."""
+FORGETS_S = 0.3
+"""Time in which errors of keypoints and the shake of a camera forget."""
+_SIDES = [[WALKER15.index(f"{side}_{joint}") for joint in ("hip", "ankle")] for side in ("left", "right")]
 
 
 class Verdict(StrEnum):
@@ -45,6 +62,50 @@ class Judgement:
 
     verdict: Verdict
     reasons: tuple[str, ...]
+
+
+def ankles_together(found: Reconstruction) -> float:
+    """Correlation of the ankles' motion in the image, each about its hip, within ±1; 0 if a leg is not seen."""
+    metric, seen = found.starts.path.metric, found.keypoints.weights > 0
+    both = seen[:, np.ravel(_SIDES)].all(axis=1)
+    if both.sum() < 5:
+        return 0.0
+    times = found.fit.objective.setting.times[both]
+    columns = times[:, None] ** np.arange(3)
+    left, right = (metric[both, ankle] - metric[both, hip] for hip, ankle in _SIDES)
+    left, right = (
+        about - columns @ np.linalg.lstsq(columns, about, rcond=None)[0] for about in (left, right)
+    )
+    return float((left * right).sum() / max(np.sqrt((left**2).sum() * (right**2).sum()), 1e-9))
+
+
+def bounce(found: Reconstruction) -> float:
+    """Rise and fall of the trunk twice a stride, along the average walker's, who rises and falls by 1 at that phase.
+
+    Walkers are lowest where their feet are farthest apart, runners there fly.  What may be a trembling of the camera is
+    no bounce: the estimate is raised by twice its standard error.
+    """
+    x, objective = found.fit.x, found.fit.objective
+    times, down = objective.setting.times, found.filmed_px[..., 1]
+    turned = 2.0 * np.pi * np.exp(x[LOG_F]) * times + x[PHASE]
+    basis = cycle_basis(turned, BLOCKS)
+    columns = np.concatenate([times[:, None] ** np.arange(4), basis[:, 1:5]], axis=1)
+    trunk = [joint for joint in TRUNK if (found.keypoints.weights[:, joint] > 0).any()]
+    seen = found.keypoints.weights[:, trunk] > 0
+    rows = seen.any(axis=1)
+    if rows.sum() < 2 * columns.shape[1]:
+        return 1.0
+    # Each joint about its own middle, so that a joint that is missing does not move the trunk.
+    about = np.where(seen, down[:, trunk], np.nan)
+    height = -np.nanmean((about - np.nanmedian(about, axis=0))[rows], axis=1)
+    columns = columns[rows]
+    wave = np.linalg.lstsq(columns, height, rcond=None)[0]
+    left = float(np.std(height - columns @ wave))
+    average = objective.prior.model.mean[TRUNK, 2, 3:5].mean(axis=0) * found.height_px / HEIGHT_MM
+    # Errors forget in some FORGETS_S: there are fewer of them than frames.
+    several = max(float(times[-1] - times[0]) / FORGETS_S, 1.0)
+    error = left * np.sqrt(2.0 / several) / np.linalg.norm(average)
+    return float(wave[-2:] @ average / (average @ average) + 2.0 * error)
 
 
 def judge(found: Reconstruction) -> Judgement:
@@ -71,6 +132,15 @@ def judge(found: Reconstruction) -> Judgement:
     if found.leg_motion < LEAST_MOTION:
         refused.append(
             f"the legs hardly move: {found.leg_motion:.2f} of an average walker's motion in the image"
+        )
+    if (together := ankles_together(found)) > MOST_TOGETHER:
+        refused.append(f"the feet move together: correlation {together:.2f} (walks: {MOST_TOGETHER} or less)")
+    steps = 120.0 * found.candidates[0].frequency_hz
+    if steps > 120.0 * MOST_STRIDE_HZ:
+        refused.append(f"a run: {steps:.0f} steps a minute (walks: {120 * MOST_STRIDE_HZ:.0f} or less)")
+    elif (rise := bounce(found)) < LEAST_BOUNCE:
+        refused.append(
+            f"a run: the body is highest between steps, {-rise:.1f} times as far as a walker's is lowest"
         )
     if refused:
         return Judgement(Verdict.not_a_walk, tuple(refused))

@@ -6,9 +6,18 @@ from types import SimpleNamespace
 
 import pytest
 
+from pipeline.core.keypoint_walk import verdict as verdicts
 from pipeline.core.keypoint_walk.verdict import judge
 
-SURE = {"relative_residual": 0.8, "distance": 1.0, "strides": 3.0, "leg_motion": 1.0}
+SURE = {
+    "relative_residual": 0.8,
+    "distance": 1.0,
+    "strides": 3.0,
+    "leg_motion": 1.0,
+    "ankles_together": -0.6,
+    "bounce": 1.0,
+    "stride_hz": 0.9,
+}
 
 
 @pytest.mark.parametrize(
@@ -25,12 +34,26 @@ SURE = {"relative_residual": 0.8, "distance": 1.0, "strides": 3.0, "leg_motion":
         ("strides", 0.79, "not_a_walk", "nothing repeats"),
         ("leg_motion", 0.51, "walk", ""),
         ("leg_motion", 0.49, "not_a_walk", "the legs hardly move"),
+        ("ankles_together", 0.09, "walk", ""),
+        ("ankles_together", 0.11, "not_a_walk", "the feet move together"),
+        ("stride_hz", 1.34, "walk", ""),
+        ("stride_hz", 1.36, "not_a_walk", "a run: 163 steps a minute"),
+        ("bounce", -0.49, "walk", ""),
+        ("bounce", -0.51, "not_a_walk", "a run: the body is highest between steps"),
     ],
 )
 def test_every_threshold_parts_what_is_below_from_what_is_above(
-    name: str, value: float, verdict: str, words: str
+    name: str, value: float, verdict: str, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     facts = {**SURE, name: value}
-    found = judge(SimpleNamespace(**facts, starts=SimpleNamespace(least_distance=facts["distance"])))  # type: ignore[arg-type]
+    monkeypatch.setattr(verdicts, "ankles_together", lambda _: facts["ankles_together"])
+    monkeypatch.setattr(verdicts, "bounce", lambda _: facts["bounce"])
+    found = judge(
+        SimpleNamespace(  # type: ignore[arg-type]
+            **facts,
+            starts=SimpleNamespace(least_distance=facts["distance"]),
+            candidates=[SimpleNamespace(frequency_hz=facts["stride_hz"])],
+        )
+    )
     assert found.verdict == verdict
     assert [words in reason for reason in found.reasons] == [True] * (verdict != "walk")

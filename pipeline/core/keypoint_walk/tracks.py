@@ -1,4 +1,4 @@
-"""Who is reconstructed: tracks of people through the video, and the straight stretches of one track."""
+"""Tracks of people through a video; of one track the parts in which somebody walks, and those that are straight."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.validation import InvalidInput
+from pipeline.skeleton import WALKER15
 
 JUMP = (0.09, 2.2)
 """Share of the height, and of it per second, that half of a person's joints may move from one frame to the next; who
@@ -17,6 +17,17 @@ TURN_RAD_S = np.radians(50.0)
 SHORTEST_S = 0.9
 LEAST_STRAIGHT = 0.5
 """If straight stretches hold a smaller share of the frames, the path was not measured well enough to cut by it."""
+MOTION_S = 0.7
+"""Time over which the motion of the legs is measured, about one step."""
+MOVING_SHARE = 0.45
+"""Share of the motion of the legs, of its 80 % quantile, above which somebody moves."""
+MOSTLY = 0.85
+"""Who moves in a larger share of the frames moves throughout: ends are not cut for nothing."""
+_LEGS = [
+    (WALKER15.index(f"{side}_{joint}"), WALKER15.index(f"{side}_hip"))
+    for side in ("left", "right")
+    for joint in ("knee", "ankle")
+]
 
 
 @dataclass(frozen=True)
@@ -113,27 +124,50 @@ def find_tracks(
     return sorted(tracks, key=lambda t: (-len(t.rows), -t.height_px, int(t.frame[0])))
 
 
-def choose(tracks: list[Track], person: str) -> Track:
-    """The longest track, or that of the person named.
+def moving_parts(pixels: np.ndarray, frame_rate_hz: float) -> list[tuple[int, int]]:
+    """Parts of a track in which the legs move: frames from and to (exclusive), the longest first.
 
-    Raises
-    ------
-    InvalidInput
-        If there is no such person.
+    Parameters
+    ----------
+    pixels : (T, 15, 2)
+        NaN where missing.
+    frame_rate_hz : float
+
+    Notes
+    -----
+    Knees and ankles about their hips, so that neither path nor camera counts, over the height in the image.  Who
+    stands before or after a walk is left out; if the legs move nearly throughout, nothing is.
     """
-    if not tracks:
-        raise InvalidInput("no person is seen with four joints or more in any frame")
-    if not person:
-        return tracks[0]
-    for track in tracks:
-        if track.identity == person:
-            return track
-    if person.isdigit() and 1 <= int(person) <= len(tracks) and not any(track.identity for track in tracks):
-        return tracks[int(person) - 1]
-    listed = sorted({track.identity for track in tracks if track.identity}) or [f"1 to {len(tracks)}"]
-    raise InvalidInput(
-        "there is no such person", where="input.person", expected=", ".join(listed), received=person
-    )
+    T = len(pixels)
+    window = max(round(MOTION_S * frame_rate_hz) | 1, 3)
+    height = _heights(pixels)
+    known = np.isfinite(height)
+    if 2 * window > T or known.sum() < window:
+        return [(0, T)]
+    size = _running_mean(np.interp(np.arange(T), np.flatnonzero(known), height[known]), window)
+    power, count = np.zeros(T), np.zeros(T)
+    for joint, hip in _LEGS:
+        about = (pixels[:, joint] - pixels[:, hip]) / size[:, None]
+        seen = np.isfinite(about).all(axis=-1)
+        about = np.where(seen[:, None], about, 0.0)
+        share = np.maximum(_running_mean(seen.astype(float), window), 1.0 / window)
+        mean = np.stack([_running_mean(about[:, axis], window) for axis in (0, 1)], axis=-1) / share[:, None]
+        square = _running_mean((about**2).sum(axis=-1), window) / share
+        enough = share > 0.5
+        power += np.where(enough, np.maximum(square - (mean**2).sum(axis=-1), 0.0), 0.0)
+        count += enough
+    motion = np.sqrt(power / np.maximum(count, 1))
+    moving = (motion > MOVING_SHARE * np.percentile(motion, 80)) | (count == 0)
+    if moving.mean() >= MOSTLY:
+        return [(0, T)]
+    parts = [part for part in _runs(moving) if part[1] - part[0] >= SHORTEST_S * frame_rate_hz]
+    return sorted(parts, key=lambda s: (s[0] - s[1], s[0])) or [(0, T)]
+
+
+def _runs(held: np.ndarray) -> list[tuple[int, int]]:
+    """Runs of true values, from and to (exclusive)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
+    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 
 def straight_stretches(
@@ -157,22 +191,14 @@ def straight_stretches(
     """
     T = len(pixels)
     whole = [(0, T)]
-    seen = np.isfinite(pixels).all(axis=-1)
-    weight = seen.astype(float)
-    total = np.maximum(weight.sum(axis=1), 1.0)
-    z = heights_mm - (weight @ heights_mm / total)[:, None]
-    rows = np.where(seen, pixels[..., 1], 0.0)
-    slope = -(weight * z * rows).sum(axis=1) / np.maximum((weight * z**2).sum(axis=1), 1e-9)
-    good = (seen.sum(axis=1) >= 4) & (slope > 0)
-    if good.sum() < SHORTEST_S * frame_rate_hz:
+    path = _ground_path(pixels, heights_mm)
+    if path[2].sum() < SHORTEST_S * frame_rate_hz:
         return whole
-    frames = np.arange(T)
-    scale = np.interp(frames, frames[good], slope[good])
-    across = np.interp(frames, frames[good], (np.where(seen, pixels[..., 0], 0.0).sum(axis=1) / total)[good])
+    across, inverse, _ = path
     window = max(round(0.8 * frame_rate_hz) | 1, 3)
     if window * 2 > T:
         return whole
-    smooth = _running_mean(1.0 / scale, window)
+    smooth = _running_mean(inverse, window)
     away = smooth * focal_px
     right = _running_mean(across * smooth, window)
     step = window // 2
@@ -185,8 +211,7 @@ def straight_stretches(
     turning = np.abs(_central(heading, step)) * frame_rate_hz > TURN_RAD_S
     moving = speed > 0.35 * typical
     found = []
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], (moving & ~turning).astype(int), [0]])))
-    for start, stop in edges.reshape(-1, 2).tolist():
+    for start, stop in _runs(moving & ~turning):
         if stop - start < SHORTEST_S * frame_rate_hz:
             continue
         drift = np.abs(heading[start:stop] - np.median(heading[start:stop]))
@@ -195,6 +220,40 @@ def straight_stretches(
     if sum(stop - start for start, stop in found) < LEAST_STRAIGHT * T:
         return whole
     return sorted(found, key=lambda s: (s[0] - s[1], s[0]))
+
+
+def _ground_path(pixels: np.ndarray, heights_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Column of the body (T,), distance over focal length (T,), mm per pixel, and where they were measured (T,)."""
+    seen = np.isfinite(pixels).all(axis=-1)
+    weight = seen.astype(float)
+    total = np.maximum(weight.sum(axis=1), 1.0)
+    z = heights_mm - (weight @ heights_mm / total)[:, None]
+    rows = np.where(seen, pixels[..., 1], 0.0)
+    slope = -(weight * z * rows).sum(axis=1) / np.maximum((weight * z**2).sum(axis=1), 1e-9)
+    good = (seen.sum(axis=1) >= 4) & (slope > 0)
+    if not good.any():
+        return np.zeros(len(pixels)), np.zeros(len(pixels)), good
+    frames = np.arange(len(pixels))
+    across = (np.where(seen, pixels[..., 0], 0.0).sum(axis=1) / total)[good]
+    return (
+        np.interp(frames, frames[good], across), 1.0 / np.interp(frames, frames[good], slope[good]), good,
+    )  # fmt: skip
+
+
+def path_turn_rad(pixels: np.ndarray, heights_mm: np.ndarray, focal_px: float) -> float:
+    """Direction of the path on the ground at the end of a stretch (T, 15, 2) less that at its beginning.
+
+    From place and size in the image alone: what a detector makes of a body that is seen from the side turns more than
+    the body.
+    """
+    across, inverse, good = _ground_path(pixels, heights_mm)
+    if good.sum() < 8:
+        return 0.0
+    unit = np.linspace(-1.0, 1.0, len(pixels))
+    place = np.stack([across * inverse, focal_px * inverse], axis=-1)[good]
+    _, along, bent = np.polynomial.polynomial.polyfit(unit[good], place, 2)
+    start, end = (np.arctan2(*(along + side * 2.0 * bent)) for side in (-1.0, 1.0))
+    return float((end - start + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def _running_mean(values: np.ndarray, window: int) -> np.ndarray:

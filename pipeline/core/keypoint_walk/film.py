@@ -1,0 +1,254 @@
+"""A whole film of one person: the parts in which somebody walks, each reconstructed and judged, and the frame rate.
+
+Who stands before or after is left out, a path is cut where it turns, and where a stretch is no walk as a whole, walking
+is looked for in windows.  If nobody walks at the frame rate that is told, others are tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pipeline.core.keypoint_walk.objective import FOCAL_SD
+from pipeline.core.keypoint_walk.prior import Prior
+from pipeline.core.keypoint_walk.reconstruction import Reconstruction, reconstruct_followed
+from pipeline.core.keypoint_walk.tracks import moving_parts, straight_stretches
+from pipeline.core.keypoint_walk.verdict import Judgement, Verdict, judge
+from pipeline.shortened import shortened
+from pipeline.validation import InvalidInput
+
+LONGEST_S = 20.0
+"""A longer stretch is cut to its middle part."""
+MOST_STRETCHES = 4
+WINDOW_S, MOST_WINDOWS = 3.0, 12
+"""Length and number of windows in which walking is looked for where a whole stretch is none; they overlap by half."""
+WINDOW_STRIDES = 1.5
+"""Strides that a window needs: of many windows one may fit a single stride by chance."""
+ONE_HEADING_RAD = np.radians(40.0)
+OTHER_RATES = (2.0, 4.0, 0.5)
+"""Factors on the frame rate that are tried if nobody walks: slow motion, and rates that were halved or doubled."""
+USUAL_STRIDE_HZ = (0.6, 1.3)
+"""Stride frequencies outside of which a wrong frame rate is more likely than such a walk."""
+MOST_TRIED = 2
+"""Stretches that are tried so."""
+RATE_STRIDE_HZ, RATE_STRIDES = (0.7, 1.2), 2.0
+"""Strides a second, and strides, that a walk at another frame rate must have to be believed."""
+
+
+@shortened
+@dataclass(frozen=True)
+class Stretch:
+    """One straight stretch of a walk.
+
+    Attributes
+    ----------
+    first_frame, last_frame : int
+        Of the video, both included.
+    pixels : (T, 15, 2)
+        Keypoints of the joints, relative to the principal point; NaN where missing.
+    confidence : (T, 15)
+    found : Reconstruction or None
+        None if nothing could be fitted.
+    judgement : Judgement
+    """
+
+    first_frame: int
+    last_frame: int
+    pixels: np.ndarray
+    confidence: np.ndarray
+    found: Reconstruction | None
+    judgement: Judgement
+
+    @property
+    def walks(self) -> bool:
+        """Whether this is or may be a walk."""
+        return self.judgement.verdict != Verdict.not_a_walk
+
+
+@dataclass(frozen=True)
+class Film:
+    """Keypoints of one person throughout a video.
+
+    Attributes
+    ----------
+    pixels : (T, 15, 2)
+        Relative to the principal point; NaN where missing.
+    confidence : (T, 15)
+        0 where missing.
+    frame_rate_hz, focal_px : float
+    prior : Prior
+    first : int
+        Number of the first frame.
+    both_labellings : bool
+        Whether left and right exchanged throughout is tried, too.
+    focal_sd : float
+        Of the logarithm of the focal length; 0: it is known.
+    """
+
+    pixels: np.ndarray
+    confidence: np.ndarray
+    frame_rate_hz: float
+    focal_px: float
+    prior: Prior
+    first: int = 0
+    both_labellings: bool = True
+    focal_sd: float = FOCAL_SD
+
+    def stretch(self, start: int, stop: int, *, quick: bool = False) -> Stretch:
+        """Reconstruct frames from `start` to `stop` (exclusive); `quick`: as labelled only."""
+        pixels, confidence = self.pixels[start:stop], self.confidence[start:stop]
+        found = None
+        try:
+            found = reconstruct_followed(
+                pixels,
+                (confidence > 0).astype(float),
+                self.frame_rate_hz,
+                self.focal_px,
+                self.prior,
+                both_labellings=self.both_labellings and not quick,
+                focal_sd=self.focal_sd,
+            )
+            judgement = judge(found)
+        except InvalidInput as refusal:
+            judgement = Judgement(Verdict.not_a_walk, (str(refusal),))
+        return Stretch(self.first + start, self.first + stop - 1, pixels, confidence, found, judgement)
+
+    def parts(self) -> list[tuple[int, int]]:
+        """Parts in which the legs move and the path is straight: frames from and to (exclusive), the longest first."""
+        found = []
+        for start, stop in moving_parts(self.pixels, self.frame_rate_hz):
+            straight = straight_stretches(
+                self.pixels[start:stop], self.prior.mean[:, 2, 0], self.frame_rate_hz, self.focal_px
+            )
+            found += [(start + a, start + b) for a, b in straight]
+        return sorted(found, key=lambda part: (part[0] - part[1], part[0]))
+
+    def walking_parts(self, start: int, stop: int) -> list[Stretch]:
+        """Parts that are a walk, of frames that are none as a whole: somebody turned before a camera that follows.
+
+        Windows of some three strides are reconstructed alone; neighbours that are walks with one heading are joined.
+        """
+        length = round(WINDOW_S * self.frame_rate_hz)
+        if stop - start < 1.5 * length:
+            return []
+        count = min(int(np.ceil(2.0 * (stop - start - length) / length)) + 1, MOST_WINDOWS)
+        starts = np.linspace(start, stop - length, count).round().astype(int).tolist()
+        windows = [self.stretch(a, a + length, quick=True) for a in starts]
+        groups: list[list[int]] = []
+        for number, window in enumerate(windows):
+            if window.found is None or not window.walks or window.found.strides < WINDOW_STRIDES:
+                continue
+            last = groups[-1][-1] if groups else -2
+            if last == number - 1 and _turn(windows[last], window) < ONE_HEADING_RAD:
+                groups[-1].append(number)
+            else:
+                groups.append([number])
+        groups.sort(key=lambda g: (-len(g), g[0]))
+        parts = []
+        for group in groups[:MOST_STRETCHES]:
+            part = self.stretch(starts[group[0]], starts[group[-1]] + length)
+            if not part.walks:
+                part = self.stretch(starts[group[0]], starts[group[0]] + length)
+            if part.walks and part.found is not None and part.found.strides >= WINDOW_STRIDES:
+                parts.append(part)
+        return sorted(parts, key=lambda s: (-len(s.pixels), s.first_frame))
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What a film of one person shows.
+
+    Attributes
+    ----------
+    stretches : tuple of Stretch
+        The longest first.
+    frame_rate_hz : float
+        The one that was told, or another at which this is a walk.
+    notes : tuple of str
+        What was left out or is odd, a sentence each.
+    """
+
+    stretches: tuple[Stretch, ...]
+    frame_rate_hz: float
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def walks(self) -> bool:
+        """Whether one of the stretches is or may be a walk."""
+        return any(stretch.walks for stretch in self.stretches)
+
+
+def watch(film: Film) -> Watched:
+    """Find, reconstruct and judge the walking in a film; if there is none, at other frame rates, too."""
+    told = _watch(film)
+    if told.walks:
+        return told
+    parts = sorted((s.first_frame - film.first, s.last_frame - film.first + 1) for s in told.stretches)
+    parts = sorted(parts, key=lambda part: part[0] - part[1])[:MOST_TRIED]
+    for factor in OTHER_RATES:
+        other = replace(film, frame_rate_hz=factor * film.frame_rate_hz)
+        if any(_plain_walk(other.stretch(*part, quick=True)) for part in parts):
+            watched = _watch(other)
+            why = f"at {film.frame_rate_hz:g} frames a second nobody walks, at {other.frame_rate_hz:g} somebody does"
+            stretches = tuple(_doubted(stretch, why) for stretch in watched.stretches)
+            said = f"The frame rate is taken to be {other.frame_rate_hz:g} Hz: {why}. Give the true one."
+            return Watched(stretches, other.frame_rate_hz, (said, *watched.notes))
+    return told
+
+
+def _plain_walk(stretch: Stretch) -> bool:
+    """Whether nothing speaks against a walk of a usual cadence."""
+    found = stretch.found
+    return (
+        found is not None
+        and stretch.judgement.verdict == Verdict.walk
+        and found.strides >= RATE_STRIDES
+        and RATE_STRIDE_HZ[0] <= found.candidates[0].frequency_hz <= RATE_STRIDE_HZ[1]
+    )
+
+
+def _doubted(stretch: Stretch, why: str) -> Stretch:
+    if not stretch.walks:
+        return stretch
+    return replace(stretch, judgement=Judgement(Verdict.doubtful, (why, *stretch.judgement.reasons)))
+
+
+def _watch(film: Film) -> Watched:
+    notes: list[str] = []
+    T, first = len(film.pixels), film.first
+    moving, parts = moving_parts(film.pixels, film.frame_rate_hz), film.parts()
+    if moving != [(0, T)]:
+        notes.append(f"The legs move in frames {_frames(moving, first)}; the rest is left out.")
+    if len(parts) > len(moving) or (moving == [(0, T)] and parts != moving):
+        notes.append(
+            f"The path is not straight throughout: reconstructed are frames {_frames(parts, first)}."
+        )
+    longest = round(LONGEST_S * film.frame_rate_hz)
+    stretches: list[Stretch] = []
+    for start, stop in parts[:MOST_STRETCHES]:
+        if stop - start > longest:
+            spare = stop - start - longest
+            start, stop = start + spare // 2, start + spare // 2 + longest
+            notes.append(f"Of a long stretch the middle {LONGEST_S:g} s are used.")
+        stretch = film.stretch(start, stop)
+        walked = [] if stretch.walks else film.walking_parts(start, stop)
+        if walked:
+            words = ", ".join(f"{s.first_frame} to {s.last_frame}" for s in walked)
+            notes.append(
+                f"Frames {first + start} to {first + stop - 1} are not one walk; parts of them are: {words}."
+            )
+        stretches += walked or [stretch]
+    return Watched(tuple(stretches), film.frame_rate_hz, tuple(notes))
+
+
+def _frames(parts: Sequence[tuple[int, int]], first: int) -> str:
+    return ", ".join(f"{first + a} to {first + b - 1}" for a, b in sorted(parts))
+
+
+def _turn(one: Stretch, other: Stretch) -> float:
+    assert one.found is not None
+    assert other.found is not None
+    turn = one.found.candidates[0].heading_rad - other.found.candidates[0].heading_rad
+    return abs(float((turn + np.pi) % (2.0 * np.pi) - np.pi))

@@ -1,0 +1,133 @@
+"""What people do before a camera besides walking: squats, sitting down, running, turning on the spot; and standing.
+
+Bodies have the limbs of somebody who stands; thighs, shanks and arms turn in the sagittal plane by smooth courses of
+the joint angles, and the lower ankle stays on the ground (a runner's leaves it).
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from pipeline.skeleton import WALKER15
+
+_PELVIS, _STERNUM, _HEAD = (WALKER15.index(joint) for joint in ("pelvis", "sternum", "head"))
+_LEGS, _ARMS = (
+    [[WALKER15.index(f"{side}_{joint}") for joint in limb] for side in ("left", "right")]
+    for limb in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
+)
+FLIGHT_MM = 60.0
+"""How far a runner's pelvis rises and falls about its mean."""
+
+
+class Activity(StrEnum):
+    """What somebody does who does not walk."""
+
+    squat = "squat"
+    sit = "sit"
+    run = "run"
+    turn = "turn"
+
+
+def _below(length: float, angle_rad: np.ndarray) -> np.ndarray:
+    """Vectors (T, 3) downwards that are turned forwards."""
+    return length * np.stack([0.0 * angle_rad, np.sin(angle_rad), -np.cos(angle_rad)], axis=-1)
+
+
+def _pose(standing: np.ndarray, angles: dict[str, list[np.ndarray]], lean_rad: np.ndarray) -> np.ndarray:
+    """Positions (T, 15, 3) about the pelvis of joint angles, each for left and right, rad."""
+    found = np.repeat((standing - standing[_PELVIS])[None], len(lean_rad), axis=0)
+    for joint in (_STERNUM, _HEAD, _ARMS[0][0], _ARMS[1][0]):
+        found[:, joint, 1:] = -_below(float(standing[joint, 2] - standing[_PELVIS, 2]), -lean_rad)[:, 1:]
+    for limbs, upper, bend, sign in ((_LEGS, "hip", "knee", -1.0), (_ARMS, "shoulder", "elbow", 1.0)):
+        for side, (root, middle, end) in enumerate(limbs):
+            lengths = (np.linalg.norm(standing[b] - standing[a]) for a, b in ((root, middle), (middle, end)))
+            raised = angles[upper][side]
+            found[:, middle] = found[:, root] + _below(float(next(lengths)), raised)
+            found[:, end] = found[:, middle] + _below(
+                float(next(lengths)), raised + sign * angles[bend][side]
+            )
+    return found
+
+
+def perform(
+    activity: Activity,
+    generator: np.random.Generator,
+    walk: np.ndarray,
+    frame_rate_hz: float,
+    duration_s: float,
+) -> np.ndarray:
+    """Positions (T, 15, 3), mm, of somebody with the limbs of a walker who does something else.
+
+    Parameters
+    ----------
+    activity : Activity
+    generator : numpy.random.Generator
+        Of rates and depths.
+    walk : (n, 15, 3)
+        Of the walker, whose mean posture is taken for standing; who turns on the spot steps as in it.
+    frame_rate_hz, duration_s : float
+    """
+    standing = walk.mean(axis=0)
+    t = np.arange(round(duration_s * frame_rate_hz) + 1) / frame_rate_hz
+    if activity is Activity.turn:
+        frame = np.arange(len(t)) % (2 * (len(walk) - 1))
+        steps = walk[len(walk) - 1 - np.abs(len(walk) - 1 - frame)]
+        pose = standing + generator.uniform(0.3, 0.5) * (steps - standing)
+        yaw = 2.0 * np.pi * generator.uniform(0.2, 0.5) * t
+        c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+        x, y = pose[..., 0].copy(), pose[..., 1].copy()
+        pose[..., 0], pose[..., 1] = c * x - s * y, s * x + c * y
+        return np.asarray(pose)
+    if activity is Activity.run:
+        turned = 2.0 * np.pi * generator.uniform(1.25, 1.5) * t + generator.uniform(0, 2 * np.pi)
+        sides = [turned, turned + np.pi]
+        angles = {
+            "hip": [0.25 + 0.55 * np.sin(side) for side in sides],
+            "knee": [0.35 + 1.3 * np.maximum(np.cos(side), 0.0) ** 2 for side in sides],
+            "shoulder": [0.5 * np.sin(side + np.pi) for side in sides],
+            "elbow": [np.full_like(t, 1.5)] * 2,
+        }
+        found = _pose(standing, angles, np.full_like(t, 0.12))
+        found[..., 2] -= FLIGHT_MM * np.cos(2.0 * turned)[:, None]
+        return found
+    rate = generator.uniform(0.3, 0.6)
+    depth = generator.uniform(0.7, 1.0) * 0.5 * (1.0 - np.cos(2.0 * np.pi * rate * t))
+    if activity is Activity.sit:  # down, a while, and up again
+        depth = np.clip(1.6 * depth - 0.3, 0.0, 0.9)
+    angles = {
+        "hip": [1.5 * depth] * 2,
+        "knee": [1.9 * depth] * 2,
+        "shoulder": [(1.2 if activity is Activity.squat else 0.3) * depth] * 2,
+        "elbow": [0.2 + 0.0 * t] * 2,
+    }
+    found = _pose(standing, angles, 0.5 * depth)
+    return np.asarray(found - found[:, [_LEGS[0][2]]] + found[0, _LEGS[0][2]])
+
+
+def with_standing(
+    walk: np.ndarray, frame_rate_hz: float, speed_mm_s: float, still_s: float, start_s: float = 0.4
+) -> np.ndarray:
+    """Positions (T, 15, 3) of somebody who stands, walks, and stands again.
+
+    Parameters
+    ----------
+    walk : (n, 15, 3)
+        Treadmill equivalent.
+    frame_rate_hz : float
+    speed_mm_s : float
+        At which the walker moves along +y.
+    still_s, start_s : float
+        Time of standing before and after; time in which the legs come into motion.
+    """
+    n = round(still_s * frame_rate_hz)
+    padded = np.concatenate([np.repeat(walk[:1], n, axis=0), walk, np.repeat(walk[-1:], n, axis=0)])
+    frames = np.arange(len(padded))
+    ramp = start_s * frame_rate_hz
+    moving = np.clip((frames - n) / ramp, 0.0, 1.0) * np.clip((len(frames) - 1 - n - frames) / ramp, 0.0, 1.0)
+    standing = walk.mean(axis=0)
+    found = standing + moving[:, None, None] * (padded - standing)
+    path = np.cumsum(moving) * speed_mm_s / frame_rate_hz
+    found[..., 1] += (path - path.mean())[:, None]
+    return np.asarray(found)
