@@ -13,6 +13,56 @@ const Experiment = (() => {
   ];
   const NAMES = { null: "average walker", least_squares: "least squares", map: "+ prior", anatomical: "+ bones" };
 
+  // Medians over all walkers of the error in depth, by method, view and number of eigenwalkers: in slices of a frame, and
+  // what was found is kept.  A new request ends the one before.
+  const known = new Map();
+  function sampler(people) {
+    let latest = 0;
+    const middle = list => { const sorted = [...list].sort((a, b) => a - b), n = sorted.length; return (sorted[(n - 1) >> 1] + sorted[n >> 1]) / 2; };
+    return (wanted, tell) => {
+      const mine = ++latest, left = [];
+      for (const of of wanted) {
+        if (!known.has(of.join())) known.set(of.join(), []);
+        for (let q = known.get(of.join()).length; q < people.count; q++) left.push([of, q]);
+      }
+      const some = () => {
+        if (mine !== latest) return;
+        for (const began = performance.now(); left.length && performance.now() - began < SLICE_MS;) {
+          const [[key, degrees, n], q] = left.shift(), list = known.get([key, degrees, n].join()), angle = rad(degrees);
+          if (list.length === q) list.push(Gait.errors(people, q, Gait.reconstruct(Gait.fold(people, q), key, n, angle, people.sigma2_mm2).delta, angle).rms);
+        }
+        for (const of of wanted) { const list = known.get(of.join()); if (list.length) tell(middle(list), list.length, of); }
+        if (left.length) requestAnimationFrame(some);
+      };
+      some();
+    };
+  }
+
+  // A sentence whose numbers can be dragged.
+  function sentence(people) {
+    const count = id("alive-count"), view = id("alive-view"), out = id("alive-gain");
+    if (!count) return;
+    const run = sampler(people), found = {};
+    count.max = Math.min(60, people.count - 2); count.value = people.components;
+    const tell = () => {
+      const n = +count.value, degrees = +view.value;
+      id("alive-count-now").textContent = n; id("alive-view-now").textContent = Players.heading(degrees);
+      view.setAttribute("aria-valuetext", Players.heading(degrees));
+      found.map = found.least_squares = undefined;
+      run([["least_squares", degrees, n], ["map", degrees, n]], (median, done, [key]) => {
+        found[key] = [median, done];
+        const [plain, prior] = [found.least_squares, found.map];
+        if (!plain || !prior) return;
+        const gain = 100 * (1 - prior[0] / plain[0]), part = Math.min(plain[1], prior[1]);
+        out.textContent = `${gain.toFixed(0).replace("-", "−")} %`;
+        id("alive-rest").textContent = ` of the median error: ${plain[0].toFixed(1)} mm by least squares, ${prior[0].toFixed(1)} mm with it${part < people.count ? ` (${part} of ${people.count} walkers)` : ""}.`;
+      });
+    };
+    const seen = new IntersectionObserver(([entry]) => { if (entry.isIntersecting) { seen.disconnect(); tell(); } });
+    seen.observe(out);
+    for (const control of [count, view]) control.addEventListener("input", tell);
+  }
+
   function start(people) {
     if (!id("experiment")) return;
     const { Stage, drag, ink, loop, still, heading } = Players;
@@ -23,47 +73,21 @@ const Experiment = (() => {
     const axes = angle => [Math.cos(angle), Math.sin(angle)];
     const depth = (p, j, [c, s]) => -s * p[3 * j] + c * p[3 * j + 1], across = (p, j, [c, s]) => c * p[3 * j] + s * p[3 * j + 1];
 
-    // Medians over all walkers at the view of the moment, in slices of a frame; what was found is kept.
-    const known = new Map(), bars = new Map();
-    const box = id("medians");
+    const bars = new Map(), box = id("medians"), run = sampler(people);
     for (const [key, name] of Object.entries(NAMES)) {
       const row = box.appendChild(document.createElement("div")), bar = document.createElement("i"), out = document.createElement("span");
       row.append(Object.assign(document.createElement("span"), { textContent: name }), bar, out);
       bar.style.setProperty("--ink", `var(--c-${Charts.roles(Gait.METHODS[key].role)})`);
       bars.set(key, { row, bar, out });
     }
-    let run = 0;
     function medians() {
-      const mine = ++run, degrees = +view.value, upTo = { null: 2, least_squares: 2, map: 3, anatomical: 4 };
-      const left = [];
-      for (const key of bars.keys()) {
-        const shown = state.step >= upTo[key], { row, out } = bars.get(key), of = `${key} ${degrees}`;
-        row.hidden = !shown;
-        if (!shown) continue;
-        if (!known.has(of)) known.set(of, []);
-        for (let q = known.get(of).length; q < people.count; q++) left.push([key, of, q]);
-        out.textContent = "";
-      }
-      const middle = list => { const sorted = [...list].sort((a, b) => a - b), n = sorted.length; return (sorted[(n - 1) >> 1] + sorted[n >> 1]) / 2; };
-      const write = () => {
-        for (const [key, { row, bar, out }] of bars) {
-          const list = known.get(`${key} ${degrees}`);
-          if (row.hidden || !list?.length) continue;
-          const found = middle(list);
-          bar.style.width = `${Math.min(100, found * 2)}%`;
-          out.textContent = `${found.toFixed(1)} mm${list.length < people.count ? ` (${list.length} of ${people.count})` : ""}`;
-        }
-      };
-      const some = () => {
-        if (mine !== run) return;
-        for (const began = performance.now(); left.length && performance.now() - began < SLICE_MS;) {
-          const [key, of, q] = left.shift(), one = Gait.fold(people, q), angle = rad(degrees), list = known.get(of);
-          if (list.length === q) list.push(Gait.errors(people, q, Gait.reconstruct(one, key, people.components, angle, people.sigma2_mm2).delta, angle).rms);
-        }
-        write();
-        if (left.length) requestAnimationFrame(some);
-      };
-      some();
+      const upTo = { null: 2, least_squares: 2, map: 3, anatomical: 4 };
+      for (const [key, { row }] of bars) row.hidden = state.step < upTo[key];
+      run([...bars].filter(([, { row }]) => !row.hidden).map(([key]) => [key, +view.value, people.components]), (found, done, [key]) => {
+        const { bar, out } = bars.get(key);
+        bar.style.width = `${Math.min(100, found * 2)}%`;
+        out.textContent = `${found.toFixed(1)} mm${done < people.count ? ` (${done} of ${people.count})` : ""}`;
+      });
     }
     function solve() {
       state.angle = rad(+view.value);
@@ -134,5 +158,5 @@ const Experiment = (() => {
     guessed(); to(0);
     loop(playing, [flat, aside], draw);
   }
-  return { start };
+  return { start, sentence };
 })();

@@ -374,7 +374,8 @@ const Players = (() => {
     const five = curves("zhang2007_fig5", "table.csv");
     if (people && five) Experiment.start(people);
     // Each player begins in a task of its own, after the first screen is drawn.
-    const made = {}, begin = { player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped) };
+    const first = () => Gait.fold(people, people.shown);
+    const made = {}, begin = { fold: () => people && five && first(), prior: () => people && five && Gait.METHODS.anatomical.missing(first(), 0), player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped), sentence: () => people && five && Experiment.sentence(people) };
     const get = name => { if (!(name in made)) { made[name] = null; made[name] = begin[name](); } return made[name]; };
     const left = Object.keys(begin);
     const next = () => { const name = left.shift(); if (name) { get(name); setTimeout(next, 50); } };
