@@ -24,8 +24,9 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
+##@ Begin
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^##@ / {print "\n" substr($$0, 5)} /^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' Makefile
 	@echo; echo "  one figure:   make FIGURE [DATA=synthetic|optical|cmu|hdm05] [SCALE=full|smoke], where FIGURE is"
 	@echo "                $(FIGURES)" | fold -s -w 90 | sed '2,$$s/^/                /'
 	@echo "  everything else: make run ARGS=--help"
@@ -50,6 +51,7 @@ $(CLUSTER): requirements-cluster.lock $(READY)
 	@$(PIP) -r requirements.lock -r requirements-cluster.lock
 	@touch $(CLUSTER)
 
+##@ Figures of the papers
 sweeps: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at full scale, on every core (ARGS=workers=1: on one); DATA=synthetic (default), optical, cmu, hdm05; LAUNCH=slurm: on a cluster
 	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(AS_JOBS) $(ARGS)
 
@@ -65,6 +67,7 @@ data: $(READY) ## download the recordings of data/sources.csv; MOCAP_MIRROR=dir 
 run: $(READY) $(if $(findstring hydra/launcher,$(ARGS)),$(CLUSTER)) ## one run with overrides: make run ARGS="experiment=zhang2007_fig5 model.components=20"
 	@$(RUN) $(ARGS)
 
+##@ Your own recordings
 inspect: $(READY) ## what is in your recordings: make inspect INPUT=folder|file
 	@$(RUN) inspect "$(INPUT)" $(ARGS)
 
@@ -77,6 +80,7 @@ reconstruct: $(READY) ## a 3D walk from 2D keypoints: make reconstruct INPUT=wal
 model: $(READY) ## train the model that reconstructs walks, from DATA=optical (default here) or your own
 	@$(RUN) model data=$(if $(filter synthetic,$(DATA)),optical,$(DATA)) $(ARGS)
 
+##@ Results
 view: $(READY) ## open a recording: make view FIGURE=zhang2007_fig5 [DATA=…]
 	@$(RUN) view $(FIGURE) data=$(DATA) scale=$(SCALE)
 
@@ -89,8 +93,8 @@ status: $(READY) ## each figure: current, stale (and what changed) or missing, w
 report: $(READY) ## one page over all figures, results/DATA/SCALE/index.html; DATA=…, SCALE=…
 	@$(RUN) report data=$(DATA) scale=$(SCALE) $(ARGS)
 
-claims: $(READY) ## the papers' claims beside our numbers
-	@$(RUN) claims data=$(DATA) scale=$(SCALE)
+claims: $(READY) ## the papers' claims beside our numbers; FIGURE=… those on a figure
+	@$(RUN) claims $(FIGURE) data=$(DATA) scale=$(SCALE)
 
 sensitivity: $(READY) ## each ambiguity of the papers as a switch: which moves which verdict; ARGS=walks for a group
 	@$(RUN) sensitivity data=$(DATA) scale=$(SCALE) $(ARGS)
@@ -109,6 +113,7 @@ article: $(DEV) ## the reproduction as an article, results/article/article.pdf, 
 	@$(VENV)/bin/python docs/article/build.py results/article/article.pdf
 	@echo "results/article/article.pdf"
 
+##@ The project itself
 check: $(DEV) docs ## ruff, format, types, documentation
 	@$(VENV)/bin/ruff check .
 	@$(VENV)/bin/ruff format --check .
@@ -140,6 +145,7 @@ digits: $(DEV) ## renew tests/golden/digits.csv: smoke tables under other kernel
 golden-kernels: $(DEV) ## the golden tables of the figures that iterate, under two BLAS kernels
 	@$(VENV)/bin/python -m tests.golden_digits --check $(ARGS)
 
+##@ Keep and cite
 archive: $(READY) $(if $(LIGHT),$(if $(filter synthetic,$(DATA)),tutorial)) ## archive full-scale results; LIGHT=1: small, for the repository; FIGURE=…: one; NAME=…: a changed run
 	@$(RUN) archive data=$(DATA) $(if $(LIGHT),light=1) $(if $(FIGURE),only=$(FIGURE)) $(if $(NAME),name=$(NAME) $(if $(RUN_FOLDER),run=$(RUN_FOLDER)))
 

@@ -72,6 +72,8 @@ class Reference:
     ----------
     x, y : float or str, optional
         Place; both for a point.  A text is the name of a claim, whose published number is meant.
+    left_of : float
+        Of a claim named by `y`, what its number leaves of this; 0 for the number itself.
     slope : float, optional
         Of a line through the origin.
     below, percent : str, float or str
@@ -83,6 +85,7 @@ class Reference:
 
     x: float | str | None = None
     y: float | str | None = None
+    left_of: float = 0.0
     slope: float | None = None
     below: str = ""
     percent: float | str = 0.0
@@ -107,7 +110,7 @@ class Chart(Lines):
         Further lines.
     references : sequence of Reference
     words : mapping of str to str
-        Values of an abscissa of names, in order, and what stands below them; points are drawn, not lines.
+        Values of an abscissa of names, in order, and what stands for them: rows of points, names down.
     timeline : str
         Timeline of recordings, if it is not `x`: whole numbers, of the logarithm to base 10 if the name begins with
         ``log10_``, in thousandths if it ends in ``_per_mille``.
@@ -209,6 +212,8 @@ class Sheet:
         def known(reference: Reference) -> Reference:
             given = {"x": reference.x, "y": reference.y, "percent": reference.percent}
             named: dict[str, Any] = {n: number(v) for n, v in given.items() if isinstance(v, str)}
+            if reference.left_of and "y" in named:
+                named |= {"y": reference.left_of - named["y"], "left_of": 0.0}
             label = reference.label or ("published" if named else "")
             return replace(reference, **named, label=label, published=bool(named) or reference.published)
 

@@ -113,23 +113,31 @@ def make_page(folder: Path, data_name: str, figures: Sequence[str]) -> str:
 def claims(arguments: Sequence[str]) -> int:
     """Print the papers' claims beside our numbers, and write claims.csv beside the figures.
 
-    ``experiment=a,b`` prints those on some figures, and writes none.
+    ``claims FIGURE``, or ``experiment=a,b``, prints those on some figures, and writes none.
     """
-    named, common = split_named(arguments)
+    known = presets()
+    named, common = split_named([f"experiment={a}" if a in known else a for a in arguments])
     config, folder = _results_folder(common)
+    if not folder.is_dir():
+        data, scale = config.data.name, config.scale.name
+        options = ("" if data == "synthetic" else f" DATA={data}") + (
+            "" if scale == "full" else f" SCALE={scale}"
+        )
+        open_console().print(f"nothing is made yet in {folder}: make sweeps{options}", soft_wrap=True)
+        return 1
     chosen = [require_choice("experiment", name, presets()) for name in named]
     verdicts = judge_folder(folder, config.data.name, figures_for(common, chosen))
     if folder.is_dir() and not named:
         write_claims(folder / "claims.csv", verdicts)
     out = open_console()
-    out.print(claims_table(verdicts))
+    out.print(claims_table(verdicts, out.width))
     settled = (papers.Agreement.AGREES, papers.Agreement.MET)
     for verdict in verdicts:
         if verdict.evidence and verdict.agreement not in settled:
             out.print(Text(f"{verdict.claim.name}: {verdict.agreement}: {verdict.why}"), soft_wrap=True)
     out.print(f"{config.data.name}, {config.scale.name}")
     out.print("\n".join(counts_by_kind(verdicts)))
-    return 0 if folder.is_dir() else 1
+    return 0
 
 
 def readme(arguments: Sequence[str]) -> int:

@@ -14,6 +14,9 @@ from rich.text import Text
 
 from pipeline.papers import Agreement, Beyond, Kind, Verdict, count
 
+WIDE = 110
+"""Columns of a terminal in which all of a claim has room."""
+
 STAGES = ("ingest", "dataset", "model", "sweep", "figure")
 
 
@@ -133,12 +136,17 @@ _STYLES = {
 }
 
 
-def claims_table(verdicts: Sequence[Verdict]) -> Table:
-    """Return the claims as a table, kind by kind: both answers, the published number, ours and the baseline's."""
+def claims_table(verdicts: Sequence[Verdict], width: int = 160) -> Table:
+    """Return the claims as a table, kind by kind: both answers, the published number, ours and the baseline's.
+
+    In less than `WIDE` columns without the baseline's number.
+    """
     table = Table(title="Claims", title_justify="left", box=None, pad_edge=False)
-    for heading in ("agreement", "beyond baseline", "claim", "published", "ours", "baseline", "unit"):
+    headings = ["agreement", "beyond baseline", "claim", "published", "ours", "unit", "baseline"]
+    headings = headings if width >= WIDE else headings[:-1]
+    for heading in headings:
         right = heading in ("published", "ours", "baseline")
-        table.add_column(heading, justify="right" if right else "left")
+        table.add_column(heading, justify="right" if right else "left", overflow="fold")
     kinds = list(Kind)
     shown = None
     for v in sorted(verdicts, key=lambda v: kinds.index(v.claim.kind)):
@@ -147,15 +155,16 @@ def claims_table(verdicts: Sequence[Verdict]) -> Table:
             table.add_row(Text(f"{shown}s", style="bold"))
         found = v.evidence
         beyond = "" if v.beyond is Beyond.NOT_APPLICABLE else str(v.beyond)
-        table.add_row(
+        cells = [
             Text(str(v.agreement), style=_STYLES.get(v.agreement, "dim")),
             Text(beyond, style=_STYLES.get(v.beyond, "dim")),
             v.claim.name,
             "" if v.claim.published is None else f"{v.claim.published:g}",
             str(found.value) if found else "",
-            str(found.baseline) if found and found.baseline else "",
             v.claim.unit,
-        )
+            str(found.baseline) if found and found.baseline else "",
+        ]
+        table.add_row(*cells[: len(headings)])
     return table
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,23 +70,25 @@ def add_charts(
         shared = drawn[first][0] if first < number else None
         place = places[number] if places is not None else (rows, columns, number + 1)
         axes = figure.add_subplot(*place if isinstance(place, tuple) else (place,), sharey=shared)
-        _draw_lines(axes, chart, lines)
+        (_draw_rows if chart.words else _draw_lines)(axes, chart, lines)
         letter = f"({chr(ord('a') + number)})" if sheet.letters and len(charts) > 1 else ""
-        x_label, y_label = chart.axes
+        x_label, y_label = (chart.axes[1], chart.x_label) if chart.words else chart.axes
         axes.set(title=f"{letter} {chart.title}".strip(), xlabel=x_label, ylabel=y_label)
         if shared is not None:
             axes.tick_params(labelleft=False)
             axes.set_ylabel("")
-        below = charts[number + columns] if number + columns < len(charts) else None
-        if below is not None and chart.words and below.words == chart.words:  # said once, at the bottom
-            axes.tick_params(labelbottom=False)
-            axes.set_xlabel("")
+        if (
+            chart.words and number % columns and charts[number - 1].words == chart.words
+        ):  # said once, at the left
+            axes.tick_params(labelleft=False)
+            axes.set_ylabel("")
         drawn.append((axes, chart, lines))
     for start in range(0, len(drawn), columns if sheet.share_y else 1):
-        _limit_ordinate(drawn[start : start + (columns if sheet.share_y else 1)])
+        if not charts[start].words:
+            _limit_ordinate(drawn[start : start + (columns if sheet.share_y else 1)])
     handles: dict[str, Line2D] = {}
     for axes, chart, lines in drawn:
-        _draw_notes(axes, chart, lines)
+        _draw_notes(axes, *(_turned(chart, lines) if chart.words else (chart, lines)))
         for line in lines:
             handles.setdefault(line.style.label, _handle(line, points=bool(chart.words)))
         for reference in chart.references:
@@ -116,9 +119,7 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     for line in lines:
         style, colour = line.style, hex_colour(line.style.colour)
         look_of: dict[str, Any] = {"linewidth": style.width * look.LINE_WIDTH, "alpha": style.opacity}
-        points = (
-            style.line == "points" or bool(chart.words) or line.x.size == 1
-        )  # a line of one would not be seen
+        points = style.line == "points" or line.x.size == 1  # a line of one would not be seen
         if line.strands is not None:
             at = np.stack([line.x, line.y], axis=-1)
             strands = [at[line.strands == one] for one in dict.fromkeys(np.asarray(line.strands).tolist())]
@@ -142,12 +143,34 @@ def _draw_lines(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
     _limit_abscissa(axes, chart)
 
 
+def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
+    """Draw a row to each name, from the top, and numbers across."""
+    axes.set_xscale("log" if chart.log_y else "linear")
+    for line in lines:
+        look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
+        if ends := line.interval or line.band:
+            axes.hlines(line.x, *ends, linewidth=line.style.width * look.LINE_WIDTH, **look_of)
+        axes.plot(line.y, line.x, linestyle="none", marker="o", **look_of)
+    axes.margins(x=0.06)
+    if chart.limits:
+        axes.set_xlim(*chart.limits)
+    elif chart.zero:
+        axes.set_xlim(left=0.0)
+    if not chart.log_y:
+        axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
+    axes.set_ylim(len(chart.words) - 0.5, -0.5)
+    axes.set_yticks(range(len(chart.words)), list(chart.words.values()))
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="y", linewidth=0.3, color=look.NOTE_COLOUR, alpha=0.3)
+
+
+def _turned(chart: Chart, lines: Sequence[Line]) -> tuple[Chart, list[Line]]:
+    """Return a chart of rows and its lines as they lie on the axes, for what is written beside them."""
+    references = [replace(reference, x=reference.y, y=None) for reference in chart.references]
+    return replace(chart, references=references), [replace(line, x=line.y, y=line.x) for line in lines]
+
+
 def _limit_abscissa(axes: Axes, chart: Chart) -> None:
-    if chart.words:
-        axes.set_xlim(-0.5, len(chart.words) - 0.5)
-        axes.set_xticks(range(len(chart.words)))
-        axes.set_xticklabels(list(chart.words.values()), rotation=35, ha="right", rotation_mode="anchor")
-        return
     if chart.x_limits:
         axes.set_xlim(*chart.x_limits)
     if isinstance(chart.ticks, Sequence | np.ndarray):

@@ -39,6 +39,9 @@ PANEL_SIZE = (3.7, 2.35)
 PAGE_WIDTH = 7.3
 """Width of a picture that is not made of such panels, inches."""
 
+MOST_WIDTH = 7.5
+"""Of a picture, inches: the text of a page."""
+
 FRAME = 0.1
 """Added to the width and the height of a picture for the edges, inches."""
 
@@ -128,8 +131,8 @@ def colour(where: str, name: str) -> str:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Create an empty figure, width and height in inches; call inside `applied_style`."""
-    figure = Figure(figsize=(width, height), dpi=PNG_DPI, layout="constrained")
+    """Create an empty figure, width and height in inches, at most `MOST_WIDTH`; call inside `applied_style`."""
+    figure = Figure(figsize=(min(width, MOST_WIDTH), height), dpi=PNG_DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 

@@ -46,8 +46,8 @@ def paper_entry(
         ],
         "touch": entries.get(paper.page.figure),
         "tally": [t for kind, t in counts_by_kind(claims) if kind != "conditions"],
-        "holds": [_claim_entry(row) for row in claims if _answer(row, Agreement.AGREES)][:MOST_TOLD],
-        "fails": [_claim_entry(row) for row in claims if _answer(row, Agreement.DIFFERS)][:MOST_TOLD],
+        "holds": _told(claims, Agreement.AGREES),
+        "fails": _told(claims, Agreement.DIFFERS),
         "judged": sum(_judged(row) for row in claims),
         "agree": sum(_judged(row) and row["agreement"] == Agreement.AGREES for row in claims),
         "differ": sum(_judged(row) and row["agreement"] == Agreement.DIFFERS for row in claims),
@@ -61,6 +61,12 @@ def _judged(row: Mapping[str, Any]) -> bool:
     return row.get("kind") != papers.Kind.CONDITION and row["agreement"] in (
         *(Agreement.AGREES, Agreement.CLOSE, Agreement.UNDECIDED, Agreement.DIFFERS),
     )
+
+
+def _told(claims: Sequence[Mapping[str, Any]], agreement: Agreement) -> list[dict[str, Any]]:
+    """Return some claims of an answer, of those with the same quote the first."""
+    quoted = {row["quote"]: row for row in reversed(claims) if _answer(row, agreement)}
+    return [_claim_entry(row) for row in reversed(quoted.values())][:MOST_TOLD]
 
 
 def _answer(row: Mapping[str, Any], agreement: Agreement) -> bool:

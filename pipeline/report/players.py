@@ -139,7 +139,9 @@ def walkers(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:
     residual = _horizontal(arrays["residual_covariance_mm2"])
     return {
         "shown": nearest_to_medians(
-            arrays["samples"], residual, person, components=components, noise_variance=noise_variance
+            errors_at_zero(
+                arrays["samples"], residual, person, components=components, noise_variance=noise_variance
+            )
         ),
         "names": [str(name) for name in arrays["walker"]],
         "person": person.tolist(),
@@ -172,12 +174,24 @@ def _horizontal(covariance: np.ndarray) -> np.ndarray:
     return np.stack([covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]], axis=-1)
 
 
-def nearest_to_medians(
-    samples: np.ndarray, residual: np.ndarray, person: np.ndarray, *, components: int, noise_variance: float
-) -> int:
-    """Return the walk whose errors at 0° are nearest to the medians of all methods: the one that is shown first.
+def nearest_to_medians(errors_of: np.ndarray) -> int:
+    """Return the walk whose errors (M, R) by M methods are nearest to the medians, by the ratio: the one that is shown.
 
-    Near is by the ratio of error and median, of the average walker, least squares, MAP and the anatomical method.
+    Examples
+    --------
+    >>> nearest_to_medians(np.array([[1.0, 2.0, 9.0], [8.0, 5.0, 4.0]]))
+    1
+    """
+    off = np.abs(np.log(errors_of / np.median(errors_of, axis=1, keepdims=True)))
+    return int(np.argmin(off.sum(axis=0)))
+
+
+def errors_at_zero(
+    samples: np.ndarray, residual: np.ndarray, person: np.ndarray, *, components: int, noise_variance: float
+) -> np.ndarray:
+    """Return the mean square errors (4, R) of every walk at 0°, mm².
+
+    Of the average walker, least squares, MAP and the anatomical method with two harmonics.
 
     Parameters
     ----------
@@ -206,8 +220,7 @@ def nearest_to_medians(
             (whole[..., given.unknown] - fitted.unknown).reshape(15, -1).T,
         ]
         found.append([errors.walker_error(errors.absolute_error(d, residual[r, :, 2])) for d in deltas])
-    off = np.log(np.array(found))
-    return int(np.argmin(np.abs(off - np.median(off, axis=0)).sum(axis=1)))
+    return np.array(found).T
 
 
 def clips(figure: PublishedFigure | None) -> tuple[dict[str, Any], str]:

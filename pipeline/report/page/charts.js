@@ -1,7 +1,7 @@
 "use strict";
 // Curves as SVG, with a slider below each that reads off the values: by mouse, finger or keyboard.
 const Charts = (() => {
-  const SVG = "http://www.w3.org/2000/svg", W = 640, H = 300, LEFT = 62, RIGHT = 14, TOP = 12, BOTTOM = 44;
+  const SVG = "http://www.w3.org/2000/svg", W = 640, HIGH = 300, ROW = 22, BESIDE = 62, RIGHT = 14, TOP = 12, BOTTOM = 44;
   const CYCLE = ["black", "orange", "blue", "green", "purple", "amber", "sky", "grey"];
   const ROLES = JSON.parse(document.getElementById("roles").textContent);
 
@@ -97,24 +97,28 @@ const Charts = (() => {
       box.replaceChildren();
       box.classList.add("chart");
       this.svg = box.appendChild(document.createElementNS(SVG, "svg"));
-      this.svg.setAttribute("viewBox", `0 0 ${W} ${H}`);
+      // Over names: a row to each, and numbers across.
+      this.high = names ? TOP + BOTTOM + ROW * names.length : HIGH;
+      this.left = names ? Math.min(270, 14 + 6.9 * Math.max(...names.map(n => n.length))) : BESIDE;
+      this.svg.setAttribute("viewBox", `0 0 ${W} ${this.high}`);
       // The plot is its own slider: the marker is where the pointer is, and arrow keys move it.
-      for (const [name, value] of Object.entries({ role: "slider", tabindex: 0, "aria-orientation": "horizontal", "aria-label": `${spec.y_label} against ${spec.x_label}` })) this.svg.setAttribute(name, value);
+      for (const [name, value] of Object.entries({ role: "slider", tabindex: 0, "aria-orientation": names ? "vertical" : "horizontal", "aria-label": `${spec.y_label} against ${spec.x_label}` })) this.svg.setAttribute(name, value);
       this.legend = box.appendChild(document.createElement("p"));
       this.legend.className = "legend";
       this.xs = [...new Set(series.flatMap(s => s.points.map(p => p.x)))].sort((a, b) => a - b);
       this.now = Math.min(this.xs.length - 1, spec.start ?? Math.floor(this.xs.length / 2));
       this.output = box.appendChild(document.createElement("output"));
       const follow = event => {
-        const at = this.svg.getBoundingClientRect(), px = (event.clientX - at.left) / at.width * W;
+        const at = this.svg.getBoundingClientRect();
+        const place = names ? (event.clientY - at.top) / at.height * this.high : (event.clientX - at.left) / at.width * W, along = names ? this.py : this.px;
         let best = 0;
-        this.xs.forEach((x, i) => { if (Math.abs(this.px(x) - px) < Math.abs(this.px(this.xs[best]) - px)) best = i; });
+        this.xs.forEach((x, i) => { if (Math.abs(along(x) - place) < Math.abs(along(this.xs[best]) - place)) best = i; });
         this.now = best; this.moved();
       };
       this.svg.addEventListener("pointermove", event => { if (event.pointerType === "mouse" ? !spec.held || event.buttons : event.buttons) follow(event); });
       this.svg.addEventListener("pointerdown", follow);
       this.svg.addEventListener("keydown", event => {
-        const last = this.xs.length - 1, step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: Math.ceil(last / 10), PageDown: -Math.ceil(last / 10), Home: -last, End: last }[event.key];
+        const last = this.xs.length - 1, down = names ? 1 : -1, step = { ArrowRight: 1, ArrowUp: -down, ArrowLeft: -1, ArrowDown: down, PageUp: Math.ceil(last / 10), PageDown: -Math.ceil(last / 10), Home: -last, End: last }[event.key];
         if (step) { this.now = Math.max(0, Math.min(last, this.now + step)); this.moved(); event.preventDefault(); }
       });
       this.draw();
@@ -129,15 +133,15 @@ const Charts = (() => {
       if (!log_y) ys = ys.concat(points.flatMap(p => [p.lo, p.hi]).filter(v => Number.isFinite(v) && v < top + (top - least || top) && v > least - (top - least)));
       let [x0, x1, y0, y1] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
       for (const r of this.spec.references ?? []) if (r.published && r.x !== null) { x0 = Math.min(x0, r.x); x1 = Math.max(x1, r.x); }
-      if (this.names) { x0 -= 0.5; x1 += 0.5; }
       if (zero && !log_y) y0 = Math.min(0, this.series.some(s => s.points.some(p => p.y < 0)) ? y0 : 0);
       if (log_y) { y0 = Math.max(y0, this.spec.least ?? y1 * 1e-6); y0 /= 1.2; y1 *= 1.2; } else { const pad = (y1 - y0 || 1) * 0.04; y1 += pad; if (!zero) y0 -= pad; }
       if (this.spec.limits) [y0, y1] = this.spec.limits;
       if (x0 === x1) { x0 -= 1; x1 += 1; }
       const map = (v, a, b, log) => log ? Math.log(Math.max(v, a) / a) / Math.log(b / a) : (v - a) / (b - a);
-      this.px = x => LEFT + (W - LEFT - RIGHT) * map(x, x0, x1, log_x);
-      this.py = y => H - BOTTOM - (H - TOP - BOTTOM) * Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
-      return { x: ticks(x0, x1, log_x), y: ticks(y0, y1, log_y) };
+      const wide = W - this.left - RIGHT, over = y => Math.max(-0.02, Math.min(1.02, map(y, y0, y1, log_y)));
+      this.px = this.names ? y => this.left + wide * over(y) : x => this.left + wide * map(x, x0, x1, log_x);
+      this.py = this.names ? x => TOP + ROW * (x + 0.5) : y => this.high - BOTTOM - (this.high - TOP - BOTTOM) * over(y);
+      return { x: this.names ? ticks(y0, y1, log_y) : ticks(x0, x1, log_x), y: this.names ? [] : ticks(y0, y1, log_y) };
     }
     node(name, attributes, parent = this.svg) {
       const made = parent.appendChild(document.createElementNS(SVG, name));
@@ -147,27 +151,24 @@ const Charts = (() => {
     text(x, y, words, attributes) { this.node("text", { x, y, ...attributes }).textContent = words; }
     draw() {
       this.svg.replaceChildren();
-      const marks = this.scales(), bottom = H - BOTTOM;
+      const marks = this.scales(), bottom = this.high - BOTTOM, left = this.left;
       for (const y of marks.y) {
-        this.node("line", { x1: LEFT, x2: W - RIGHT, y1: this.py(y), y2: this.py(y), class: "grid" });
-        this.text(LEFT - 7, this.py(y) + 4, say(y), { "text-anchor": "end" });
+        this.node("line", { x1: left, x2: W - RIGHT, y1: this.py(y), y2: this.py(y), class: "grid" });
+        this.text(left - 7, this.py(y) + 4, say(y), { "text-anchor": "end" });
       }
-      const longest = Math.max(0, ...(this.names ?? []).map(n => n.length)), room = W - LEFT - RIGHT;
-      const every = Math.ceil((this.names?.length ?? 0) * (7.2 * longest + 12) / room);
-      const labels = this.names ? this.names.map((n, i) => [i, n]).filter((_, i) => i % every === 0)
-        : marks.x.map(x => [x, say(x)]);
-      for (const [x, label] of labels) {
-        this.node("line", { x1: this.px(x), x2: this.px(x), y1: bottom, y2: bottom + 4, class: "axis" });
-        this.text(this.px(x), bottom + 17, label, { "text-anchor": "middle" });
+      for (const x of marks.x) {
+        this.node("line", { x1: this.px(x), x2: this.px(x), y1: this.names ? TOP : bottom, y2: bottom + 4, class: this.names ? "grid" : "axis" });
+        this.text(this.px(x), bottom + 17, say(x), { "text-anchor": "middle" });
       }
-      this.node("line", { x1: LEFT, x2: W - RIGHT, y1: bottom, y2: bottom, class: "axis" });
-      this.text((LEFT + W - RIGHT) / 2, H - 6, this.spec.x_label, { "text-anchor": "middle", class: "title" });
-      this.text(14, (TOP + bottom) / 2, this.spec.y_label, { "text-anchor": "middle", class: "title",
+      this.names?.forEach((name, i) => this.text(left - 7, this.py(i) + 4, name, { "text-anchor": "end" }));
+      this.node("line", { x1: left, x2: W - RIGHT, y1: bottom, y2: bottom, class: "axis" });
+      this.text((left + W - RIGHT) / 2, this.high - 6, this.names ? this.spec.y_label : this.spec.x_label, { "text-anchor": "middle", class: "title" });
+      if (!this.names) this.text(14, (TOP + bottom) / 2, this.spec.y_label, { "text-anchor": "middle", class: "title",
         transform: `rotate(-90 14 ${(TOP + bottom) / 2})` });
       for (const s of this.series) { s.group = this.node("g", {}); s.group.style.setProperty("--ink", `var(--c-${s.colour})`); }
       this.series.forEach(s => this.fill(s));
       for (const r of this.spec.references ?? []) this.reference(r, bottom);
-      this.cursor = this.node("line", { y1: TOP, y2: bottom, class: "cursor" });
+      this.cursor = this.node("line", this.names ? { x1: left, x2: W - RIGHT, class: "cursor" } : { y1: TOP, y2: bottom, class: "cursor" });
       const below = (this.spec.references ?? []).filter(r => r.below).map(r => ({ name: r.label, colour: "black", dash: "7 4" }));
       this.legend.replaceChildren(...(this.series.length > 1 || this.note ? [...this.series, ...below].filter(s => s.name).map(s => {
         const entry = document.createElement("span");
@@ -188,20 +189,28 @@ const Charts = (() => {
         const back = banded.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.lo).toFixed(1)}`).reverse();
         this.node("polygon", { points: [...there, ...back].join(" "), class: "band" }, s.group);
       }
-      if (dots) for (const p of banded) this.node("line", { x1: this.px(p.x), x2: this.px(p.x), y1: this.py(p.lo), y2: this.py(p.hi), class: "whisker" }, s.group);
-      if (dots || shown.length === 1) for (const p of shown) this.node("circle", { cx: this.px(p.x).toFixed(1), cy: this.py(p.y).toFixed(1), r: 3.2 }, s.group);
+      const n = this.series.length, off = this.names && this.series.some(o => o !== s && o.points.some(p => shown.some(q => q.x === p.x))) ? (this.series.indexOf(s) / (n - 1) - 0.5) * ROW * 0.5 : 0;
+      const place = (p, y) => this.names ? [this.px(y), this.py(p.x) + off] : [this.px(p.x), this.py(y)];
+      if (dots) for (const p of banded) { const [x1, y1] = place(p, p.lo), [x2, y2] = place(p, p.hi); this.node("line", { x1, x2, y1, y2, class: "whisker" }, s.group); }
+      if (dots || shown.length === 1) for (const p of shown) { const [cx, cy] = place(p, p.y); this.node("circle", { cx: cx.toFixed(1), cy: cy.toFixed(1), r: 3.2 }, s.group); }
       else this.node("polyline", { points: shown.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "),
         "stroke-dasharray": s.dash, "stroke-width": s.width ?? 1.8 }, s.group);
     }
     // A number to compare with: across, upright, a point, through the origin, or so many per cent below a series.
     reference(r, bottom) {
+      if (this.names) {
+        if (r.y === null) return;
+        this.node("line", { x1: this.px(r.y), x2: this.px(r.y), y1: TOP, y2: bottom, class: r.published ? "reference published" : "reference" });
+        if (r.label) this.text(this.px(r.y) + 5, TOP + 10, r.label, { class: "note" });
+        return;
+      }
       const kind = r.published ? "reference published" : "reference", points = (name, of) => this.node("polyline", { points: of.map(p => `${this.px(p.x).toFixed(1)},${this.py(p.y).toFixed(1)}`).join(" "), class: name });
       const below = this.series.find(s => s.key === r.below), ends = [this.xs[0], this.xs.at(-1)];
       if (below) points(kind, below.points.map(p => ({ x: p.x, y: p.y * (1 - r.percent / 100) })));
       else if (r.slope !== null) points(kind, ends.map(x => ({ x, y: r.slope * x })));
       else if (r.x !== null && r.y !== null) this.node("path", { d: `M${this.px(r.x)} ${this.py(r.y) - 6}l6 6l-6 6l-6-6z`, class: "reference published point" });
       else if (r.x !== null) this.node("line", { x1: this.px(r.x), x2: this.px(r.x), y1: TOP, y2: bottom, class: kind });
-      else if (r.y !== null) this.node("line", { x1: LEFT, x2: W - RIGHT, y1: this.py(r.y), y2: this.py(r.y), class: kind });
+      else if (r.y !== null) this.node("line", { x1: this.left, x2: W - RIGHT, y1: this.py(r.y), y2: this.py(r.y), class: kind });
       if (!r.label || below) return;
       const right = r.x !== null && this.px(r.x) > 0.6 * W;
       const x = r.x !== null ? this.px(r.x) + (right ? -9 : 9) : W - RIGHT - 4;
@@ -222,7 +231,7 @@ const Charts = (() => {
     moved(tell = true) {
       const x = this.xs[this.now];
       if (x === undefined) return;
-      this.cursor.setAttribute("x1", this.px(x)); this.cursor.setAttribute("x2", this.px(x));
+      for (const end of [1, 2]) this.cursor.setAttribute(`${this.names ? "y" : "x"}${end}`, (this.names ? this.py : this.px)(x));
       const [, name, unit] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.y_label), of = unit ? (unit === "°" || unit === "%" ? unit.replace("%", " %") : ` ${unit}`) : "";
       const [, across, mark] = /^(.*?)(?: \(([^()]*)\))?$/.exec(this.spec.x_label);
       const place = this.names ? this.names[x] : `${say(x)}${mark ? (mark.startsWith("°") ? "°" : ` ${mark}`) : ""}`;

@@ -104,7 +104,7 @@ class FaceOffFigure(Figure):
             columns=len(PANELS),
             share_y=True,
             letters=False,
-            panel_size=(2.4, 2.2),
+            panel_size=(1.85, 2.0),
             caption="Mean distance of the joints from the recorded motion, relative to the pelvis, over"
             f" {len(inputs.sweep.walkers)} walkers. {interval_words(table['people'][0])} Perspective camera at"
             f" {options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a"

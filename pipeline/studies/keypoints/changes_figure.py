@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
@@ -21,12 +21,11 @@ from pipeline.studies.study import Figure
 if TYPE_CHECKING:
     from pipeline.recordings import Recorder
 
-PANEL_SIZE = (11.0, 2.4)
-"""Inches: the conditions stand below the panels in words."""
+ROW_HEIGHT = 0.17
+"""Of a condition, inches."""
 MOST_SHOWN = (("error_mm", "joints", 80.0), ("knee_error_deg", "knees", 20.0))
 MOST_OF_VIEW_DEG = 10.0
 """Ends of the axes: a view taken for another would press all else together."""
-STYLES = METHODS | {"image_kept": replace(METHODS["image_kept"], colour="orange")}
 
 
 @dataclass(kw_only=True)
@@ -70,7 +69,7 @@ class KeypointChangesFigure(Figure):
         of_views = partial(Lines, table="table_views")
         charts = [
             *(
-                condition(y=column, by="method", styles=STYLES, label=label, limits=(0.0, most))
+                condition(y=column, by="method", styles=METHODS, label=label, limits=(0.0, most))
                 for column, label, most in MOST_SHOWN
             ),
             condition(
@@ -90,7 +89,8 @@ class KeypointChangesFigure(Figure):
         ]  # fmt: skip
         return Sheet(
             charts=charts,
-            panel_size=PANEL_SIZE,
+            columns=4,
+            panel_size=(1.85, 0.7 + ROW_HEIGHT * len(words)),
             caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
             " know, from all sides, overground and on a treadmill. Means with 95 % intervals over people; what lies"
             " beyond the axes is in the tables.",

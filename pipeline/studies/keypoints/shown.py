@@ -21,7 +21,7 @@ Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 
 METHODS = {
     "keypoint_walk": Style("from keypoints", "map"),
-    "image_kept": Style("image kept, average walker's depth", "null", line="dashed"),
+    "image_kept": Style("image kept, average walker's depth", "amber", line="dashed"),
     "average_walker": Style("average walker", "null", line="dotted"),
 }
 

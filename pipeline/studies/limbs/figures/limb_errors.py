@@ -133,7 +133,7 @@ class RootErrorFigure(Figure):
         parent = Lines(
             table="table_points",
             y=ROOT,
-            styles={"parent": Style("error of the parent", "null", line="dotted")},
+            styles={"parent": Style("error of the parent", "purple", line="dotted")},
         )
         against = partial(
             Chart, table="table_cameras", x=ROOT, x_label="error of the parent / limb length", by="camera",
@@ -148,7 +148,7 @@ class RootErrorFigure(Figure):
                 timeline="root_error_per_mille",
                 also=[parent, *_null_lines()],
             ),
-            against(y="child_error_sd", label="standard deviation of the error"),
+            against(y="child_error_sd", label="standard deviation of the 3D error"),
         ]
         return Sheet(
             charts=charts,

@@ -124,7 +124,8 @@ class LimbScatter(Figure):
                 references=[Reference(x=MARGIN_GREEN_ABOVE, label="green above")],
             ),
             Chart(
-                **error, **running, y="limb_error_median", x_label=eta, name="limb_error", zero=True, styles=median,
+                **error, **running, y="limb_error_median", x_label=eta, name="limb_error", log_y=True, least=LEAST,
+                styles=median,
                 also=quartiles, timeline="log10_eta_per_mille", picture=False, references=[PUBLISHED],
             ),
         ]  # fmt: skip

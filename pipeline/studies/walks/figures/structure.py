@@ -143,8 +143,11 @@ class StructureLadder(Figure):
         pairs = {name: walkers[name].tolist() for name in (BASELINE, "anatomical")}
         top = 1.05 * max(max(values) for values in pairs.values())
 
-        def steps(*parts: str) -> dict[str, Any]:
-            words = {name: METHODS[name].words for name in of_part(*parts)}
+        below = tables["table_ladder"].set_index("method")["below_whole_percent"].to_dict()
+
+        def steps(*parts: str, ordered: bool = False) -> dict[str, Any]:
+            names = sorted(of_part(*parts), key=lambda name: -below[name]) if ordered else of_part(*parts)
+            words = {name: METHODS[name].words for name in names}
             return {"words": words, "styles": {name: STYLES.get(name, Style("", "black")) for name in words}}
 
         charts = [
@@ -155,8 +158,8 @@ class StructureLadder(Figure):
                 limits=(0.0, top), note="a point to each person", references=[Reference(slope=1.0)],
             ),
             step(**steps("added"), zero=True),
-            step(**{**steps("settings", "taken away", "varied"), "y": "below_whole_percent", "label": "below the whole",
-                    "unit": "%"}, references=[Reference(y=0.0)]),
+            step(**{**steps("settings", "taken away", "varied", ordered=True), "y": "below_whole_percent",
+                    "label": "below the whole", "unit": "%"}, references=[Reference(y=0.0)]),
             error(**VIEW, styles={n: Style(m.words) for n, m in METHODS.items() if m.part and not m.style},
                   picture=False, name="absolute_error_of_parts_mm2", title="with one part less or more", page=False),
         ]  # fmt: skip

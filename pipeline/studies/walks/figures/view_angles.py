@@ -19,6 +19,9 @@ from pipeline.studies.walks.unknown_view import UnknownView, ViewAngles
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, ViewAngles]
 
+LEAST_RANGE_DEG = 5.0
+"""Of the axis of the residual, either way."""
+
 
 @dataclass(kw_only=True)
 class ViewAngleEstimates(Figure):
@@ -74,6 +77,8 @@ class ViewAngleEstimates(Figure):
         """Estimated against true angle, what is left of it, and the median of its size."""
         view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
+        left = tables["table"]["estimated_mean_deg"] - tables["table"]["view_angle_deg"]
+        most = max(LEAST_RANGE_DEG, 1.1 * float(left.abs().max()))
         charts = [
             estimate(label="estimated view angle", references=[Reference(slope=1.0)]),
             estimate(
@@ -81,6 +86,7 @@ class ViewAngleEstimates(Figure):
                 less="view_angle_deg",
                 name="error_deg",
                 references=[Reference(y=0.0)],
+                limits=(-most, most),
             ),
             view(y="absolute_angle_error_median_deg", label="median error", zero=True),
         ]

@@ -31,6 +31,9 @@ METHODS = {
     "two_harmonics": Style("two harmonics, plain covariance", "map", line="dashed"),
     "anatomical": Style("anatomical prior", "green"),
 }
+PARTS = 12
+"""Of the posteriors, in the order of their width."""
+
 NEAR_DEG = 20.0
 """How far from the truth the posterior is drawn."""
 
@@ -88,10 +91,7 @@ class ViewPosterior(Figure):
             "candidate_less_true_angle_deg": from_truth[near],
             "density": sweep.density[middle][near],
         }
-        errors = {
-            "posterior_standard_deviation_deg": best["posterior_sd_deg"],
-            "error_deg": best["absolute_angle_error_deg"],
-        }
+        errors = _by_width(best["posterior_sd_deg"].to_numpy(), best["absolute_angle_error_deg"].to_numpy())
         view = partial(Chart, **VIEW, by="method", styles=METHODS, zero=True)
         charts = [
             view(y="absolute_angle_error_mean_deg", label="mean error"),
@@ -103,9 +103,10 @@ class ViewPosterior(Figure):
                 note=f"seen from {sweep.view_angle_deg[middle]:g}°",
             ),
             Chart(
-                table=errors, x="posterior_standard_deviation_deg", y="error_deg",
-                styles=Style("", "green", line="points"), zero=True, note="line: 95 % should lie below", page=False,
-                references=[Reference(slope=1.96)],
+                table=errors, x="posterior_standard_deviation_deg", y="error_deg", by="below",
+                styles={"50": Style("half of the errors lie below", "green", width=0.7),
+                        "95": Style("95 % lie below", "green")},
+                zero=True, references=[Reference(slope=1.96, label="1.96 standard deviations")],
             ),
         ]  # fmt: skip
         return Sheet(charts=charts, columns=2, caption="Bands: 95 % intervals over people.")
@@ -116,3 +117,13 @@ class ViewPosterior(Figure):
             rec.matrix("matrices/posterior", inputs.sweep.density)
             beside = Rows(Matrix(name="posterior over the circle"), Notes())
             rec.blueprint(Columns(Rows(*rec.plots), beside))
+
+
+def _by_width(sd_deg: np.ndarray, error_deg: np.ndarray) -> dict[str, np.ndarray]:
+    """Median and 95 % of the errors (N,), in parts of equal size in the order of the posteriors' width."""
+    parts = np.array_split(np.argsort(sd_deg, kind="stable"), min(PARTS, len(sd_deg)))
+    return {
+        "posterior_standard_deviation_deg": np.tile([float(np.median(sd_deg[p])) for p in parts], 2),
+        "error_deg": np.array([np.percentile(error_deg[p], q) for q in (50, 95) for p in parts]),
+        "below": np.repeat(["50", "95"], len(parts)),
+    }
