@@ -155,7 +155,7 @@ def claims_table(verdicts: Sequence[Verdict], width: int = 160) -> Table:
             table.add_row(Text(f"{shown}s", style="bold"))
         found = v.evidence
         beyond = "" if v.beyond is Beyond.NOT_APPLICABLE else str(v.beyond)
-        cells = [
+        cells: list[Text | str] = [
             Text(str(v.agreement), style=_STYLES.get(v.agreement, "dim")),
             Text(beyond, style=_STYLES.get(v.beyond, "dim")),
             v.claim.name,
