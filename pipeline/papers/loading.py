@@ -226,9 +226,10 @@ def _paper(
         _quantity(key, name, body, entry.where) for name, body in entry.mapping("quantities").items()
     ]
     conditions = {claim.name for claim in claims if claim.kind is Kind.CONDITION}
-    for named in rests_on.values():
-        for condition in named:
-            require_choice(figures.where, condition, sorted(conditions))
+    for figure, named in rests_on.items():
+        require_choice(f"{figures.where}, figure", figure, entry.names("figures"))
+        for condition in set(named) - conditions:
+            raise InvalidInput(f"no claim {condition!r} is a condition", where=figures.where)
     claims = [
         claim if claim.kind is Kind.CONDITION else replace(claim, rests_on=rests_on.get(claim.figure, ()))
         for claim in claims

@@ -409,6 +409,16 @@ def test_a_file_is_read_as_it_stands(tmp_path: Path) -> None:
         ("    class: error", "    class: error\n    same_as: little2000_no", "no claim 'little2000_no'"),
         ("clips: walks", "clips: films", "little2000.yaml, clips must be one of walks, clips, performances"),
         ('    section: "1"', '    like: little2000_claim\n    section: "1"', "like must be another claim"),
+        (
+            "clips: walks",
+            "clips: walks\nrests_on: {little2000_fig1: [little2000_claim]}",
+            "no claim 'little2000_claim' is a condition",
+        ),
+        (
+            "clips: walks",
+            "clips: walks\nrests_on: {little2000_fig2: []}",
+            "rests_on, figure must be little2000_fig1",
+        ),
         ("claims:", "claims: [", "little2000.yaml: cannot be read"),
         ("any: {shown: ", "any: {rumoured: ", "why any: unknown key 'rumoured'"),
         ("{shown: ", "{untested: it may be so, shown: ", "why any must have one text"),

@@ -213,6 +213,16 @@ def test_planted_cases_do_not_agree() -> None:
     assert thirty_percent(one).agreement == "undecided", "clips are not people"
 
 
+def test_a_claim_whose_condition_is_not_met_cannot_be_tested() -> None:
+    gains = 0.3 + 0.05 * np.sin(np.arange(20))
+    tables = errors_of(20, gains, -0.2)
+    for difference, told in ((0.0, "agrees"), (0.01, "untestable")):
+        anew = {"method": np.array(["map"]), "relative_difference": np.array([difference])}
+        verdict = thirty_percent({**tables, "table_recomputed": anew})
+        assert verdict.agreement == told
+    assert "zhang2007_leave_one_out is not met (expected at most 1e-06, received 0.01)" in verdict.why
+
+
 def test_an_extreme_near_a_bound_does_not_agree_though_no_person_drawn_again_exceeds_it() -> None:
     name = "zhang2007_no_difference_in_any_demonstration"
 

@@ -1,0 +1,66 @@
+"""Errors computed anew are those of the sweep, unless something is wrong between the recorded walks and its rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.core.linear_model import LinearModel
+from pipeline.studies.eigenwalkers.model import Divisor, Eigenwalkers, EigenwalkersModel
+from pipeline.studies.study import Grid, SweepInputs
+from pipeline.studies.walks.known_view import KnownView, Truth
+from pipeline.studies.walks.recomputed import recomputed
+from tests.studies.walks.test_anatomical import samples
+
+DATA = samples()
+DATA = replace(DATA, temporal_covariance=3.0 * DATA.residual_covariance)
+WITH_FREQUENCY = replace(DATA, frequency=True, frequency_hz=np.linspace(0.8, 1.2, len(DATA.person)))
+SWEEP = KnownView(
+    view_angle_deg=Grid(start=-70, stop=40, step=55), sigma2_mm2=Grid(start=1, stop=71, step=70)
+)
+
+
+def largest_difference(
+    model: EigenwalkersModel, sweep: KnownView, data: Any = DATA, seen: Any = None
+) -> float:
+    """Of the sweep of `seen` from the errors computed anew of the data."""
+    learnt = model.learn(data, workers=1)
+    found = sweep.measure(SweepInputs(None, seen or data, learnt, None, model, 1, 1))  # type: ignore[arg-type]
+    table = recomputed(data, model, sweep, found.rows, learnt.kept)
+    assert set(table["method"]) == {"least_squares", "map"}
+    assert len(table) == 2 * 3
+    return float(table["relative_difference"].max())
+
+
+@pytest.mark.parametrize(
+    ("model", "data"),
+    [
+        (EigenwalkersModel(components=4), DATA),
+        (EigenwalkersModel(components=3, divisor=Divisor["R"]), DATA),
+        (EigenwalkersModel(components=4, omega_scale_mm=None), WITH_FREQUENCY),
+        (EigenwalkersModel(components=4, omega_scale_mm=30.0), WITH_FREQUENCY),
+    ],
+)
+def test_both_computations_give_one_error(model: EigenwalkersModel, data: Any) -> None:
+    for truth in Truth:
+        assert largest_difference(model, replace(SWEEP, truth=truth), data) < 1e-6
+
+
+def test_a_walker_who_is_in_the_model_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    def knows_everybody(self: Eigenwalkers, walker: int) -> LinearModel:
+        kept = self.kept
+        return LinearModel(
+            self.mean, self.components[:kept], self.eigenvalues[:kept], self.total_variance, 1.0
+        )
+
+    monkeypatch.setattr(Eigenwalkers, "fold", knows_everybody)
+    assert largest_difference(EigenwalkersModel(components=4), SWEEP) > 0.01
+
+
+def test_walkers_in_training_twice_are_not_computed_anew() -> None:
+    rows = pd.DataFrame({"walker": ["a"], "method": ["map"], "view_angle_deg": [0.0]})
+    assert recomputed(DATA, EigenwalkersModel(components=4, mirror=True), SWEEP, rows, 4).empty
