@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,7 @@ from pipeline.core.keypoint_walk.calibration import (
 from pipeline.core.keypoint_walk.cycle import (
     EVENTS,
     NUMBERS,
-    SIDED,
-    WHOLE,
+    GaitCycle,
     angle_curves,
     deviations,
     event_times,
@@ -26,23 +24,20 @@ from pipeline.core.keypoint_walk.cycle import (
 from pipeline.core.keypoint_walk.film import Stretch
 from pipeline.core.keypoint_walk.objective import LOG_F, PHASE
 from pipeline.core.keypoint_walk.prior import Prior
+from pipeline.core.keypoint_walk.verdict import Verdict
 from pipeline.core.sagittal_angles import ANGLES, KINDS, SIDES
 from pipeline.reconstruct.clip import Input, Walk
 
 LEVEL_95 = 2
 HEIGHT_SHARE = 0.89
 """Height of the centre of the head above the ankles over stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
+_STATURE = 100.0 * HEIGHT_SHARE / HEIGHT_MM
+"""Per cent of the stature for a millimetre of the model."""
 INSTANTS = 101
 """Of a curve over the cycle: every per cent, the next contact included."""
 NO_VARIABILITY = (
     "how much one stride differs from the next is not told: the walk is reconstructed as one average cycle"
 )
-_NAMES = {
-    "stride_time": "stride time", "step_time": "step time", "stance": "stance", "swing": "swing",
-    "double_support": "double support", "stride_length": "stride length", "step_length": "step length",
-    "step_width": "step width", "hip_most": "greatest hip flexion", "hip_least": "least hip flexion",
-    "knee_most": "greatest knee flexion", "knee_least": "least knee flexion",
-}  # fmt: skip
 
 
 def scale_mm(given: Input) -> float:
@@ -50,25 +45,26 @@ def scale_mm(given: Input) -> float:
     return given.stature_mm * HEIGHT_SHARE / HEIGHT_MM if given.stature_mm else 1.0
 
 
-def _unit(kind: str, given: Input) -> tuple[str, float, int]:
-    """Unit, factor to it, and digits of a kind of numbers."""
-    if kind.endswith("_time"):
-        return "s", 1.0, 3
-    if kind in ("stance", "double_support"):
-        return "% of cycle", 100.0, 1
-    if kind in ("stride_length", "step_length", "step_width"):
-        share = 100.0 * HEIGHT_SHARE / HEIGHT_MM
-        return ("mm", scale_mm(given), 0) if given.stature_mm else ("% of stature", share, 1)
-    return "°", 180.0 / np.pi, 1
+def _shown(given: Input) -> dict[str, tuple[str, str, float, float, int]]:
+    """Kind, unit, what is added after a factor, and digits of every number by its name."""
+    length = ("mm", 0.0, scale_mm(given), 0) if given.stature_mm else ("% of stature", 0.0, _STATURE, 1)
+    seconds, share, angle = ("s", 0.0, 1.0, 3), ("% of cycle", 0.0, 100.0, 1), ("°", 0.0, 180.0 / np.pi, 1)
+    return {
+        "stride_time": ("stride_time", *seconds), "step_time": ("step_time", *seconds), "stance": ("stance", *share),
+        "swing": ("stance", "% of cycle", 100.0, -100.0, 1), "double_support": ("double_support", *share),
+        "stride_length": ("stride_length", *length), "step_length": ("step_length", *length),
+        "step_width": ("step_width", *length), "greatest_hip_flexion": ("hip_most", *angle),
+        "least_hip_flexion": ("hip_least", *angle), "greatest_knee_flexion": ("knee_most", *angle),
+        "least_knee_flexion": ("knee_least", *angle),
+    }  # fmt: skip
 
 
-def _of_walkers(prior: Prior) -> tuple[np.ndarray, np.ndarray]:
-    """The average walker (15, 3, 9), and the covariance (407, 407) of walkers and of their frequencies."""
-    size = prior.model.mean.size
+def _usual(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
+    """The average walker's cycle, and the covariance (407, 407) of walkers and of their frequencies."""
+    model, size = prior.model, prior.model.mean.size
     covariance = np.zeros((size + 2, size + 2))
-    covariance[:size, :size] = prior.model.covariance
-    covariance[-1, -1] = prior.model.log_frequency[1] ** 2
-    return prior.model.mean, covariance
+    covariance[:size, :size], covariance[-1, -1] = model.covariance, model.log_frequency[1] ** 2
+    return gait_cycle(model.mean, float(np.exp(model.log_frequency[0])), prior.belt), covariance
 
 
 def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[str, Any]]:
@@ -80,39 +76,27 @@ def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[s
     cycle, prior = found.cycle, found.fit.objective.prior
     sd = deviations(cycle.slopes, found.posterior.covariance)
     half = cycle_half_widths(walk.calibration, sd, LEVEL_95) * walk.bars_factor
-    mean, covariance = _of_walkers(prior)
-    usual = gait_cycle(mean, float(np.exp(prior.model.log_frequency[0])), prior.belt)
+    usual, covariance = _usual(prior)
     reach = NORMAL[LEVEL_95] * deviations(usual.slopes, covariance)
-    said: dict[str, dict[str, Any]] = {}
-    for kind in (*WHOLE, *SIDED):
-        unit, factor, digits = _unit(kind, given)
+    said = {}
+    for name, (kind, unit, added, factor, digits) in _shown(given).items():
         rows: dict[str, Any] = {"unit": unit}
         for number, (of, side) in enumerate(NUMBERS):
             if of != kind:
                 continue
+            apart = side == "difference"
+            value = factor * float(cycle.values[number]) + (0.0 if apart else added)
             rows[side or "both"] = {
-                "value": round(factor * float(cycle.values[number]), digits),
-                "half_width_95": round(factor * float(half[number]), digits),
+                "value": round(value, digits),
+                "half_width_95": round(abs(factor) * float(half[number]), digits),
             }
-            if side == "difference":
+            if apart:
                 rows[side]["larger_than_its_bar"] = bool(abs(cycle.values[number]) > half[number])
             elif side != "right":
-                ends = factor * (usual.values[number] + np.array([-1.0, 1.0]) * reach[number])
-                rows["walkers_95"] = [round(float(end), digits) for end in ends]
-        said[_NAMES[kind].replace(" ", "_")] = rows
-        if kind == "stance":
-            said["swing"] = _swing(rows)
+                middle, wide = factor * usual.values[number] + added, abs(factor) * reach[number]
+                rows["walkers_95"] = [round(float(end), digits) for end in (middle - wide, middle + wide)]
+        said[name] = rows
     return said
-
-
-def _swing(stance: dict[str, Any]) -> dict[str, Any]:
-    """What stance leaves of the cycle."""
-    low, high = stance["walkers_95"]
-    said: dict[str, Any] = {"unit": stance["unit"]}
-    for side in (*SIDES, "difference"):
-        whole = 0.0 if side == "difference" else 100.0
-        said[side] = stance[side] | {"value": round(whole - stance[side]["value"], 1)}
-    return said | {"walkers_95": [round(100.0 - high, 1), round(100.0 - low, 1)]}
 
 
 def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
@@ -133,89 +117,81 @@ def events(walk: Walk, stretch: Stretch) -> dict[str, dict[str, list[float]]]:
     return said
 
 
-@dataclass(frozen=True)
-class Curves:
-    """Angles over the gait cycle, degrees: a kind of angle of either side, from its foot's contact to its next.
+def curves(walk: Walk, found: Reconstruction) -> dict[str, np.ndarray]:
+    """Return angles over the gait cycle, degrees, each of either side from its foot's contact to its next.
 
-    Attributes
-    ----------
-    angles, half : (6, 2, 101)
-        By `KINDS` and side, and half widths of 95 % bars; the trunk's are one angle, from either contact.
-    walkers, walkers_half : (6, 101)
-        The average walker of the model, and half widths of what holds 95 % of its walkers.
-    stance : (2,)
-        Per cent of the cycle at which each foot is taken off.
+    Returns
+    -------
+    dict of str to array
+        ``angles`` and ``angles_half`` (6, 2, 101): by `KINDS` and side, and half widths of 95 % bars; the trunk's are one
+        angle, from either contact.  ``walkers`` and ``walkers_half`` (6, 101): the average walker of the model, and half
+        widths of what holds 95 % of its walkers.  ``stance`` (2,): per cent of the cycle at which a foot is taken off.
     """
-
-    angles: np.ndarray
-    half: np.ndarray
-    walkers: np.ndarray
-    walkers_half: np.ndarray
-    stance: np.ndarray
-
-
-def curves(walk: Walk, found: Reconstruction) -> Curves:
-    """Return the curves of a walk."""
     prior = found.fit.objective.prior
     angles, sd = angle_curves(found.posterior.walker, found.posterior.covariance, found.cycle, INSTANTS)
     half = angle_half_widths(walk.calibration, sd, LEVEL_95) * walk.bars_factor
-    mean, covariance = _of_walkers(prior)
-    usual = gait_cycle(mean, float(np.exp(prior.model.log_frequency[0])), prior.belt)
-    average, spread = angle_curves(mean, covariance, usual, INSTANTS)
+    usual, covariance = _usual(prior)
+    average, spread = angle_curves(prior.model.mean, covariance, usual, INSTANTS)
     # The trunk has no side: left and right contact see the same angle.
     of = np.array([[ANGLES.index(f"{s}_{k}" if k != "trunk" else k) for s in SIDES] for k in KINDS])
-    side = np.array([0, 1])
-    stance = [NUMBERS.index(("stance", s)) for s in SIDES]
-    return Curves(
-        angles=np.degrees(np.moveaxis(angles[side, :, of], -1, 2)),
-        half=np.degrees(np.moveaxis(half[side, :, of], -1, 2)),
-        walkers=np.degrees(average[0][:, of[:, 0]].T),
-        walkers_half=np.degrees(NORMAL[LEVEL_95] * spread[0][:, of[:, 0]].T),
-        stance=100.0 * found.cycle.values[stance],
-    )
-
-
-def curve_rows(drawn: Curves) -> dict[str, list[Any]]:
-    """Columns of the table of curves: a row to each angle and per cent of the cycle, degrees."""
-    columns: dict[str, list[Any]] = {
-        "angle": [kind for kind in KINDS for _ in range(INSTANTS)],
-        "cycle_percent": list(range(INSTANTS)) * len(KINDS),
+    drawn = {
+        "angles": np.moveaxis(angles[[0, 1], :, of], -1, 2),
+        "angles_half": np.moveaxis(half[[0, 1], :, of], -1, 2),
+        "walkers": average[0][:, of[:, 0]].T,
+        "walkers_half": NORMAL[LEVEL_95] * spread[0][:, of[:, 0]].T,
     }
-    for number, side in enumerate(SIDES):
-        columns[f"{side}_deg"] = drawn.angles[:, number].ravel().round(2).tolist()
-        columns[f"{side}_half_deg"] = drawn.half[:, number].ravel().round(2).tolist()
-    low, high = drawn.walkers - drawn.walkers_half, drawn.walkers + drawn.walkers_half
-    for name, values in (("mean", drawn.walkers), ("low", low), ("high", high)):
-        columns[f"walkers_{name}_deg"] = values.ravel().round(2).tolist()
-    return columns
+    stance = found.cycle.values[[NUMBERS.index(("stance", side)) for side in SIDES]]
+    return {name: np.degrees(values) for name, values in drawn.items()} | {"stance": 100.0 * stance}
+
+
+def curve_rows(drawn: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Columns of the table of curves: a row to each angle and per cent of the cycle, degrees."""
+    angles, half, middle, reach = (
+        drawn[name] for name in ("angles", "angles_half", "walkers", "walkers_half")
+    )
+    values = {
+        "left_deg": angles[:, 0], "left_half_deg": half[:, 0], "right_deg": angles[:, 1], "right_half_deg": half[:, 1],
+        "walkers_mean_deg": middle, "walkers_low_deg": middle - reach, "walkers_high_deg": middle + reach,
+    }  # fmt: skip
+    return {
+        "angle": np.repeat(KINDS, INSTANTS),
+        "cycle_percent": np.tile(np.arange(INSTANTS), len(KINDS)),
+        **{name: of.ravel().round(2) for name, of in values.items()},
+    }
 
 
 def number_rows(said: dict[str, dict[str, Any]]) -> dict[str, list[Any]]:
     """Columns of the table of numbers: a row to each number and side."""
     rows = [
-        {"number": name, "side": side, **of[side], "unit": of["unit"]}
+        (name, side, of[side]["value"], of[side]["half_width_95"], of["unit"])
         for name, of in said.items()
         for side in (*SIDES, "difference", "both")
         if side in of
     ]
-    names = ("number", "side", "value", "half_width_95", "unit")
-    return {name: [row[name] for row in rows] for name in names}
+    return dict(
+        zip(
+            ("number", "side", "value", "half_width_95", "unit"),
+            map(list, zip(*rows, strict=True)),
+            strict=True,
+        )
+    )
 
 
-def angle_rows(walk: Walk) -> dict[str, list[Any]]:
+def angle_rows(walk: Walk) -> dict[str, np.ndarray]:
     """Columns of the table of angles in every frame, degrees, with half widths of 95 % bars."""
-    columns: dict[str, list[Any]] = {name: [] for name in ("stretch", "frame", "time_s")}
-    columns |= {f"{angle}{end}": [] for end in ("_deg", "_half_deg") for angle in ANGLES}
+    blocks = []
     for number, stretch in enumerate(walk.stretches):
-        found = stretch.found
-        if found is None or stretch.judgement.verdict == "not_a_walk":
+        if stretch.found is None or stretch.judgement.verdict == Verdict.not_a_walk:
             continue
+        bars = angle_half_widths(walk.calibration, stretch.found.posterior.angles_sd_rad, LEVEL_95)
+        angles = np.degrees([stretch.found.posterior.angles_rad, bars * walk.bars_factor]).round(2)
         frames = stretch.first_frame + np.arange(len(stretch.pixels))
-        half = angle_half_widths(walk.calibration, found.posterior.angles_sd_rad, LEVEL_95)
-        columns["stretch"] += [number] * len(frames)
-        columns["frame"] += frames.tolist()
-        columns["time_s"] += (frames / walk.frame_rate_hz).round(6).tolist()
-        for k, angle in enumerate(ANGLES):
-            columns[f"{angle}_deg"] += np.degrees(found.posterior.angles_rad[:, k]).round(2).tolist()
-            columns[f"{angle}_half_deg"] += np.degrees(half[:, k] * walk.bars_factor).round(2).tolist()
-    return columns
+        times = (frames / walk.frame_rate_hz).round(6)
+        blocks.append(np.column_stack([np.full(len(frames), number), frames, times, *angles]))
+    names = [
+        "stretch",
+        "frame",
+        "time_s",
+        *(f"{angle}{end}" for end in ("_deg", "_half_deg") for angle in ANGLES),
+    ]
+    return dict(zip(names, np.concatenate(blocks).T, strict=True))

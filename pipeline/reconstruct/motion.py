@@ -19,7 +19,7 @@ from pipeline.formats import motion
 from pipeline.formats.bvh import Names
 from pipeline.reconstruct.clip import Input, Walk
 from pipeline.reconstruct.cycle import scale_mm
-from pipeline.reconstruct.summary import observed
+from pipeline.reconstruct.summary import observed, units
 from pipeline.skeleton import WALKER15
 
 
@@ -100,27 +100,16 @@ def one_cycle(walk: Walk, stretch: Stretch, given: Input, names: Names, *, in_pl
     )
 
 
-def about_files(walk: Walk, given: Input, names: Names, *, in_place: bool) -> str:
-    """What the files of motion hold that they cannot say themselves."""
-    found = walk.best.found
-    assert found is not None
-    unseen = [j for j, seen in zip(WALKER15.joints, observed(found), strict=True) if not seen]
-    moving = "in place" if in_place else "moving forwards"
-    lines = [
-        f"Joints that were never seen, estimated from the others: {', '.join(unseen) or 'none'}.",
-        "Feet, hands, spine and collars of a BVH are carried along with their limbs: they were not observed.",
-        f"BVH: centimetres, y up, z forwards, {moving}, names of {names}, a T-pose at rest, rotations alone below one"
-        " root; limbs have their mean lengths, so that joints are some centimetres off those of the other files.",
-        "walk_cycle.bvh: one exact cycle from the left foot's contact to its next; its last frame is its first one"
-        f"{'' if in_place else ', a stride ahead'}.",
-        "TRC: millimetres, y up, x forwards (OpenSim). C3D and CSV: millimetres, x to the walker's right, y along the"
-        " walk, z up.",
-    ]
-    if not given.stature_mm:
-        lines.append(
-            "The stature is not given: lengths are those of a walker of 1500 mm from ankles to head centre."
-        )
-    return "\n".join(lines) + "\n"
+ABOUT = """\
+Joints that were never seen, estimated from the others: {unseen}.
+Feet, hands, spine and collars of a BVH are carried along with their limbs: they were not observed.
+BVH: centimetres, y up, z forwards, {moving}, names of {names}, a T-pose at rest, rotations alone below one root;
+limbs have their mean lengths, so that joints are some centimetres off those of the other files.
+walk_cycle.bvh: one exact cycle from the left foot's contact to its next; its last frame is its first one{ahead}.
+TRC: millimetres, y up, x forwards (OpenSim). C3D and CSV: millimetres, x to the right, y along the walk, z up.
+Lengths are in {units}.
+"""
+"""What the files of motion hold that they cannot say themselves."""
 
 
 def write_motion(
@@ -138,6 +127,14 @@ def write_motion(
         if Format.bvh in formats:
             cycle = one_cycle(walk, stretch, given, names, in_place=in_place)
             motion.write(folder / f"{stem}_cycle.bvh", cycle)
-    if stretches:
-        text = about_files(walk, given, names, in_place=in_place)
+    if stretches and stretches[0].found:
+        seen = observed(stretches[0].found)
+        text = ABOUT.format(
+            unseen=", ".join(joint for joint, of in zip(WALKER15.joints, seen, strict=True) if not of)
+            or "none",
+            moving="in place" if in_place else "moving forwards",
+            names=names,
+            ahead="" if in_place else ", a stride ahead",
+            units=units(given),
+        )
         (folder / "motion.txt").write_text(text, encoding="utf-8")

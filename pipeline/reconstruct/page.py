@@ -41,7 +41,6 @@ def page_of(
     view, cadence = summary["view_angle_deg"], summary["cadence"]
     positions = upright(found.posterior.positions_mm) * scale_mm(given)
     half = half_widths_mm(walk, found, given)[..., [0, 2, 1]]
-    drawn, numbers = cycle.curves(walk, found), summary["gait_cycle"]["numbers"]
     setting = found.fit.objective.setting
     turned = 2.0 * np.pi * np.exp(found.fit.x[LOG_F]) * setting.times + found.fit.x[PHASE]
     heading = float(found.fit.x[HEADING])
@@ -65,28 +64,11 @@ def page_of(
         positions_mm=positions,
         half_mm=half,
         image_px=2.0 * walk.centre_px,
-        numbers=[_row(name, of) for name, of in numbers.items()],
-        larger=[of.get("difference", {}).get("larger_than_its_bar", False) for of in numbers.values()],
+        numbers=summary["gait_cycle"]["numbers"],
+        curves=cycle.curves(walk, found),
         curve_names=KINDS,
-        curves_deg=drawn.angles,
-        curves_half_deg=drawn.half,
-        walkers_deg=drawn.walkers,
-        walkers_half_deg=drawn.walkers_half,
-        stance_percent=drawn.stance,
         cycle_percent=100.0 * ((turned[:, None] - found.cycle.phases[0]) / (2.0 * np.pi) % 1.0),
         heading_deg=float(np.degrees(heading)),
         heading_interval_deg=(float(np.degrees(heading - reach)), float(np.degrees(heading + reach))),
         alternatives_deg=[other["heading_deg"] for other in view["alternatives"]],
     )
-
-
-def _row(name: str, of: dict[str, Any]) -> list[str]:
-    """Cells of one number: its name, values of either side or of the walk, their difference, the range of walkers."""
-
-    def cell(side: str) -> str:
-        return f"{of[side]['value']:g} ± {of[side]['half_width_95']:g}" if side in of else ""
-
-    low, high = of["walkers_95"]
-    named = f"{name.replace('_', ' ')}, {of['unit']}"
-    cells = [cell("left") or cell("both"), cell("right"), cell("difference"), f"{low:g} to {high:g}"]
-    return [named, *(text.replace("-", "−") for text in cells)]

@@ -65,6 +65,11 @@ def heading_words(heading_rad: float) -> str:
     return f"{to}, {abs(off)}° off {aside}, seen from {seen}{f' and {also}' if abs(off) > SEEN_DEG else ''}"
 
 
+def units(given: Input) -> str:
+    """What lengths are in."""
+    return "mm" if given.stature_mm else "mm of a walker of 1500 mm from ankles to the centre of the head"
+
+
 def observed(found: Reconstruction) -> np.ndarray:
     """Joints (15,) bool that the detector gave in some frame; the others are estimated from them."""
     return np.asarray((found.keypoints.weights > 0).any(axis=0))
@@ -96,9 +101,7 @@ def summarise(walk: Walk, given: Input) -> dict[str, Any]:
         },
         "notes": list(walk.notes),
         "stretches": stretches,
-        "units": "mm"
-        if given.stature_mm
-        else "mm of a walker of 1500 mm from ankles to the centre of the head",
+        "units": units(given),
         "terms": "learnt from healthy adults and children; not for clinical use",
     }
 

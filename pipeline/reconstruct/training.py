@@ -22,7 +22,7 @@ from pipeline.core.keypoint_walk import (
     prepare,
     reconstruct,
 )  # fmt: skip
-from pipeline.core.keypoint_walk.calibration import LEVELS, learn
+from pipeline.core.keypoint_walk.calibration import LEVELS, StandardErrors, learn
 from pipeline.reconstruct.model_file import TrainedModel
 from pipeline.seeding import derive_generator
 from pipeline.synthetic.keypoints import DetectorError, Filming, SimulatedKeypoints
@@ -71,25 +71,10 @@ class LeftOutClip:
     found: Reconstruction
 
     @property
-    def joint_errors(self) -> np.ndarray:
-        """Errors (T, 15, 3) over standard deviations; 0 for the pelvis."""
-        return errors.joint_errors(self.found, self.simulated.positions_mm)
-
-    @property
-    def angle_errors(self) -> np.ndarray:
-        """Errors (T, 11) over standard deviations."""
-        return errors.angle_errors(self.found, self.simulated.positions_mm, self.simulated.heading_rad)
-
-    @property
-    def event_errors(self) -> list[np.ndarray]:
-        """Errors (n,) of contacts and of toe-offs over standard deviations."""
-        both = errors.event_errors(self.found, self.simulated.positions_mm, self.simulated.heading_rad)
-        return [of_event[:, 1] for of_event in both]
-
-    @property
-    def number_errors(self) -> np.ndarray:
-        """Errors (25,) of the numbers of the gait cycle over standard deviations."""
-        return errors.number_errors(self.found, self.trained.walker, self.trained.frequency_hz)[:, 1]
+    def errors(self) -> StandardErrors:
+        """Errors over standard deviations."""
+        sim = self.simulated
+        return errors.standard_errors(self.found, sim.positions_mm, sim.heading_rad, self.trained)
 
 
 def left_out_clips(walks: Walks, options: Training, error: DetectorError) -> Iterator[LeftOutClip]:
@@ -137,28 +122,19 @@ def train(walks: Walks, options: Training, tell: Callable[[str], None] = lambda 
     require_range("training.components", options.components, at_least=1, whole=True)
     whole = moments(training_walks(walks), walks.person)
     small = compact(whole, options.components)
-    joints, angles, events, numbers = [], [], [], []
+    found: list[StandardErrors] = []
     people: list[str] = []
     for clip in left_out_clips(walks, options, DetectorError()):
-        joints.append(clip.joint_errors)
-        angles.append(clip.angle_errors)
-        events.append(clip.event_errors)
-        numbers.append(clip.number_errors)
+        found.append(clip.errors)
         if clip.person not in people:
             people.append(clip.person)
             tell(f"error bars: {len(people)} of {whole.walkers} people left out")
-    calibration = learn(
-        np.concatenate(joints),
-        np.concatenate(angles),
-        [np.concatenate(of_event) for of_event in zip(*events, strict=True)],
-        np.stack(numbers),
-    )
     sources = Counter(dict(zip(walks.person.tolist(), walks.source.tolist(), strict=True)).values())
     about = {
         "people_by_source": dict(sorted(sources.items())),
         "walks": len(walks),
         "components": options.components,
         "variance_kept": round(float(small.eigenvalues.sum() / np.trace(whole.covariance)), 4),
-        "calibration": {"clips": len(joints), "levels": list(LEVELS), "seed": options.seed},
+        "calibration": {"clips": len(found), "levels": list(LEVELS), "seed": options.seed},
     }
-    return TrainedModel(small, calibration, about)
+    return TrainedModel(small, learn(found), about)

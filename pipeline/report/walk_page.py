@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,18 +44,14 @@ class WalkPage:
         Width and height of the image.
     positions_mm, half_mm : (T, 15, 3)
         About the pelvis, right, away and up; half widths of 95 % bars.
-    numbers : sequence of sequence of str
-        Rows of the table of the gait cycle: name and unit, left, right, difference, range of walkers.
-    larger : sequence of bool
-        Whether the difference of a row is larger than its bar.
+    numbers : dict
+        Numbers of the gait cycle, as ``summary.json`` has them.
+    curves : dict of str to array
+        Over the cycle, by percent, degrees: ``angles`` (C, 2, K), left and right, each from its own foot's contact, and
+        ``angles_half``, widths of their 95 % bars; ``walkers`` (C, K), the average walker, and ``walkers_half``, which
+        hold 95 % of walkers.  ``stance`` (2,): per cent at which each foot is taken off.
     curve_names : sequence of str
         Of C angles.
-    curves_deg, curves_half_deg : (C, 2, K)
-        Angles over the cycle, left and right, each from its own foot's contact, and half widths of 95 % bars.
-    walkers_deg, walkers_half_deg : (C, K)
-        The average walker, and half widths of what holds 95 % of walkers.
-    stance_percent : (2,)
-        Where in its cycle each foot is taken off.
     cycle_percent : (T, 2)
         Where in its cycle each side is.
     heading_deg : float
@@ -81,14 +77,9 @@ class WalkPage:
     image_px: np.ndarray
     positions_mm: np.ndarray
     half_mm: np.ndarray
-    numbers: Sequence[Sequence[str]]
-    larger: Sequence[bool]
+    numbers: Mapping[str, Mapping[str, Any]]
+    curves: Mapping[str, np.ndarray]
     curve_names: Sequence[str]
-    curves_deg: np.ndarray
-    curves_half_deg: np.ndarray
-    walkers_deg: np.ndarray
-    walkers_half_deg: np.ndarray
-    stance_percent: np.ndarray
     cycle_percent: np.ndarray
     heading_deg: float
     heading_interval_deg: tuple[float, float]
@@ -142,11 +133,7 @@ def _packed(page: WalkPage) -> dict[str, Any]:
         "half": packed(page.half_mm),
         "image_px": page.image_px.tolist(),
         "curve_names": list(page.curve_names),
-        "curves": page.curves_deg.round(2).tolist(),
-        "curves_half": page.curves_half_deg.round(2).tolist(),
-        "walkers": page.walkers_deg.round(2).tolist(),
-        "walkers_half": page.walkers_half_deg.round(2).tolist(),
-        "stance": page.stance_percent.round(1).tolist(),
+        **{name: values.round(2).tolist() for name, values in page.curves.items()},
         "percent": page.cycle_percent[::every].round(2).tolist(),
         "heading_deg": page.heading_deg,
         "heading_interval_deg": list(page.heading_interval_deg),

@@ -121,7 +121,7 @@ def test_tables_hold_the_curves_and_the_angles(case: tuple[Walk, Input]) -> None
     frames = cycle.angle_rows(walk)
     shown = np.degrees(found.posterior.angles_rad[:, list(ANGLES).index("right_hip")])
     np.testing.assert_allclose(frames["right_hip_deg"], shown, atol=0.006)
-    assert frames["frame"] == list(range(walk.best.first_frame, walk.best.last_frame + 1))
+    assert frames["frame"].tolist() == list(range(walk.best.first_frame, walk.best.last_frame + 1))
 
 
 def test_a_doubtful_walk_says_what_is_usable(case: tuple[Walk, Input]) -> None:

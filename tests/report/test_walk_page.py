@@ -22,6 +22,15 @@ from tests.reconstruct.walks import ERROR, alphapose, given, in_layout
 __all__ = ["model"]
 
 
+NUMBERS = {
+    "stride_time": {"unit": "s", "both": {"value": 1.1, "half_width_95": 0.1}, "walkers_95": [0.9, 1.3]},
+    "stance": {
+        "unit": "%", "left": {"value": 60, "half_width_95": 2}, "right": {"value": 66, "half_width_95": 2},
+        "difference": {"value": -6, "half_width_95": 3, "larger_than_its_bar": True}, "walkers_95": [55, 65],
+    },
+}  # fmt: skip
+
+
 def page(frames: int) -> WalkPage:
     """A page of a walk that is none: joints that swing."""
     generator = np.random.default_rng(3)
@@ -36,11 +45,12 @@ def page(frames: int) -> WalkPage:
         files=["walk.c3d"], frame_numbers=10 + np.arange(frames), frame_rate_hz=50.0,
         observed=np.arange(15) != 1, keypoints_px=keypoints, reprojection_px=pixels, positions_mm=positions,
         image_px=np.array([1000.0, 800.0]), half_mm=np.full((frames, 15, 3), 20.0),
-        numbers=[["stride, s", "1 ± 0.1", "", "", "0.9 to 1.3"], ["stance, %", "60 ± 2", "66 ± 2", "−6 ± 3", "5 to 9"]],
-        larger=[False, True], curve_names=["knee", "trunk"],
-        curves_deg=30.0 + 20.0 * np.sin(np.linspace(0, 6, 101)) * np.ones((2, 2, 1)),
-        curves_half_deg=np.full((2, 2, 101), 5.0), walkers_deg=np.full((2, 101), 20.0),
-        walkers_half_deg=np.full((2, 101), 9.0), stance_percent=np.array([60.0, 66.0]),
+        numbers=NUMBERS, curve_names=["knee", "trunk"],
+        curves={
+            "angles": 30.0 + 20.0 * np.sin(np.linspace(0, 6, 101)) * np.ones((2, 2, 1)),
+            "angles_half": np.full((2, 2, 101), 5.0), "walkers": np.full((2, 101), 20.0),
+            "walkers_half": np.full((2, 101), 9.0), "stance": np.array([60.0, 66.0]),
+        },
         cycle_percent=np.linspace(0.0, 300.0, frames)[:, None] % 100.0 + np.zeros(2),
         heading_deg=30.0, heading_interval_deg=(25.0, 35.0), alternatives_deg=[-150.0],
     )  # fmt: skip

@@ -62,43 +62,46 @@ class Calibration:
         require_shape("multipliers of the gait cycle", self.cycle, (len(CYCLE_KINDS), len(LEVELS)))
 
 
-def learn(
-    joint_errors: np.ndarray,
-    angle_errors: np.ndarray,
-    event_errors: Sequence[np.ndarray],
-    number_errors: np.ndarray,
-) -> Calibration:
-    """Learn multipliers from errors over standard deviations, of people who were left out.
+@dataclass(frozen=True)
+class StandardErrors:
+    """Errors of one clip over their standard deviations.
 
-    Parameters
+    Attributes
     ----------
-    joint_errors : (n, 15, 3)
-        Of all frames and clips.
-    angle_errors : (n, 11)
-    event_errors : two of (n,)
+    joints : (T, 15, 3)
+        0 for the pelvis.
+    angles : (T, 11)
+    events : two of (n,)
         Of contacts and of toe-offs.
-    number_errors : (n, 25)
-        Of every clip.
+    numbers : (25,)
+        Of the gait cycle.
     """
-    joint_errors = np.abs(require_shape("errors of joints", joint_errors, ("n", len(GROUP_OF), 3)))
-    angle_errors = np.abs(require_shape("errors of angles", angle_errors, ("n", len(ANGLES))))
-    number_errors = np.abs(require_shape("errors of the cycle", number_errors, ("n", len(NUMBERS))))
+
+    joints: np.ndarray
+    angles: np.ndarray
+    events: Sequence[np.ndarray]
+    numbers: np.ndarray
+
+    @property
+    def cycle(self) -> list[np.ndarray]:
+        """Absolute errors by `CYCLE_KINDS`."""
+        rest = range(len(EVENTS), len(CYCLE_KINDS))
+        return [np.abs(z) for z in (*self.events, *(self.numbers[k == CYCLE_KIND_OF] for k in rest))]
+
+
+def learn(clips: Sequence[StandardErrors]) -> Calibration:
+    """Learn multipliers from errors over standard deviations, of clips of people who were left out."""
+    joints_off = np.abs(np.concatenate([clip.joints for clip in clips]))
+    angles_off = np.abs(np.concatenate([clip.angles for clip in clips]))
     joints = np.empty((len(GROUPS), 3, len(LEVELS)))
     for group in range(len(GROUPS)):
-        part = joint_errors[:, group == GROUP_OF]
+        part = joints_off[:, group == GROUP_OF]
         joints[group] = (np.quantile(part, LEVELS, axis=(0, 1)) / np.array(NORMAL)[:, None]).T
-    angles = np.stack([
-        np.quantile(angle_errors[:, kind == KIND_OF], LEVELS) / NORMAL for kind in range(len(KINDS))
-    ])  # fmt: skip
-    by_kind = [
-        *event_errors,
-        *(number_errors[:, k == CYCLE_KIND_OF] for k in range(len(EVENTS), len(CYCLE_KINDS))),
-    ]
+    angles = [np.quantile(angles_off[:, kind == KIND_OF], LEVELS) / NORMAL for kind in range(len(KINDS))]
     # Of an event that no clip held nothing is learnt: as computed.
-    cycle = np.stack(
-        [np.quantile(np.abs(z), LEVELS) / NORMAL if z.size else np.ones(len(LEVELS)) for z in by_kind]
-    )
-    return Calibration(joints, angles, cycle)
+    by_kind = [np.concatenate(z) for z in zip(*(clip.cycle for clip in clips), strict=True)]
+    cycle = [np.quantile(z, LEVELS) / NORMAL if z.size else np.ones(len(LEVELS)) for z in by_kind]
+    return Calibration(joints, np.stack(angles), np.stack(cycle))
 
 
 def joint_half_widths(calibration: Calibration, sd_mm: np.ndarray, level: int) -> np.ndarray:

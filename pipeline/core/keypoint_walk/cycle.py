@@ -65,26 +65,43 @@ class GaitCycle:
     slopes: np.ndarray
 
 
-def _coordinate(joint: int, axis: int, rows: np.ndarray) -> np.ndarray:
-    """Derivatives (407,) of a coordinate of a joint, or of its slopes in phase, whose basis is `rows` (9,)."""
-    found = np.zeros(SIZE + 2)
-    start = (3 * joint + axis) * BLOCKS
-    found[start : start + BLOCKS] = rows
-    return found
+def _times(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Product of two numbers, each before its derivatives, (408,)."""
+    found = one[0] * other + other[0] * one
+    found[0] = one[0] * other[0]
+    return np.asarray(found)
 
 
-def _event(walker: np.ndarray, ankle: int, sign: float) -> tuple[float, np.ndarray]:
-    """Phase of contact, after an ankle is farthest in front (sign 1), or of toe-off (-1), and its derivatives."""
+def _place(walker: np.ndarray, joint: int, axis: int, psi: np.ndarray) -> np.ndarray:
+    """Coordinate of a joint at a phase, before its derivatives, (408,); the phase likewise."""
+    basis, along = cycle_basis(psi[0], BLOCKS), walker[joint, axis]
+    found = float(cycle_slope(psi[0], BLOCKS) @ along) * psi
+    found[0] = basis @ along
+    found[1 + (3 * joint + axis) * BLOCKS :][:BLOCKS] += basis
+    return np.asarray(found)
+
+
+def _event(walker: np.ndarray, ankle: int, sign: float, later: float) -> np.ndarray:
+    """Phase soon after an ankle is farthest in front of the pelvis (sign 1) or behind it, before its derivatives."""
     y = walker[ankle, 1] - walker[PELVIS, 1]
     psi = float(_GRID[np.argmax(np.round(sign * (_BASIS @ y), 6))])
     for _ in range(_STEPS):
-        curved = -(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y
-        # Away from a maximum's bend, where walkers are none, the grid's phase is kept.
-        psi -= float(cycle_slope(np.array(psi), BLOCKS) @ y / curved) if sign * curved < 0 else 0.0
-    slope = cycle_slope(np.array(psi), BLOCKS)
-    moved = _coordinate(ankle, 1, slope) - _coordinate(PELVIS, 1, slope)
-    later = 2.0 * np.pi * LATER[0 if sign > 0 else 1]
-    return (psi + later) % (2.0 * np.pi), -moved / (-(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y)
+        # Where nothing is bent as walkers are, the grid's phase is kept.
+        bent = min(sign * float(-(_ORDER**2) * cycle_basis(np.array(psi), BLOCKS) @ y), -1e-6)
+        slope = cycle_slope(np.array(psi), BLOCKS)
+        psi -= sign * float(slope @ y) / bent if bent < -1e-6 else 0.0
+    found = np.zeros(SIZE + 3)
+    found[0] = (psi + 2.0 * np.pi * later) % (2.0 * np.pi)
+    for joint, weight in ((ankle, -1.0), (PELVIS, 1.0)):
+        found[1 + (3 * joint + 1) * BLOCKS :][:BLOCKS] = weight * slope * sign / bent
+    return found
+
+
+def _share(later: np.ndarray, earlier: np.ndarray) -> np.ndarray:
+    """Share of the cycle from one phase to the next other one, before derivatives."""
+    found = (later - earlier) / (2.0 * np.pi)
+    found[0] %= 1.0
+    return np.asarray(found)
 
 
 def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> GaitCycle:
@@ -102,60 +119,37 @@ def gait_cycle(walker: np.ndarray, frequency_hz: float, belt: np.ndarray) -> Gai
     -----
     A step's length is that of the foot's place on the ground before the other foot's, so that both make a stride.
     """
-    phases, slopes = np.empty((2, 2)), np.empty((2, 2, SIZE + 2))
-    for event, sign in enumerate((1.0, -1.0)):
-        for side, ankle in enumerate(ANKLES):
-            phases[event, side], slopes[event, side] = _event(walker, ankle, sign)
-    period, turn = 1.0 / frequency_hz, 2.0 * np.pi
-    of_log_f = np.zeros(SIZE + 2)
-    of_log_f[-1] = 1.0
-    ground = np.concatenate([belt, [0.0, 0.0]])
-    speed = float(belt @ walker.ravel())
-    found: dict[tuple[str, str], tuple[float, np.ndarray]] = {}
-    at = [cycle_basis(psi, BLOCKS) for psi in phases[0]]
-    set_down = [float(at[side] @ walker[ankle, 1]) for side, ankle in enumerate(ANKLES)]
-    places = []
-    for side, ankle in enumerate(ANKLES):
-        moving = float(cycle_slope(phases[0, side], BLOCKS) @ walker[ankle, 1])
-        places.append(_coordinate(ankle, 1, at[side]) + moving * slopes[0, side])
+    events = np.array([
+        [_event(walker, ankle, sign, later) for ankle in ANKLES]
+        for sign, later in zip((1.0, -1.0), LATER, strict=True)
+    ])  # fmt: skip
+    (contact, toe_off), found = events, dict[tuple[str, str], np.ndarray]()
+    period = np.zeros(SIZE + 3)
+    period[[0, -1]] = 1.0 / frequency_hz, -1.0 / frequency_hz
+    ground = 2.0 * np.pi * np.concatenate([[belt @ walker.ravel()], belt, [0.0, 0.0]])
+    across, ahead = ([_place(walker, *at, psi) for at, psi in zip(((a, axis) for a in ANKLES), contact, strict=True)]
+                     for axis in (0, 1))  # fmt: skip
     for side, name in enumerate(SIDES):
-        other = 1 - side
-        between = (phases[0, side] - phases[0, other]) % turn
-        of_between = slopes[0, side] - slopes[0, other]
-        found["step_time", name] = (
-            period * between / turn, period * (of_between / turn - between / turn * of_log_f),
-        )  # fmt: skip
-        found["stance", name] = (
-            float((phases[1, side] - phases[0, side]) % turn) / turn, (slopes[1, side] - slopes[0, side]) / turn,
-        )  # fmt: skip
-        found["step_length", name] = (
-            set_down[side] - set_down[other] + speed * between,
-            places[side] - places[other] + between * ground + speed * of_between,
-        )
-    angles = sagittal_angles(np.moveaxis(walker @ _BASIS.T, -1, 0))[:, _ANGLES]
+        step = _share(contact[side], contact[1 - side])
+        found["step_time", name] = _times(period, step)
+        found["stance", name] = _share(toe_off[side], contact[side])
+        found["step_length", name] = ahead[side] - ahead[1 - side] + _times(ground, step)
+    angles = sagittal_angles(np.moveaxis(walker @ _BASIS.T, -1, 0))
     for end, pick in (("most", np.argmax), ("least", np.argmin)):
-        for number, instant in zip(_ANGLES, pick(np.round(angles, 9), axis=0), strict=True):
-            side_name, _, kind = ANGLES[number].partition("_")
+        for number in _ANGLES:
+            instant, (name, kind) = pick(np.round(angles[:, number], 9)), ANGLES[number].split("_")
             # At a greatest or least value the derivative with respect to the phase is zero.
-            slope = sagittal_slopes(walker @ _BASIS[instant])[number]
-            row = np.concatenate([(slope[..., None] * _BASIS[instant]).ravel(), [0.0, 0.0]])
-            found[f"{kind}_{end}", side_name] = float(angles[instant, _ANGLES.index(number)]), row
+            slope = sagittal_slopes(walker @ _BASIS[instant])[number][..., None] * _BASIS[instant]
+            row = np.concatenate([[angles[instant, number]], slope.ravel(), [0.0, 0.0]])
+            found[f"{kind}_{end}", name] = row
     for kind in SIDED:
-        (left, of_left), (right, of_right) = (found[kind, side] for side in SIDES)
-        found[kind, "difference"] = left - right, of_left - of_right
-    stances = [found["stance", side] for side in SIDES]
-    found["stride_time", ""] = period, -period * of_log_f
-    found["double_support", ""] = stances[0][0] + stances[1][0] - 1.0, stances[0][1] + stances[1][1]
-    found["stride_length", ""] = turn * speed, turn * ground
-    across = [float(at[side] @ walker[ankle, 0]) for side, ankle in enumerate(ANKLES)]
-    of_across = [
-        _coordinate(ankle, 0, at[side])
-        + float(cycle_slope(phases[0, side], BLOCKS) @ walker[ankle, 0]) * slopes[0, side]
-        for side, ankle in enumerate(ANKLES)
-    ]
-    found["step_width", ""] = across[1] - across[0], of_across[1] - of_across[0]
-    values, rows = zip(*(found[number] for number in NUMBERS), strict=True)
-    return GaitCycle(phases, slopes, np.array(values), np.array(rows))
+        found[kind, "difference"] = found[kind, "left"] - found[kind, "right"]
+    found["stride_time", ""], found["stride_length", ""] = period, ground
+    found["double_support", ""] = found["stance", "left"] + found["stance", "right"]
+    found["double_support", ""][0] -= 1.0
+    found["step_width", ""] = across[1] - across[0]
+    table = np.stack([found[number] for number in NUMBERS])
+    return GaitCycle(events[..., 0], events[..., 1:], table[:, 0], table[:, 1:])
 
 
 def deviations(slopes: np.ndarray, covariance: np.ndarray) -> np.ndarray:

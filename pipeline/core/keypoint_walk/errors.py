@@ -6,10 +6,12 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from pipeline.core.anatomical.stance import ANKLES, stance_rows
+from pipeline.core.keypoint_walk.calibration import StandardErrors
 from pipeline.core.keypoint_walk.cycle import LATER, deviations, event_times, gait_cycle
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F, PHASE, TURN
 from pipeline.core.keypoint_walk.posterior import relative_positions
 from pipeline.core.keypoint_walk.reconstruction import Reconstruction
+from pipeline.core.keypoint_walk.training import TrainingWalk
 from pipeline.core.keypoint_walk.view import level_axes
 from pipeline.core.sagittal_angles import sagittal_angles
 from pipeline.skeleton import WALKER15
@@ -86,17 +88,10 @@ def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float
     return errors
 
 
-def number_errors(found: Reconstruction, walker: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """Errors (25, 2) of the numbers of the gait cycle, and over their standard deviations.
-
-    Parameters
-    ----------
-    found : Reconstruction
-    walker : (15, 3, 9)
-        The true one, of 1500 mm.
-    frequency_hz : float
-    """
-    off = found.cycle.values - gait_cycle(walker, frequency_hz, stance_rows(walker)[1]).values
+def number_errors(found: Reconstruction, walk: TrainingWalk) -> np.ndarray:
+    """Errors (25, 2) of the numbers of the gait cycle against a whole walk's, and over their standard deviations."""
+    truth = gait_cycle(walk.walker, walk.frequency_hz, stance_rows(walk.walker)[1])
+    off = found.cycle.values - truth.values
     return np.stack([off, off / deviations(found.cycle.slopes, found.posterior.covariance)], axis=1)
 
 
@@ -129,3 +124,15 @@ def image_kept_mm(found: Reconstruction) -> np.ndarray:
     pelvis = np.stack([np.interp(every, frames, origin[frames, axis]) for axis in (0, 1)], axis=-1)
     kept[..., :2] = np.where(seen[..., None], metric - pelvis[:, None], kept[..., :2])
     return kept
+
+
+def standard_errors(
+    found: Reconstruction, truth_mm: np.ndarray, heading_rad: float, walk: TrainingWalk
+) -> StandardErrors:
+    """Errors of a clip over their standard deviations, of somebody whose heading and whole walk these were."""
+    return StandardErrors(
+        joint_errors(found, truth_mm),
+        angle_errors(found, truth_mm, heading_rad),
+        [of_event[:, 1] for of_event in event_errors(found, truth_mm, heading_rad)],
+        number_errors(found, walk)[:, 1],
+    )

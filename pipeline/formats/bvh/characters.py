@@ -28,20 +28,30 @@ class Names(StrEnum):
 _LEG, _FOOT_FORWARD, _FOOT_DOWN, _TOES = 0.491, 0.075, 0.032, 0.04
 """Of the stature: hip to ankle; ankle to ball of the foot, forwards and down; ball to the tip of the toes."""
 _UP, _FORWARD, _LEFT = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+_DIRECTIONS = {"up": _UP, "down": -_UP, "left": _LEFT, "right": -_LEFT, "mean": np.full(3, np.nan)}
 
-_TRUNK = (
-    (0.0, ("pelvis", "Hips", "Hips")),
-    (0.1, ("spine", "Spine", "Spine1")),
-    (0.4, ("chest", "Spine1", "Spine2")),
-    (0.7, ("upper_chest", "Spine2", "Spine3")),
-    (1.0, ("sternum", "Neck", "Neck")),
-)
-"""Place of a joint between pelvis and sternum, each the parent of the next, and its names by `Names`."""
-_LIMB_NAMES = {
-    "shoulder": ("collar", "Shoulder", "Shoulder"), "arm": ("shoulder", "Arm", "Arm"),
-    "forearm": ("elbow", "ForeArm", "ForeArm"), "hand": ("wrist", "Hand", "Hand"), "thigh": ("hip", "UpLeg", "Thigh"),
-    "shank": ("knee", "Leg", "Shin"), "foot": ("ankle", "Foot", "Foot"), "toes": ("toes", "ToeBase", "Toe"),
-}  # fmt: skip
+_TRUNK = """
+pelvis      Hips    Hips    none        pelvis  pelvis 0   mean
+spine       Spine   Spine1  pelvis      pelvis  sternum .1 up
+chest       Spine1  Spine2  spine       pelvis  sternum .4 up
+upper_chest Spine2  Spine3  chest       pelvis  sternum .7 up
+sternum     Neck    Neck    upper_chest pelvis  sternum 1  up
+head        Head    Head    sternum     sternum head    .6 up
+head_end    HeadEnd HeadEnd head        sternum head   1.4 up
+"""
+_LIMBS = """
+left_collar   LeftShoulder LeftShoulder upper_chest   sternum       left_shoulder .15 mean
+left_shoulder LeftArm      LeftArm      left_collar   left_shoulder left_elbow    0  left
+left_elbow    LeftForeArm  LeftForeArm  left_shoulder left_shoulder left_elbow    1  left
+left_wrist    LeftHand     LeftHand     left_elbow    left_elbow    left_wrist    1  left
+left_hand_end LeftHandEnd  LeftHandEnd  left_wrist    left_elbow    left_wrist   1.4 left
+left_hip      LeftUpLeg    LeftThigh    pelvis        left_hip      left_knee     0  mean
+left_knee     LeftLeg      LeftShin     left_hip      left_hip      left_knee     1  down
+left_ankle    LeftFoot     LeftFoot     left_knee     left_knee     left_ankle    1  down
+"""
+"""Names by ours, Mixamo and Rokoko; our name of the parent; between which joints it is, at what share; at rest.
+
+The head of ours is where the joint is; theirs is at the base of the skull, of which the centre is in the middle."""
 
 
 @dataclass(frozen=True)
@@ -70,53 +80,28 @@ def character(positions: np.ndarray, names: Names) -> Character:
     require_shape("positions", positions, (len(positions), len(WALKER15.joints), 3))
     at = {joint: positions[:, j] for j, joint in enumerate(WALKER15.joints)}
     whose = list(Names).index(names)
-    found: list[tuple[str, int, np.ndarray, np.ndarray | None]] = []
-
-    def add(name: str, parent: int, points: np.ndarray, rest: np.ndarray | None) -> int:
-        found.append((name, parent, points, rest))
-        return len(found) - 1
-
-    def called(side: str, part: str) -> str:
-        name = _LIMB_NAMES[part][whose]
-        return f"{side}_{name}" if names is Names.ours else f"{side.capitalize()}{name}"
-
-    for number, (share, of) in enumerate(_TRUNK):
-        place = (1.0 - share) * at["pelvis"] + share * at["sternum"]
-        add(of[whose], number - 1, place, _UP if number else None)
-    # Ours is where the joint is; theirs is at the base of the skull, of which the centre is in the middle of the bone.
-    skull = at["head"] - at["sternum"]
-    base, name = (1.0, "head") if names is Names.ours else (0.6, "Head")
-    head = add(name, len(_TRUNK) - 1, at["sternum"] + base * skull, _UP)
-    add("head_end", head, at["sternum"] + 1.4 * skull, _UP)
-    for side, outwards in (("left", _LEFT), ("right", -_LEFT)):
-        shoulder, elbow, wrist = (at[f"{side}_{joint}"] for joint in ("shoulder", "elbow", "wrist"))
-        above = add(called(side, "shoulder"), 3, 0.85 * at["sternum"] + 0.15 * shoulder, None)
-        for part, points in (("arm", shoulder), ("forearm", elbow), ("hand", wrist)):
-            above = add(called(side, part), above, points, outwards)
-        add(f"{side}_hand_end", above, wrist + 0.4 * (wrist - elbow), outwards)
+    right = _LIMBS.replace("left", "right").replace("Left", "Right")
+    rows = [line.split() for line in f"{_TRUNK}{_LIMBS}{right}".split("\n") if line]
+    ours = [row[0] for row in rows]
+    called = [row[whose] for row in rows]
+    parents = [ours.index(row[3]) if row[3] in ours else -1 for row in rows]
+    shares = [1.0 if row[0] == "head" and names is Names.ours else float(row[6]) for row in rows]
+    points = [at[row[4]] + share * (at[row[5]] - at[row[4]]) for row, share in zip(rows, shares, strict=True)]
+    rest = [_DIRECTIONS[row[7]] for row in rows]
+    lift = 0.0
+    for side in ("left", "right"):
         hip, knee, ankle = (at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
-        above = add(called(side, "thigh"), 0, hip, None)
-        for part, points in (("shank", knee), ("foot", ankle)):
-            above = add(called(side, part), above, points, -_UP)
-        stature = (
-            float(np.linalg.norm(knee - hip, axis=1).mean() + np.linalg.norm(ankle - knee, axis=1).mean())
-            / _LEG
-        )
+        stature = float(np.linalg.norm([knee - hip, ankle - knee], axis=-1).mean(axis=1).sum()) / _LEG
         down = _unit(ankle - knee)
         forwards = _unit(np.cross(at["right_hip"] - at["left_hip"], down))
-        ball = (
-            stature * np.hypot(_FOOT_FORWARD, _FOOT_DOWN) * _unit(_FOOT_FORWARD * _FORWARD - _FOOT_DOWN * _UP)
-        )
-        foot = ball[2] * forwards - ball[1] * down
-        above = add(called(side, "toes"), above, ankle + foot, _unit(ball))
-        add(f"{side}_toes_end", above, ankle + foot + stature * _TOES * forwards, _FORWARD)
-    nowhere = np.full(3, np.nan)
-    return Character(
-        names=tuple(name for name, *_ in found),
-        parents=tuple(parent for _, parent, *_ in found),
-        positions=np.stack([points for _, _, points, _ in found], axis=1) + stature * _FOOT_DOWN * _UP,
-        rest=np.stack([nowhere if rest is None else rest for *_, rest in found]),
-    )
+        ball = ankle + stature * (_FOOT_FORWARD * forwards + _FOOT_DOWN * down)
+        toes = (f"{side}_toes", f"{side.capitalize()}ToeBase", f"{side.capitalize()}Toe")[whose]
+        called += [toes, f"{toes}_end"]
+        parents += [ours.index(f"{side}_ankle"), len(points)]
+        points += [ball, ball + stature * _TOES * forwards]
+        rest += [_unit(_FOOT_FORWARD * _FORWARD - _FOOT_DOWN * _UP), _FORWARD]
+        lift = max(lift, stature * _FOOT_DOWN)
+    return Character(tuple(called), tuple(parents), np.stack(points, axis=1) + lift * _UP, np.stack(rest))
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

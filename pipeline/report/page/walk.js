@@ -72,7 +72,7 @@
   const dots = walk.curve_names.map((name, c) => {
     const figure = id("curves").appendChild(document.createElement("figure"));
     figure.appendChild(document.createElement("figcaption")).textContent = name === "trunk" || name === "shank" ? `${name}, against the vertical (°)` : `${name} flexion (°)`;
-    const [curve, bar, mean, spread] = [walk.curves[c], walk.curves_half[c], walk.walkers[c], walk.walkers_half[c]];
+    const [curve, bar, mean, spread] = [walk.angles[c], walk.angles_half[c], walk.walkers[c], walk.walkers_half[c]];
     const all = SIDES.flatMap((_, s) => curve[s].flatMap((y, i) => [y - bar[s][i], y + bar[s][i]])).concat(mean.flatMap((y, i) => [y - spread[i], y + spread[i]]));
     const least = Math.min(0, ...all), most = Math.max(0, ...all), py = y => T + (H - T - B) * (most - y) / (most - least);
     const svg = node(figure, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${name}: left ${Math.min(...curve[0]).toFixed(0)} to ${Math.max(...curve[0]).toFixed(0)}°, right ${Math.min(...curve[1]).toFixed(0)} to ${Math.max(...curve[1]).toFixed(0)}°` });

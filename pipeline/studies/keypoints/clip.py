@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.core.keypoint_walk import Prior, Reconstruction, TrainingWalk, errors, reconstruct
-from pipeline.core.keypoint_walk.calibration import KIND_OF
+from pipeline.core.keypoint_walk.calibration import KIND_OF, StandardErrors
 from pipeline.core.keypoint_walk.exchanged import exchange_all
 from pipeline.core.keypoint_walk.objective import HEADING, LOG_F
 from pipeline.core.keypoint_walk.verdict import judge
@@ -31,13 +31,9 @@ class ClipErrors:
         Mean distance of the joints, by `METHODS`.
     angle_deg : (3, 6)
         Root mean square error of knees, hips, shanks, elbows, shoulders and the trunk.
-    joints : (T, 15, 3)
-        Errors over standard deviations.
-    angles : (T, 11)
-    events : list of (n, 2)
-        Errors of contacts and of toe-offs, s, and over their standard deviations.
-    numbers : (25, 2)
-        Errors of the numbers of the gait cycle, and over their standard deviations.
+    event_ms : (2,)
+        Median distance of contacts and of toe-offs from the true ones; NaN if the clip holds none.
+    over_sd : StandardErrors
     residual_percent : float
         Of the height in the image.
     verdict : str
@@ -50,10 +46,8 @@ class ClipErrors:
     cadence_error_percent: float
     distance_mm: np.ndarray
     angle_deg: np.ndarray
-    joints: np.ndarray
-    angles: np.ndarray
-    events: list[np.ndarray]
-    numbers: np.ndarray
+    event_ms: np.ndarray
+    over_sd: StandardErrors
     residual_percent: float
     verdict: str
     labels_right: bool
@@ -95,6 +89,7 @@ def compare(
     """
     truth, heading = simulated.positions_mm, simulated.heading_rad
     true_angles, headings = errors.level_angles(truth, heading), errors.headings(found)
+    events = errors.event_errors(found, truth, heading)
     estimates = (found.posterior.positions_mm, errors.average_walker_mm(found), errors.image_kept_mm(found))
     angle = np.empty((len(estimates), KIND_OF.max() + 1))
     for m, estimate in enumerate(estimates):
@@ -106,10 +101,8 @@ def compare(
         cadence_error_percent=100.0 * (float(np.exp(found.fit.x[LOG_F])) / walk.frequency_hz - 1.0),
         distance_mm=np.array([errors.mean_distance_mm(estimate, truth) for estimate in estimates]),
         angle_deg=angle,
-        joints=errors.joint_errors(found, truth),
-        angles=errors.angle_errors(found, truth, heading),
-        events=errors.event_errors(found, truth, heading),
-        numbers=errors.number_errors(found, walk.walker, walk.frequency_hz),
+        event_ms=np.array([1000.0 * np.median(np.abs(z[:, 0])) if len(z) else np.nan for z in events]),
+        over_sd=errors.standard_errors(found, truth, heading, walk),
         residual_percent=found.relative_residual,
         verdict=str(judge(found).verdict),
         labels_right=found.labels_exchanged == condition.wrong_labels,

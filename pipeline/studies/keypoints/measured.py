@@ -13,7 +13,6 @@ from pipeline.clips.filmed import belt_speed_mm_s, film
 from pipeline.clips.kinds import Walks
 from pipeline.core.keypoint_walk import Prior, Reconstruction, errors
 from pipeline.core.keypoint_walk.calibration import (
-    CYCLE_KIND_OF,
     GROUP_OF,
     KIND_OF,
     LEVELS,
@@ -208,19 +207,13 @@ def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> di
     found = {}
     for who in dict.fromkeys(person.tolist()):
         others = [m for name, m in zip(person.tolist(), measured, strict=True) if name != who]
-        events = zip(*(m.events for m in others), strict=True)
-        found[who] = learn(
-            np.concatenate([m.joints for m in others]),
-            np.concatenate([m.angles for m in others]),
-            [np.concatenate(of_event)[:, 1] for of_event in events],
-            np.stack([m.numbers[:, 1] for m in others]),
-        )
+        found[who] = learn([m.over_sd for m in others])
     return found
 
 
 def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray:
     """Share of joint coordinates within bars, by level, (3,); None: bars as computed."""
-    off = np.abs(measured.joints[:, _SCORED])
+    off = np.abs(measured.over_sd.joints[:, _SCORED])
     unit = np.ones((len(GROUP_OF), 3))
     half = [
         joint_half_widths(calibration, unit, level)[_SCORED]
@@ -232,19 +225,13 @@ def covered(measured: ClipErrors, calibration: Calibration | None) -> np.ndarray
 
 
 def covered_cycle(measured: ClipErrors, calibration: Calibration) -> dict[str, float]:
-    """Errors of events, ms, and shares of angles, events and numbers of the cycle that their 95 % bars hold."""
-    angles, cycle = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
-    held = [np.abs(z[:, 1]) <= half for z, half in zip(measured.events, cycle, strict=False)]
-
-    def share(flags: np.ndarray) -> float:
-        return 100.0 * float(flags.mean()) if flags.size else np.nan
-
-    off = [1000.0 * float(np.median(np.abs(z[:, 0]))) if len(z) else np.nan for z in measured.events]
+    """Errors of events, ms, and shares of angles and of what is read of the cycle that their 95 % bars hold."""
+    half = NORMAL[-1] * calibration.angles[KIND_OF, -1], NORMAL[-1] * calibration.cycle[:, -1]
+    cycle = np.concatenate([z <= wide for z, wide in zip(measured.over_sd.cycle, half[1], strict=True)])
     return {
-        **{f"{event}_error_ms": error for event, error in zip(EVENTS, off, strict=True)},
-        "covered_angles_percent": share(np.abs(measured.angles) <= angles),
-        "covered_events_percent": share(np.concatenate(held)),
-        "covered_cycle_percent": share(np.abs(measured.numbers[:, 1]) <= cycle[CYCLE_KIND_OF]),
+        **{f"{event}_error_ms": off for event, off in zip(EVENTS, measured.event_ms.tolist(), strict=True)},
+        "covered_angles_percent": 100.0 * float((np.abs(measured.over_sd.angles) <= half[0]).mean()),
+        "covered_cycle_percent": 100.0 * float(cycle.mean()),
     }
 
 

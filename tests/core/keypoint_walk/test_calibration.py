@@ -11,6 +11,7 @@ from pipeline.core.keypoint_walk.calibration import (
     KIND_OF,
     LEVELS,
     NORMAL,
+    StandardErrors,
     angle_half_widths,
     cycle_half_widths,
     joint_half_widths,
@@ -24,7 +25,9 @@ def test_learnt_bars_cover_what_their_level_says() -> None:
     angles = rng.standard_t(3, size=(4000, 11)) * (1.0 + KIND_OF)
     numbers = rng.standard_t(3, size=(4000, 25)) * (1.0 + CYCLE_KIND_OF)
     events = [rng.standard_t(3, size=4000), 3.0 * rng.standard_t(3, size=5000)]
-    found = learn(joints, angles, events, numbers)
+    clips = [StandardErrors(joints, angles, events, z) for z in numbers[:1]]
+    clips += [StandardErrors(joints[:0], angles[:0], [np.empty(0)] * 2, z) for z in numbers[1:]]
+    found = learn(clips)
     sd_mm, sd_rad = rng.uniform(1.0, 9.0, size=(15, 3)), rng.uniform(0.1, 0.9, size=11)
     seen = GROUP_OF >= 0  # the pelvis has no bar
     for number, level in enumerate(LEVELS):
@@ -40,6 +43,6 @@ def test_learnt_bars_cover_what_their_level_says() -> None:
 
 def test_an_event_of_which_nothing_was_learnt_keeps_its_bars() -> None:
     none = np.empty(0)
-    found = learn(np.ones((2, 15, 3)), np.ones((2, 11)), [none, np.ones(3)], np.ones((2, 25)))
+    found = learn([StandardErrors(np.ones((2, 15, 3)), np.ones((2, 11)), [none, np.ones(3)], np.ones(25))])
     np.testing.assert_array_equal(found.cycle[0], 1.0)
     assert found.cycle[1, 0] > 1.0

@@ -142,7 +142,7 @@ def test_a_reconstructed_walk_has_the_events_of_the_recorded_one() -> None:
     assert len(contacts) >= 3
     assert np.median(np.abs(contacts[:, 0])) < 0.025
     assert np.median(np.abs(toe_offs[:, 0])) < 0.025
-    off = errors.number_errors(found, walk.walker, walk.frequency_hz)
+    off = errors.number_errors(found, walk)
     sd = deviations(found.cycle.slopes, found.posterior.covariance)
     np.testing.assert_allclose(off[:, 1] * sd, off[:, 0])
     by_name = dict(zip(NUMBERS, np.abs(off[:, 0]).tolist(), strict=True))
