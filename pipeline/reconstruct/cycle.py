@@ -31,8 +31,6 @@ from pipeline.reconstruct.clip import Input, Walk
 LEVEL_95 = 2
 HEIGHT_SHARE = 0.89
 """Height of the centre of the head above the ankles over stature: 0.93 minus 0.039 [Winter 2009, figure 4.1]."""
-_STATURE = 100.0 * HEIGHT_SHARE / HEIGHT_MM
-"""Per cent of the stature for a millimetre of the model."""
 INSTANTS = 101
 """Of a curve over the cycle: every per cent, the next contact included."""
 NO_VARIABILITY = (
@@ -45,18 +43,26 @@ def scale_mm(given: Input) -> float:
     return given.stature_mm * HEIGHT_SHARE / HEIGHT_MM if given.stature_mm else 1.0
 
 
-def _shown(given: Input) -> dict[str, tuple[str, str, float, float, int]]:
-    """Kind, unit, what is added after a factor, and digits of every number by its name."""
-    length = ("mm", 0.0, scale_mm(given), 0) if given.stature_mm else ("% of stature", 0.0, _STATURE, 1)
-    seconds, share, angle = ("s", 0.0, 1.0, 3), ("% of cycle", 0.0, 100.0, 1), ("°", 0.0, 180.0 / np.pi, 1)
-    return {
-        "stride_time": ("stride_time", *seconds), "step_time": ("step_time", *seconds), "stance": ("stance", *share),
-        "swing": ("stance", "% of cycle", 100.0, -100.0, 1), "double_support": ("double_support", *share),
-        "stride_length": ("stride_length", *length), "step_length": ("step_length", *length),
-        "step_width": ("step_width", *length), "greatest_hip_flexion": ("hip_most", *angle),
-        "least_hip_flexion": ("hip_least", *angle), "greatest_knee_flexion": ("knee_most", *angle),
-        "least_knee_flexion": ("knee_least", *angle),
-    }  # fmt: skip
+_SHOWN = """
+stride_time stride_time s
+step_time step_time s
+stance stance share
+swing stance rest
+double_support double_support share
+stride_length stride_length length
+step_length step_length length
+step_width step_width length
+greatest_hip_flexion hip_most angle
+least_hip_flexion hip_least angle
+greatest_knee_flexion knee_most angle
+least_knee_flexion knee_least angle
+"""
+"""Name, kind and measure of every number that is shown."""
+_MEASURES = {
+    "s": ("s", 0.0, 1.0, 3), "share": ("% of cycle", 0.0, 100.0, 1), "rest": ("% of cycle", 100.0, -100.0, 1),
+    "angle": ("°", 0.0, 180.0 / np.pi, 1), "length": ("% of stature", 0.0, 100.0 * HEIGHT_SHARE / HEIGHT_MM, 1),
+}  # fmt: skip
+"""Unit, what is added after a factor, and digits; a length's where no stature is given."""
 
 
 def _usual(prior: Prior) -> tuple[GaitCycle, np.ndarray]:
@@ -79,7 +85,9 @@ def numbers(walk: Walk, found: Reconstruction, given: Input) -> dict[str, dict[s
     usual, covariance = _usual(prior)
     reach = NORMAL[LEVEL_95] * deviations(usual.slopes, covariance)
     said = {}
-    for name, (kind, unit, added, factor, digits) in _shown(given).items():
+    measures = _MEASURES | ({"length": ("mm", 0.0, scale_mm(given), 0)} if given.stature_mm else {})
+    for name, kind, measure in map(str.split, _SHOWN.strip().splitlines()):
+        unit, added, factor, digits = measures[measure]
         rows: dict[str, Any] = {"unit": unit}
         for number, (of, side) in enumerate(NUMBERS):
             if of != kind:
@@ -123,9 +131,9 @@ def curves(walk: Walk, found: Reconstruction) -> dict[str, np.ndarray]:
     Returns
     -------
     dict of str to array
-        ``angles`` and ``angles_half`` (6, 2, 101): by `KINDS` and side, and half widths of 95 % bars; the trunk's are one
-        angle, from either contact.  ``walkers`` and ``walkers_half`` (6, 101): the average walker of the model, and half
-        widths of what holds 95 % of its walkers.  ``stance`` (2,): per cent of the cycle at which a foot is taken off.
+        ``angles`` and ``angles_half`` (6, 2, 101): by `KINDS` and side, and half widths of 95 % bars; the trunk's are
+        one angle, from either contact.  ``walkers`` and ``walkers_half`` (6, 101): the average walker of the model, and
+        half widths of what holds 95 % of its walkers.  ``stance`` (2,): per cent at which a foot is taken off.
     """
     prior = found.fit.objective.prior
     angles, sd = angle_curves(found.posterior.walker, found.posterior.covariance, found.cycle, INSTANTS)

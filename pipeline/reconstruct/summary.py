@@ -215,18 +215,16 @@ def _stretch(stretch: Stretch, walk: Walk, given: Input) -> dict[str, Any]:
 
 def _usable(found: Reconstruction) -> list[str]:
     """What remains usable of a walk that is doubtful."""
-    said = []
-    if found.relative_residual > DOUBTFUL_RESIDUAL:
-        said.append(
-            "Usable: heading, cadence and events; angles and lengths may be off by more than their bars."
-        )
-    if found.starts.least_distance > DOUBTFUL_DISTANCE:
-        said.append(
-            "Usable: heading, cadence and events; angles and lengths are pulled towards those of other walkers."
-        )
-    if found.strides < ONE_STRIDE:
-        said.append("Usable: heading and angles; times and differences of left and right rest on one stride.")
-    return said or ["Usable with care: everything may be off by more than its bars."]
+    told = {
+        "angles and lengths may be off by more than their bars": found.relative_residual > DOUBTFUL_RESIDUAL,
+        "angles and lengths are pulled towards those of other walkers": found.starts.least_distance
+        > DOUBTFUL_DISTANCE,
+        "times and differences of left and right rest on one stride": found.strides < ONE_STRIDE,
+    }
+    doubts = [words for words, held in told.items() if held] or [
+        "everything may be off by more than its bars"
+    ]
+    return [f"Usable: heading and cadence; {'; '.join(doubts)}."]
 
 
 def half_widths_mm(walk: Walk, found: Reconstruction, given: Input) -> np.ndarray:
@@ -327,43 +325,25 @@ def table_rows(walk: Walk, given: Input) -> dict[str, list[Any]]:
 
     Axes are x to the image's right, y away from the camera, z up, about the pelvis in the middle of the stretch.
     """
-    columns: dict[str, list[Any]] = {
-        name: []
-        for name in (
-            "stretch",
-            "frame",
-            "time_s",
-            "joint",
-            "x",
-            "y",
-            "z",
-            "half_x",
-            "half_y",
-            "half_z",
-            "observed",
-        )
-    }
-    scale = scale_mm(given)
+    J, rows = len(WALKER15.joints), list[tuple[Any, ...]]()
     for number, stretch in enumerate(walk.stretches):
         found = stretch.found
-        if found is None or stretch.judgement.verdict == "not_a_walk":
+        if found is None or stretch.judgement.verdict == Verdict.not_a_walk:
             continue
-        level = world_mm(found) * scale
-        half = half_widths_mm(walk, found, given)
-        T = len(level)
-        for t in range(T):
-            for j, joint in enumerate(WALKER15.joints):
-                right, down, away = level[t, j]
-                columns["stretch"].append(number)
-                columns["frame"].append(stretch.first_frame + t)
-                columns["time_s"].append(round((stretch.first_frame + t) / walk.frame_rate_hz, 6))
-                columns["joint"].append(joint)
-                for name, value in zip("xyz", (right, away, -down), strict=True):
-                    columns[name].append(round(float(value), 2))
-                for name, axis in (("half_x", 0), ("half_y", 2), ("half_z", 1)):
-                    columns[name].append(round(float(half[t, j, axis]), 2))
-                columns["observed"].append(int(found.keypoints.weights[t, j] > 0))
-    return columns
+        level, half = world_mm(found) * scale_mm(given), half_widths_mm(walk, found, given)
+        frames = np.repeat(stretch.first_frame + np.arange(len(level)), J)
+        upright = np.concatenate([level[..., [0, 2, 1]] * [1.0, 1.0, -1.0], half[..., [0, 2, 1]]], axis=-1)
+        rows += zip(
+            [number] * len(frames),
+            frames.tolist(),
+            (frames / walk.frame_rate_hz).round(6).tolist(),
+            WALKER15.joints * len(level),
+            *upright.reshape(-1, 6).T.round(2).tolist(),
+            (found.keypoints.weights > 0).astype(int).ravel().tolist(),
+            strict=True,
+        )
+    names = ("stretch", "frame", "time_s", "joint", "x", "y", "z", "half_x", "half_y", "half_z", "observed")
+    return {name: [row[n] for row in rows] for n, name in enumerate(names)}
 
 
 def world_mm(found: Reconstruction) -> np.ndarray:

@@ -58,18 +58,14 @@ def alternative(other: dict[str, Any]) -> str:
 def _cycle(summary: dict[str, Any]) -> list[str]:
     numbers = summary["gait_cycle"]["numbers"]
     larger = [
-        f"{name.replace('_', ' ')} ({of['value']:+g} ± {of['half_width_95']:g} {numbers[name]['unit']})"
-        for name, of in ((name, of.get("difference", {})) for name, of in numbers.items())
-        if of.get("larger_than_its_bar")
+        name.replace("_", " ")
+        for name, of in numbers.items()
+        if of.get("difference", {}).get("larger_than_its_bar")
     ]
-    stance, support = numbers["stance"], numbers["double_support"]["both"]
-    left, right = (f"{stance[side]['value']:g} % ± {stance[side]['half_width_95']:g}" for side in SIDES)
+    stance = [f"{side} {numbers['stance'][side]['value']:g}" for side in SIDES]
     return [
-        f"stance {left} of the cycle left, {right} right",
-        f"double support {support['value']:g} % ± {support['half_width_95']:g}",
-        f"left less right is larger than its bar in {', '.join(larger)}"
-        if larger
-        else "no difference of left and right is larger than its bar",
+        f"stance {', '.join(stance)} % of the cycle, double support {numbers['double_support']['both']['value']:g} %",
+        f"left and right differ by more than the bar in: {', '.join(larger) or 'nothing'}",
         summary["gait_cycle"]["variability"],
     ]
 

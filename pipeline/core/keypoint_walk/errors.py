@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import find_peaks
+from scipy.interpolate import CubicSpline
 
 from pipeline.core.anatomical.stance import ANKLES, stance_rows
 from pipeline.core.keypoint_walk.calibration import StandardErrors
@@ -62,23 +62,20 @@ def angle_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float
 def event_errors(found: Reconstruction, truth_mm: np.ndarray, heading_rad: float) -> list[np.ndarray]:
     """Errors of the times of contacts and of toe-offs, s, and over their standard deviations: two of (n, 2).
 
-    The true ones are those of the recorded ankles, step by step, between frames by a parabola; every one of them is
+    The true ones are those of the recorded ankles, step by step, between frames by a spline; every one of them is
     compared with the nearest that was found, both feet pooled.
     """
     x, times = found.fit.x, found.fit.objective.setting.times
     frequency = float(np.exp(x[LOG_F]))
     own = truth_mm @ level_axes(heading_rad)
     expected = event_times(found.cycle, found.posterior.covariance, float(x[PHASE]), frequency, times)
-    apart = max(int(0.6 / frequency / (times[1] - times[0])), 1)
     errors = []
     for sign, later, of_sides in zip((1.0, -1.0), LATER, expected, strict=True):
         off = []
         for ankle, (at, sd) in zip(ANKLES, of_sides, strict=True):
-            ahead = sign * (own[:, ankle, 1] - own[:, _PELVIS, 1])
-            peaks, _ = find_peaks(ahead, distance=apart, prominence=0.5 * float(np.ptp(ahead)))
-            bent = ahead[peaks - 1] - 2.0 * ahead[peaks] + ahead[peaks + 1]
-            between = 0.5 * (ahead[peaks - 1] - ahead[peaks + 1]) / np.where(bent < 0, bent, -np.inf)
-            true = times[peaks] + between * (times[1] - times[0]) + later / frequency
+            ahead = CubicSpline(times, sign * (own[:, ankle, 1] - own[:, _PELVIS, 1]))
+            turning = ahead.derivative().roots(extrapolate=False)
+            true = turning[ahead(turning) > 0.5 * np.max(ahead(times))] + later / frequency
             if len(at) and len(true):
                 nearest = np.abs(at - true[:, None]).argmin(axis=1)
                 # At the ends of a clip the nearest may be another step's.
