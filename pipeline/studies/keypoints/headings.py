@@ -51,3 +51,18 @@ class KeypointHeadings(FilmedClips):
             mine = np.flatnonzero(dataset.person == people[person])
             found.append(Case(c, c, person, int(mine[turn % len(mine)]), *side(c + turn)))
         return found
+
+
+@dataclass(kw_only=True)
+class KeypointLaboratories(KeypointHeadings):
+    """Simulated clips of people whose laboratory no model has seen; of a single source, each person is left out."""
+
+    @property
+    def conditions(self) -> list[Condition]:
+        """Return the usual condition without the walker's laboratory."""
+        (usual,) = super().conditions
+        return [replace(usual, knowledge=replace(usual.knowledge, other_sources=True))]
+
+    def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
+        """Return the laboratory of each person, or the person."""
+        return dataset.sources.tolist() if dataset.sources_left_out else dataset.people

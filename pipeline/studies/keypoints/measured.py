@@ -136,7 +136,9 @@ class FilmedClips(Sweep):
         measured = [item[1] for item in sorted((i for part in parts for i in part), key=lambda item: item[0])]
         who = [dataset.people[case.person] for case in cases]
         usual = [number for number, case in enumerate(cases) if case.condition == 0]
-        calibrations = calibrations_by_person(np.array(who)[usual], [measured[number] for number in usual])
+        alike = [self.left_out_with(dataset)[case.person] for case in cases]
+        by_label = calibrations_by_person(np.array(alike)[usual], [measured[number] for number in usual])
+        calibrations = {person: by_label[label] for person, label in zip(who, alike, strict=True)}
         keys = [
             {
                 "condition": case.condition,
@@ -164,10 +166,15 @@ class FilmedClips(Sweep):
             **self._shown(cases[shown], calibrations[who[shown]], inputs),
         )
 
+    def left_out_with(self, dataset: FilmedWalkers) -> list[str]:
+        """Return for each person a name; whose clips have the same one are left out of each other's bars."""
+        return dataset.people
+
     def _model(self, case: Case, inputs: Inputs) -> int:
-        """Return the number of the model that does not know the walker."""
+        """Return the number of the model that does not know the walker, nor the source if there is another."""
         other_sources = self.conditions[case.condition].knowledge.other_sources
-        return int((inputs.model.source if other_sources else inputs.model.group)[case.person])
+        source = int(inputs.model.source[case.person])
+        return source if other_sources and source >= 0 else int(inputs.model.group[case.person])
 
     def _filmed(self, case: Case, inputs: Inputs) -> SimulatedKeypoints:
         condition = self.conditions[case.condition]
@@ -203,7 +210,7 @@ class FilmedClips(Sweep):
 
 
 def calibrations_by_person(person: np.ndarray, measured: list[ClipErrors]) -> dict[str, Calibration]:
-    """Multipliers of bars for each person, learnt on all clips of the others."""
+    """Multipliers of bars for each person, or laboratory, learnt on all clips of the others."""
     found = {}
     for who in dict.fromkeys(person.tolist()):
         others = [m for name, m in zip(person.tolist(), measured, strict=True) if name != who]

@@ -1,0 +1,84 @@
+"""Errors of walks from keypoints of people whose laboratory no model has seen, and coverage of their bars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from pipeline.charts import Chart, Reference, Sheet
+from pipeline.palette import Style
+from pipeline.studies.figure_inputs import tidy
+from pipeline.studies.keypoints.headings import KeypointLaboratories
+from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
+from pipeline.studies.keypoints.model import KeypointWalkersModel
+from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
+from pipeline.studies.keypoints.tables import errors_by, views_by
+from pipeline.studies.study import Figure
+
+if TYPE_CHECKING:
+    from pipeline.recordings import Recorder
+
+EVERYBODY = "everybody"
+
+
+@dataclass(kw_only=True)
+class KeypointLaboratoriesFigure(Figure):
+    """Error and coverage by laboratory."""
+
+    model = KeypointWalkersModel
+    sweep = KeypointLaboratories
+
+    def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
+        """``table``: errors by laboratory and method, and of everybody; ``table_views``: view, cadence, coverage."""
+        people, dataset, by = inputs.sweep.people, inputs.dataset, ["laboratory", "method"]
+        laboratory = dict(zip(dataset.people, dataset.sources.tolist(), strict=True))
+        clips = inputs.sweep.clips.drop(columns=["condition", *VERDICTS])
+        of = clips["person"].map(laboratory).rename("laboratory")
+        errors = [
+            errors_by(people.assign(laboratory=names), by)
+            for names in (people["person"].map(laboratory), EVERYBODY)
+        ]
+        views = [*views_by(clips, of), *views_by(clips, of.where(of.isna(), EVERYBODY))]
+        return {
+            "table": tidy(pd.concat(errors), by=by),
+            "table_views": tidy(views, by=["laboratory"]),
+            "table_clips": tidy(
+                clips.assign(laboratory=of), by=["person", "walk", "heading_deg", "overground"]
+            ),
+            "table_people": tidy(people[["person", "method", *ERRORS]], by=["person", "method"]),
+        }
+
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """Errors of joints and knees by laboratory; coverage of 95 % bars as computed and calibrated."""
+        words = {str(name): str(name) for name in dict.fromkeys(tables["table"]["laboratory"])}
+        chart = partial(Chart, x="laboratory", words=words)
+        covered = partial(
+            chart,
+            table="table_views",
+            limits=(50.0, 100.0),
+            references=[Reference(y=95.0)],
+            label="within 95 % bars",
+        )
+        charts = [
+            chart(y="error_mm", by="method", styles=METHODS, label="error of joints", zero=True),
+            chart(y="knee_error_deg", by="method", styles=METHODS, label="error of knees", zero=True),
+            covered(y="covered_95_raw_percent", styles={"raw": Style("", "null")}, title="as computed"),
+            covered(
+                y="covered_95_percent",
+                styles={"all": Style("", "map")},
+                title="calibrated on other laboratories",
+            ),
+        ]
+        return Sheet(
+            charts=charts,
+            columns=2,
+            caption=f"{len(tables['table_clips'])} simulated clips, as in keypoints_headings, of people whose"
+            " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 % over people.",
+        )
+
+    def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
+        """Log the clip of median error: image and reprojection, truth, reconstruction and average walker."""
+        record_shown(inputs, begin)
