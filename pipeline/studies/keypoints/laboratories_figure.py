@@ -58,7 +58,7 @@ class KeypointLaboratoriesFigure(Figure):
         covered = partial(
             chart,
             table="table_views",
-            limits=(50.0, 100.0),
+            limits=(80.0, 100.0),
             references=[Reference(y=95.0)],
             label="within 95 % bars",
         )
@@ -76,7 +76,7 @@ class KeypointLaboratoriesFigure(Figure):
             charts=charts,
             columns=2,
             caption=f"{len(tables['table_clips'])} simulated clips, as in keypoints_headings, of people whose"
-            " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 % over people.",
+            " laboratory is left out of the model and of the bars; of one laboratory, the person. Bands: 95 %.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
