@@ -76,13 +76,13 @@ def write_recording(walk: Walk, stretch: Stretch, summary_text: str, path: Path)
             "image/keypoints", image["keypoints"], [(0, 0)], index=index, thickness_mm=0.006 * size
         )
         recording.image_points(
-            "image/reprojection", image["reprojection"], WALKER15.bones, index=index, colour="map",
+            "image/reprojection", image["reprojection"], index=index, colour="map",
             thickness_mm=0.004 * size,
         )  # fmt: skip
         bones = [(15 * s + a, 15 * s + b) for s in range(count) for a, b in WALKER15.bones]
         cloud = np.moveaxis(samples, 0, 1).reshape(T, -1, 3)
         recording.skeleton("world/samples", cloud, bones, index=index, colour="grey", thickness_mm=1.5)
-        recording.skeleton("world/reconstructed", mean, WALKER15.bones, index=index, colour="map")
+        recording.skeleton("world/reconstructed", mean, index=index, colour="map")
         recording.bars("view/evidence", evidence[order] / 2.0, headings[order])
         for name, colour in (("left_knee", "blue"), ("right_knee", "orange")):
             k = ANGLES.index(name)

@@ -18,6 +18,7 @@ from pipeline.recordings import hollow
 from pipeline.recordings.columns import band, body, partitioned, rgb, time_column, vector
 from pipeline.recordings.layout import METRES, Extent, blueprint
 from pipeline.scenes import Plot, Split, View
+from pipeline.skeleton import WALKER15
 from pipeline.validation import InvalidInput, require_finite, require_shape
 
 _FOOTER = b"RRF2FOOT"
@@ -128,7 +129,7 @@ class Recording:
         self,
         entity: str,
         positions_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]],
+        bones: Sequence[tuple[int, int]] = WALKER15.bones,
         *,
         index: Mapping[str, np.ndarray],
         colour: str = "original",
@@ -172,7 +173,7 @@ class Recording:
         self,
         entity: str,
         points_mm: np.ndarray,
-        bones: Sequence[tuple[int, int]],
+        bones: Sequence[tuple[int, int]] = WALKER15.bones,
         *,
         index: Mapping[str, np.ndarray],
         colour: str = "original",

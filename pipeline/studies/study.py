@@ -35,8 +35,10 @@ from pipeline.validation import Finite, InvalidInput, Positive, require_bounds, 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pipeline.pictures import Picture
-    from pipeline.recordings import Recorder
+    from pipeline.pictures import Picture as Picture
+    from pipeline.recordings import Recorder as Recorder
+else:  # a figure is written without matplotlib and rerun, which only its annotations name
+    Picture = Recorder = Any
 
 ClipsT = TypeVar("ClipsT")
 DatasetT = TypeVar("DatasetT")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,6 @@ import pandas as pd
 from pipeline.charts import Chart, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.face_off.comparison import CHILDREN, FaceOffSweep, MethodErrors
@@ -20,10 +19,7 @@ from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 METHODS = {
     "least_squares": Style("eigenwalkers (least squares)", "least_squares"),
@@ -131,10 +127,10 @@ class FaceOffFigure(Figure):
             + ".\n",
         ) as rec:
             worst = 0.0
-            rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)
+            rec.skeleton("world/original", true + ground, index=index)
             for c, camera in enumerate(options.cameras):
                 image = options.upright_mm(sweep.shown_images[c])
-                rec.image_points(f"image/observed/{camera}", image, WALKER15.bones, index=index)
+                rec.image_points(f"image/observed/{camera}", image, index=index)
                 for m, method in enumerate(methods):
                     body = sweep.shown_positions[c, m]
                     if np.isnan(body).all():
@@ -142,7 +138,7 @@ class FaceOffFigure(Figure):
                     moved = body - body[:, [PELVIS]] + true[:, [PELVIS]]
                     style = RECORDED[method]
                     entity = f"world/reconstructed/{camera}/{method}"
-                    rec.skeleton(entity, moved + ground, WALKER15.bones, index=index, colour=style.colour)
+                    rec.skeleton(entity, moved + ground, index=index, colour=style.colour)
                     off = np.linalg.norm(moved - true, axis=-1)[:, CHILDREN].mean(axis=1)
                     worst = max(worst, float(off.max()))
                     rec.curve(

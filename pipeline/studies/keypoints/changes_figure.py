@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import pandas as pd
 
@@ -16,10 +16,7 @@ from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.model import KeypointWalkersModel
 from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
 from pipeline.studies.keypoints.tables import errors_by, views_by
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 ROW_HEIGHT = 0.17
 """Of a condition, inches."""

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.keypoints.dataset import FilmedWalkers
 from pipeline.studies.keypoints.measured import FilmedErrors
 from pipeline.studies.keypoints.model import KeypointWalkers
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Recorder
 
 Inputs = FigureInputs[FilmedWalkers, KeypointWalkers, FilmedErrors]
 
@@ -50,12 +45,12 @@ def record_shown(inputs: Inputs, begin: Recorder) -> None:
             "image/keypoints", sweep.shown_image_px * flip, [(0, 0)], index=index, thickness_mm=4.0
         )
         rec.image_points(
-            "image/reprojection", sweep.shown_reprojection_px * flip, WALKER15.bones, index=index, colour="map",
+            "image/reprojection", sweep.shown_reprojection_px * flip, index=index, colour="map",
             thickness_mm=2.5,
         )  # fmt: skip
         for name, (level, colour) in bodies.items():
             upright = np.stack([level[..., 0], level[..., 2], ground - level[..., 1]], axis=-1)
-            rec.skeleton(f"world/{name}", upright, WALKER15.bones, index=index, colour=colour)
+            rec.skeleton(f"world/{name}", upright, index=index, colour=colour)
             if name != "truth":
                 off = np.linalg.norm(level - sweep.shown_true_mm, axis=-1).mean(axis=1)
                 rec.curve(f"curves/error_mm/{name}", times, off, label=METHODS[name].label, colour=colour)

@@ -7,7 +7,7 @@ and three standard deviations on either side of it.  `key_frame_agreement` says 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -34,11 +34,8 @@ from pipeline.studies.actions.without_mistiming import without_mistiming
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import entity_name, interval_words
 from pipeline.studies.replicated import interval_over_people
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.validation import Count
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 COLUMNS = (
     ("raw", "(a) not synchronized", "frame"),
@@ -156,7 +153,6 @@ class ActionModelFigure(Figure):
             rec.skeleton(
                 "world/mean_performance",
                 skeleton(inputs, action.model.mean, median),
-                WALKER15.bones,
                 index=index,
                 colour="orange",
                 thickness_mm=12.0,
@@ -165,7 +161,6 @@ class ActionModelFigure(Figure):
                 rec.skeleton(
                     f"world/performances/{entity_name(name)}",
                     skeleton(inputs, action.synchronized[m], m),
-                    WALKER15.bones,
                     index=index,
                     colour="original" if m == median else STYLES["synchronized"].colour,
                     thickness_mm=5.0,

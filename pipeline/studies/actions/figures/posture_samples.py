@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -17,12 +16,8 @@ from pipeline.studies.actions.posture_samples import PostureSampling, SampledPos
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.replicated import DRAW
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Picture, Recorder
 from pipeline.validation import require_range
-
-if TYPE_CHECKING:
-    from pipeline.pictures import Picture
-    from pipeline.recordings import Recorder
 
 VIEW_DEG = -55.0
 """Three-quarter view of the picture, from the left."""
@@ -122,7 +117,6 @@ class PostureSamples(Figure):
             rec.skeleton(
                 "world/mean_performance",
                 performance,
-                WALKER15.bones,
                 index={"frame": np.arange(1, len(performance) + 1)},
                 colour="orange",
             )
@@ -137,7 +131,6 @@ class PostureSamples(Figure):
                     rec.skeleton(
                         f"world/frame_{frame}/{name}",
                         (joints + (draw - middle) * APART_MM * to_right)[None],
-                        WALKER15.bones,
                         index={"frame": np.array([1])},
                         colour="blue" if draw else "original",
                     )

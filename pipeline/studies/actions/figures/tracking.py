@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action, ActionSpaceModel
 from pipeline.studies.actions.tracking import HeldOutTracking, TrackingErrors
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 METHODS = {
     "prior": Style("prior", "blue"),
@@ -127,14 +122,12 @@ class TrackingError(Figure):
             + ", ".join(f"{RECORDED[m].colour}: {RECORDED[m].label}" for m in methods)
             + ".\n",
         ) as rec:
-            rec.skeleton("world/original", sweep.shown_true, WALKER15.bones, index=index)
+            rec.skeleton("world/original", sweep.shown_true, index=index)
             for method, joints, error in zip(methods, sweep.shown_joints, sweep.shown_error_mm, strict=True):
                 # Laid on the recorded pelvis, as the error is.
                 moved = joints - joints[:, [8]] + sweep.shown_true[:, [8]]
                 style = RECORDED[method]
-                rec.skeleton(
-                    f"world/tracked/{method}", moved, WALKER15.bones, index=index, colour=style.colour
-                )
+                rec.skeleton(f"world/tracked/{method}", moved, index=index, colour=style.colour)
                 rec.curve(
                     f"curves/error_mm/{method}",
                     sweep.shown_time_s,
@@ -142,7 +135,7 @@ class TrackingError(Figure):
                     label=style.label,
                     colour=style.colour,
                 )
-            rec.image_points("image/observed", sweep.shown_image, WALKER15.bones, index=index)
+            rec.image_points("image/observed", sweep.shown_image, index=index)
             spaces = [
                 Space3D(
                     name=METHODS[method].label,

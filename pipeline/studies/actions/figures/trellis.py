@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -26,12 +26,8 @@ from pipeline.studies.actions.figures.alignments import STYLES, Inputs, options_
 from pipeline.studies.actions.figures.other_paths import distances_so_far, random_paths, single_corner_changes
 from pipeline.studies.actions.model import ActionSpaceModel
 from pipeline.studies.figure_inputs import tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Picture, Recorder
 from pipeline.validation import InvalidInput, bounded
-
-if TYPE_CHECKING:
-    from pipeline.pictures import Picture
-    from pipeline.recordings import Recorder
 
 RANDOM_PATHS = 10_000
 

@@ -8,7 +8,6 @@ people differ in their postures too.  Less than that is left where time bends to
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,7 +15,6 @@ import pandas as pd
 from pipeline.charts import Chart, Sheet
 from pipeline.core.resampling import interpolate
 from pipeline.scenes import Columns, Notes, Rows, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
     Inputs,
@@ -26,10 +24,7 @@ from pipeline.studies.actions.figures.alignments import (
 )
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.presentation import entity_name
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 SHORT_NAMES = {
     "raw": "not synchronized",
@@ -115,7 +110,6 @@ class VarianceLeft(Figure):
                         f"world/{alignment}/{entity_name(inputs.samples[m])}",
                         # With the limbs of one person, so that what differs is posture.
                         skeleton(inputs, x, action.median),
-                        WALKER15.bones,
                         index={"sample": np.arange(len(x))},
                         colour=STYLES[alignment].colour,
                         thickness_mm=3.0,

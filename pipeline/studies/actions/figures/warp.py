@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -13,7 +12,6 @@ from pipeline.charts import Chart, Sheet
 from pipeline.core import synchronization
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Rows, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.actions.figures.alignments import (
     STYLES,
     Inputs,
@@ -25,11 +23,8 @@ from pipeline.studies.actions.figures.pairs import pairs_table
 from pipeline.studies.actions.model import ALIGNMENTS, ActionSpaceModel
 from pipeline.studies.actions.without_mistiming import WithoutMistiming, without_mistiming
 from pipeline.studies.figure_inputs import tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.validation import Count, InvalidInput
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 PERFORMANCE_COLOURS = ("orange", "blue", "green", "purple", "amber", "sky", "grey")
 """Of the performances that are drawn beside the median sequence."""
@@ -157,7 +152,6 @@ class Warp(Figure):
                     rec.skeleton(
                         f"world/{alignment}/{who}",
                         skeleton(inputs, coordinates, m, aside_mm=aside_mm),
-                        WALKER15.bones,
                         index=index,
                         colour=style.colour,
                     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import pandas as pd
 
@@ -32,10 +32,7 @@ from pipeline.studies.limbs.root_error import RootErrorSweep
 from pipeline.studies.limbs.swept_errors import ErrorSweep, SweptErrors
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 Inputs = FigureInputs[LimbStretches, BasisFit, SweptErrors]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pipeline.charts import on_timeline
@@ -14,9 +12,7 @@ from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import EYE_MM, OUTSIDE, RADIUS_MM, path_bones, sphere
 from pipeline.studies.limbs.model import BasisFit
 from pipeline.studies.limbs.swept_errors import SweptErrors
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Recorder
 
 
 def record_on_sphere(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -36,10 +36,7 @@ from pipeline.studies.limbs.reconstructibility import (
 from pipeline.studies.limbs.scores import SUCCESS
 from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_clusters
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
 """Of the bins of reconstructibility; what is larger goes into the last one."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,6 @@ import pandas as pd
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Bars, Columns, Image2D, Notes, Plot, Rows, Space3D, Tabs
-from pipeline.skeleton import WALKER15
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import NULL_LABELS
@@ -21,10 +20,7 @@ from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import interval_words, lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Recorder
 
 PATTERN_NAMES = {Pattern.random: "one by one at random", Pattern.block: "runs of frames"}
 PATTERN_LABELS = {Pattern.random: "random", Pattern.block: "runs"}
@@ -159,8 +155,8 @@ class MissingDataFigure(Figure):
             "reconstructed; orange: points that were imputed. In the image missing points are not there. Bars: mean "
             "relative error in percent over percent of missing points.\n",
         ) as rec:
-            rec.skeleton("world/original", true + ground, WALKER15.bones, index=index)
-            rec.skeleton("world/reconstructed", found + ground, WALKER15.bones, index=index, colour="blue")
+            rec.skeleton("world/original", true + ground, index=index)
+            rec.skeleton("world/reconstructed", found + ground, index=index, colour="blue")
             if imputed.any():
                 # Points alone: a bone needs both its ends, so none is drawn between a joint and itself.
                 rec.skeleton(
@@ -172,7 +168,7 @@ class MissingDataFigure(Figure):
                     thickness_mm=16.0,
                 )
             image = cast(MissingDataSweep, inputs.experiment.sweep).upright_mm(sweep.shown_image)
-            rec.image_points("image/observed", image, WALKER15.bones, index=index)
+            rec.image_points("image/observed", image, index=index)
             for part, here, colour in (("imputed", imputed, "orange"), ("seen", seen, "blue")):
                 has = here.any(axis=1)
                 if has.any():

@@ -248,7 +248,7 @@ class MotionsFigure(Figure):
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
                 truth = sweep.truth[n] - shift
-                rec.skeleton(f"world/truth/{words[n]}", truth, WALKER15.bones, index=index)
+                rec.skeleton(f"world/truth/{words[n]}", truth, index=index)
                 _trace(rec, f"world/trajectories/truth/{words[n]}", truth, "original")
                 for c, camera in enumerate(cameras):
                     positions = sweep.positions[n, c] - shift
@@ -257,7 +257,7 @@ class MotionsFigure(Figure):
                         _limbs_of(rec, entity, positions, confidence[n, c] == name, index, colour)
                     _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
                     image = options.upright_mm(sweep.images[n, c])
-                    rec.image_points(f"image/{camera}/{words[n]}", image, WALKER15.bones, index=index)
+                    rec.image_points(f"image/{camera}/{words[n]}", image, index=index)
             first = words[numbers[0]]
             columns = []
             for camera, azimuth in zip(cameras, sweep.azimuth_rad[numbers[0]], strict=True):

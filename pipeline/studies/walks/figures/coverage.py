@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,20 +12,16 @@ import pandas as pd
 from pipeline.charts import Chart, Reference, Sheet
 from pipeline.core import camera, fourier
 from pipeline.scenes import Columns, Image2D, Notes, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.coverage import METHODS, SAMPLE_VIEW_DEG, Bars, Coverage
 from pipeline.studies.walks.sweeps.held_out import BARS, PHASES
 from pipeline.studies.walks.sweeps.ladder import STYLES
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, Bars]
 
@@ -133,11 +129,10 @@ class BarCoverage(Figure):
             f"\nThe walker shown is {who}, the one of median error, seen from {SAMPLE_VIEW_DEG:g}°. Thin: "
             f"{len(sweep.samples)} walkers drawn from the posterior; where they part, the image does not tell.\n",
         ) as rec:
-            rec.skeleton("world/original", original + ground, WALKER15.bones, index=index)
+            rec.skeleton("world/original", original + ground, index=index)
             rec.skeleton(
                 "world/reconstructed/anatomical",
                 motion(sweep.estimate),
-                WALKER15.bones,
                 index=index,
                 colour=STYLES["anatomical"].colour,
             )
@@ -145,7 +140,6 @@ class BarCoverage(Figure):
                 rec.skeleton(
                     f"world/posterior/sample_{number:02d}",
                     motion(missing),
-                    WALKER15.bones,
                     index=index,
                     colour="sky",
                     thickness_mm=1.5,
@@ -153,7 +147,6 @@ class BarCoverage(Figure):
             rec.image_points(
                 "image/observed",
                 fourier.synthesise(seen, 1.0 / seconds, times),
-                WALKER15.bones,
                 index=index,
             )
             space = Space3D(name="truth, reconstruction and samples of the posterior")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,18 +12,14 @@ from pipeline.charts import Chart, Sheet
 from pipeline.core.joint_angles import JOINT_ANGLES, SIDES
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Notes, Plot, Rows, Space3D
-from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.figures.presentation import CURVES, VIEW
 from pipeline.studies.walks.joint_angles import JointAngleErrors, JointAngles
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, Eigenwalkers, JointAngleErrors]
 
@@ -98,7 +94,6 @@ class JointAngleFigure(Figure):
                 rec.skeleton(
                     f"world/{name}",
                     sweep.shown_joints_mm[number] + ground,
-                    WALKER15.bones,
                     index=index,
                     colour=style.colour,
                 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -16,14 +15,11 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.figures.view_errors import over_walkers
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Method, Null
 from pipeline.validation import InvalidInput
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 PUBLISHED = Reference(x="zhang2007_optimal_variance", label="published 70")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -13,14 +12,11 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.ladder import STYLES
 from pipeline.studies.walks.sweeps.noise import CONDITIONS, NoiseErrors, ObservedNoise
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, NoiseErrors]
 

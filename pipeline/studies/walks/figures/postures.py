@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import permutations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,15 +18,11 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
 from pipeline.studies.presentation import entity_name, lift
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Picture, Recorder
 from pipeline.studies.walks.figures.presentation import METHODS, TRIED
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.methods import Null
 from pipeline.validation import Count, CountOrAll, require_range
-
-if TYPE_CHECKING:
-    from pipeline.pictures import Picture
-    from pipeline.recordings import Recorder
 
 _PLAYED_HZ = 30.0
 
@@ -192,7 +188,6 @@ class Postures(Figure):
                 rec.skeleton(
                     f"world/original/{word}",
                     original + ground,
-                    WALKER15.bones,
                     index=index,
                     estimated=estimated,
                 )
@@ -200,7 +195,6 @@ class Postures(Figure):
                     rec.image_points(
                         f"image/observed/view_{view:.0f}/{word}",
                         fourier.synthesise(camera.project(truth, np.radians(view)), 1.0 / seconds, times),
-                        WALKER15.bones,
                         index=index,
                         estimated=estimated,
                     )
@@ -208,7 +202,6 @@ class Postures(Figure):
                         rec.skeleton(
                             f"world/reconstructed/{method}/view_{view:.0f}/{word}",
                             fourier.synthesise(reconstructed(inputs, m, r, v), 1.0 / seconds, times) + ground,
-                            WALKER15.bones,
                             index=index,
                             colour=TRIED[method].colour,
                             estimated=estimated,

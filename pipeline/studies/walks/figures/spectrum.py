@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -18,10 +17,7 @@ from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.presentation import lift
-from pipeline.studies.study import Figure, Nothing
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
+from pipeline.studies.study import Figure, Nothing, Recorder
 
 EIGENWALKERS_SHOWN = 3
 
@@ -105,7 +101,7 @@ class Spectrum(Figure):
             index = {"time": times}
             average = fourier.synthesise(unflatten(model.mean), frequency, times)
             ground = lift(average)
-            rec.skeleton("world/average", average + ground, WALKER15.bones, index=index)
+            rec.skeleton("world/average", average + ground, index=index)
             for n in range(min(EIGENWALKERS_SHOWN, len(model.components))):
                 reach = 2.0 * np.sqrt(model.eigenvalues[n])
                 for sign, word, colour in ((-1, "minus", "orange"), (1, "plus", "blue")):
@@ -113,7 +109,6 @@ class Spectrum(Figure):
                     rec.skeleton(
                         f"world/eigenwalker_{n + 1}/{word}_2_sd",
                         fourier.synthesise(walker, frequency, times) + ground,
-                        WALKER15.bones,
                         index=index,
                         colour=colour,
                     )

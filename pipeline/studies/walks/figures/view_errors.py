@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -16,20 +16,16 @@ from pipeline.core.reconstruction import from_known_views
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Rows, Space3D
 from pipeline.seeding import derive_generator
-from pipeline.skeleton import WALKER15
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, sd, tidy
 from pipeline.studies.presentation import lift
 from pipeline.studies.replicated import aggregate
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.figures.presentation import CURVES, METHODS, VIEW
 from pipeline.studies.walks.known_view import KnownView, KnownViewErrors
 from pipeline.studies.walks.recomputed import recomputed
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 THIRTY_PERCENT = Reference(
     below="least_squares", percent="zhang2007_map_thirty_percent", label="30 % below I (published)"
@@ -173,18 +169,16 @@ class ViewErrors(Figure):
                 rec.skeleton(
                     f"world/reconstructed/{method}",
                     np.stack(again) + ground,
-                    WALKER15.bones,
                     index=index,
                     colour=CURVES[method].colour,
                 )
             rec.skeleton(
                 "world/original",
                 np.repeat(posture[None] + ground, len(views), axis=0),
-                WALKER15.bones,
                 index=index,
             )
             seen = np.stack([camera.project(posture, a) for a in angles])
-            rec.image_points("image/observed", seen, WALKER15.bones, index=index)
+            rec.image_points("image/observed", seen, index=index)
             space = Space3D(name="original and reconstructed")
             scene = Columns(space, Image2D(name="observed", beside=space), shares=(3, 2))
             rec.blueprint(Columns(Rows(*rec.plots), Rows(scene, Notes(), shares=(3, 1))))

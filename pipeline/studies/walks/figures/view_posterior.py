@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,15 +14,12 @@ from pipeline.palette import Style
 from pipeline.scenes import Columns, Matrix, Notes, Rows
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.figure_inputs import FigureInputs, tidy
-from pipeline.studies.study import Figure
+from pipeline.studies.study import Figure, Recorder
 from pipeline.studies.walks.anatomical_model import AnatomicalModel, AnatomicalWalkers
 from pipeline.studies.walks.figures.presentation import VIEW
 from pipeline.studies.walks.people_intervals import PeopleResampled
 from pipeline.studies.walks.sweeps.held_out import BARS
 from pipeline.studies.walks.sweeps.view_posterior import ViewAngleBars, ViewPosteriors
-
-if TYPE_CHECKING:
-    from pipeline.recordings import Recorder
 
 Inputs = FigureInputs[FourierSamples, AnatomicalWalkers, ViewPosteriors]
 
