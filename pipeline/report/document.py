@@ -37,6 +37,7 @@ _SCRIPTS = (
     "charts.js",
     "ledger.js",
     "experiment.js",
+    "yours.js",
     "players.js",
     "agreement.js",
     "theme.js",

@@ -12,7 +12,7 @@ import pytest
 
 from pipeline.cli.compose import compose
 from pipeline.cli.figures import make_figure
-from pipeline.core import anatomical, errors, linear_model
+from pipeline.core import anatomical, errors, fourier, linear_model
 from pipeline.core.articulation import ray_sphere
 from pipeline.core.camera_paths import around
 from pipeline.core.limb_chain import WALKER14
@@ -20,6 +20,7 @@ from pipeline.core.reconstruction import from_known_views
 from pipeline.report import players
 from pipeline.report.document import write_page
 from pipeline.report.published import read_published
+from pipeline.skeleton import WALKER15
 from pipeline.storage.store import Store
 from pipeline.studies.walks.sweeps.held_out import NORMAL_95, PHASES
 from tests.report.planted import plant
@@ -228,3 +229,38 @@ def bars_of_the_middle_walker(folder: Path) -> tuple[float, float]:
     half = NORMAL_95 * anatomical.deviation_at_instants(found.covariance[0, 0], 5, PHASES)
     off = (whole[..., given.unknown] - found.unknown)[0, 0].reshape(15, 5)
     return float(half.mean()), float((np.abs(anatomical.at_instants(off, PHASES)) <= half).mean())
+
+
+@pytest.mark.thorough
+def test_ones_own_walk_is_read_as_the_library_reads_it(folder: Path, browser: str, tmp_path: Path) -> None:
+    # A walk at phase zero, walked obliquely and dropped as a file: its representation comes back.
+    figure = read_published(folder, FIGURES).figures["zhang2007_fig5"]
+    wanted, times = figure.arrays["samples"][0].reshape(5, 15, 3), np.arange(150) / 60.0
+    motion = fourier.synthesise(wanted, 0.93, times)
+    motion[..., 1] += 1200.0 * times[:, None]
+    c, s = np.cos(0.7), np.sin(0.7)
+    x, y = c * motion[..., 0] - s * motion[..., 1], s * motion[..., 0] + c * motion[..., 1]
+    rows = [
+        f"{t},{time:.6f},{name},{x[t, j]:.4f},{y[t, j]:.4f},{motion[t, j, 2]:.4f}"
+        for t, time in enumerate(times)
+        for j, name in enumerate(WALKER15.joints)
+    ]
+    script = """<script>addEventListener("load", () => {
+      const walk = Yours.represent(Yours.read(document.getElementById("csv").textContent));
+      document.body.dataset.hz = walk.hz;
+      document.body.dataset.samples = [...walk.samples].map(v => v.toFixed(3)).join(" ");
+      try { Yours.read("a,b\\n1,2\\n"); } catch (error) { document.body.dataset.complaint = error.message; }
+    });</script></body>"""
+    page, _ = write_page(folder, FIGURES, to=tmp_path)
+    text = re.sub(r"<meta http-equiv[^>]*>", "", page.read_text(encoding="utf-8"))
+    csv = "\n".join(["frame,time_s,joint,x_mm,y_mm,z_mm", *rows])
+    content = f'<script type="text/csv" id="csv">{csv}</script>{script}'
+    page.write_text(text.replace("</body>", content), encoding="utf-8")
+    dom = shown(browser, page.as_uri(), tmp_path)
+    said = dict(re.findall(r'data-(\w+)="([^"]*)"', re.findall(r"<body[^>]*>", dom)[0]))
+    assert float(said["hz"]) == pytest.approx(0.93, abs=2e-3)
+    found = np.array(said["samples"].split(), dtype=float).reshape(5, 15, 3)
+    given = fourier.represent(fourier.synthesise(wanted, 0.93, times), 60.0, frequency_hz=0.93).coefficients
+    shifted = given - np.eye(5, 1)[:, :, None] * given[0, 8]  # about the pelvis
+    assert np.abs(found - shifted).max() < 12.0
+    assert said["complaint"].startswith("the file has no columns time_s, joint, x_mm")

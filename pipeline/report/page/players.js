@@ -259,6 +259,13 @@ const Players = (() => {
     const set = (k, value) => { inputs[k].input.value = value; inputs[k].show(); };
     button.addEventListener("click", () => { sway.at = sway.at >= 0 ? -1 : 0; sway.since = 0; inputs.forEach((_, k) => set(k, 0)); pressed(); });
     id("eigen-reset").addEventListener("click", () => { sway.at = -1; inputs.forEach((_, k) => set(k, 0)); pressed(); });
+    // The sliders as they are for a walker, as far as they reach.
+    people.sway = walker => inputs.forEach((_, k) => {
+      let along = 0;
+      for (let i = 0; i < Gait.SIZE; i++) along += (walker[i] - model.mean[i]) * model.E[k * Gait.SIZE + i];
+      sway.at = -1; pressed();
+      set(k, Math.max(-3, Math.min(3, along / Math.sqrt(model.values[k]))));
+    });
     play(id("eigen-play"), playing); pressed();
     orbit(stage, () => {});
     const w = new Float64Array(Gait.SIZE);
@@ -372,7 +379,7 @@ const Players = (() => {
   function start(curves) {
     const packed = data("walkers"), clipped = data("clips"), people = packed && Gait.people(packed);
     const five = curves("zhang2007_fig5", "table.csv");
-    if (people && five) Experiment.start(people);
+    if (people && five) { Experiment.start(people); Yours.start(people); }
     // Each player begins in a task of its own, after the first screen is drawn.
     const first = () => Gait.fold(people, people.shown);
     const made = {}, begin = { fold: () => people && five && first(), prior: () => people && five && Gait.METHODS.anatomical.missing(first(), 0), player: () => people && five && reconstruction(people, five), eigen: () => people && five && eigenwalkers(people), limb: () => clipped && limbs(clipped), sentence: () => people && five && Experiment.sentence(people) };
