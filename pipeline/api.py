@@ -13,7 +13,7 @@ from pipeline import formats, mappings
 from pipeline.clips.options import Steady
 from pipeline.clips.usable import RawClip, report_row
 from pipeline.clips.walks import REPORT_COLUMNS, steady_walk
-from pipeline.core import camera, fourier, linear_model, walking
+from pipeline.core import anatomical, camera, fourier, linear_model, walking
 from pipeline.core.fourier import FourierRepresentation
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.reconstruction import from_known_views
@@ -118,6 +118,7 @@ def from_view(
     *,
     hidden: Sequence[str] = (),
     noise_variance_mm2: float = 70.0,
+    laboratory: str = "known",
 ) -> np.ndarray:
     """Return the Fourier coefficients (5, 15, 3), mm, that one view of a walk tells, by the walkers' prior.
 
@@ -132,12 +133,15 @@ def from_view(
         Joints that the image does not show: all three of their coordinates are reconstructed.
     noise_variance_mm2 : float
         sigma² of [zhang2007 3.12].
+    laboratory : {"known", "unknown"}
+        Whether the walker was measured as those of the model; ``unknown``: joints may lie elsewhere and people be of
+        another size, and bones keep their lengths (the anatomical method, with a noise of its own).
 
     Raises
     ------
     InvalidInput
-        If the angle is not finite, a hidden joint is not one of the fifteen, or `fit` learnt the model from this walk,
-        too: it would be no reconstruction.
+        If an unknown laboratory is asked of a model that is not from `fit`, the angle is not finite, a hidden joint is
+        not one of the fifteen, or `fit` learnt the model from this walk, too: it would be no reconstruction.
     """
     for joint in hidden:
         require_choice("hidden", joint, WALKER15.joints)
@@ -146,6 +150,10 @@ def from_view(
     sample = linear_model.flatten(walk.coefficients[None])[0]
     if isinstance(model, WalkersModel) and (abs(model.samples - sample).max(axis=1) < SAME_WALK_MM).any():
         raise InvalidInput("must be learnt from other walks", where="model", received="this one among them")
+    if require_choice("laboratory", laboratory, ("known", "unknown")) == "unknown":
+        if not isinstance(model, WalkersModel):
+            raise InvalidInput("must be what fit(walks) returns", where="model", received=repr(model))
+        return _of_unknown_laboratory(model, walk, angle, ~seen)
     found = from_known_views(
         linear_model.of_measured(model, seen),
         linear_model.without_joints(sample, seen),
@@ -155,6 +163,26 @@ def from_view(
     expected = linear_model.unflatten(model.mean + found.coefficients[0] @ model.components)
     completed = camera.combine(camera.project(walk.coefficients, angle), found.missing[0], angle)
     return np.where(seen[:, None], completed, expected)
+
+
+def _of_unknown_laboratory(
+    model: WalkersModel, walk: FourierRepresentation, angle: float, hidden: np.ndarray
+) -> np.ndarray:
+    """Return the coefficients (5, 15, 3) of a walk of another laboratory, seen from one view."""
+    walkers = linear_model.unflatten(model.samples)
+    weights = np.full(len(walkers), 1.0 / len(walkers))
+    learnt = anatomical.fit(walkers, weights, anatomical.Shrinkage())
+    prior = anatomical.unfamiliar(learnt, anatomical.Differences())
+    conditional = anatomical.condition(
+        anatomical.turned(prior, np.array([angle])), noise=anatomical.Noise(), hidden=hidden
+    )
+    axes = anatomical.image_axes(np.array([angle]))[0]
+    turned = np.einsum("ij,kjb->kib", axes, anatomical.by_joint(walk.coefficients))
+    whole = turned.ravel().copy()
+    observed = whole[None, None, ~conditional.unknown]
+    found = anatomical.fit_lengths(conditional, observed, anatomical.tolerances(prior), with_covariance=False)
+    whole[conditional.unknown] = found.unknown[0, 0]
+    return anatomical.by_block(np.einsum("ij,kib->kjb", axes, whole.reshape(turned.shape)))
 
 
 def to_dataframe(

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import gait_pipeline
 import pipeline
 from pipeline import fit, from_view, joints, read, represent, to_dataframe, to_xarray
 from pipeline.core import camera, errors, fourier
+from pipeline.core.linear_model import LinearModel
 from pipeline.formats import c3d
 from pipeline.formats.points import trc
 from pipeline.skeleton import WALKER15
@@ -198,3 +200,36 @@ def test_the_wheel_works_in_an_empty_folder_and_has_the_same_bytes_twice(tmp_pat
     run = [sys.executable, "-m", "pipeline", "experiment=zhang2007_fig2", "scale=smoke"]
     subprocess.run(run, cwd=empty, env=os.environ | {"PYTHONPATH": str(installed)}, check=True)
     assert (empty / "results" / "synthetic" / "smoke" / "zhang2007_fig2" / "table.csv").is_file()
+
+
+def test_a_walker_of_an_unknown_laboratory_is_nearer_than_as_if_it_were_known() -> None:
+    made = walkers.walking_population(
+        np.random.default_rng(8), male=8, female=8, duration_s=3.0, frame_rate_hz=40.0
+    )
+    series = [fourier.represent(walk, 40.0) for walk in made.positions_mm]
+    model = fit(series[2:])
+    off = {"known": 0.0, "unknown": 0.0}
+    for own in series[:2]:
+        larger = replace(own, coefficients=1.15 * own.coefficients)
+        for laboratory in off:
+            again = from_view(model, larger, 20.0, laboratory=laboratory)
+            np.testing.assert_allclose(
+                camera.project(again, np.radians(20.0)), camera.project(larger.coefficients, np.radians(20.0))
+            )
+            off[laboratory] += float(((again - larger.coefficients) ** 2).sum())
+    assert off["unknown"] < 0.8 * off["known"]
+    hidden = from_view(model, series[0], 20.0, hidden=["left_knee"], laboratory="unknown")
+    seen = series[0].coefficients
+    assert not np.allclose(hidden[:, 10], seen[:, 10])  # from the prior, not from the image
+    assert np.sqrt(((hidden - seen)[0, 10] ** 2).sum()) < 150.0
+    with pytest.raises(InvalidInput, match="laboratory"):
+        from_view(model, series[0], 20.0, laboratory="ours")
+    with pytest.raises(InvalidInput, match=r"what fit\(walks\) returns"):
+        from_view(
+            LinearModel(
+                **{f: getattr(model, f) for f in ("mean", "components", "eigenvalues", "total_variance")}
+            ),
+            series[0],
+            20.0,
+            laboratory="unknown",
+        )
