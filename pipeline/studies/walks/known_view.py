@@ -6,6 +6,7 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -128,7 +129,7 @@ class KnownView(Sweep):
         walkers = range(len(inputs.model.samples))
         folds = map_processes(lambda r: self._fold(inputs, r, third), walkers, inputs.workers)
         frames, missing, average, paths = zip(*folds, strict=True)
-        found = {name: pd.concat([of[name] for of in frames], ignore_index=True) for name in frames[0]}
+        found = {name: stacked([rows for of in frames for rows in of[name]]) for name in frames[0]}
         path = np.stack(paths)  # (R, A, S), no S if MAP is not tried
         chosen = np.zeros((len(path), path.shape[2]), dtype=bool)
         if chosen.size:
@@ -161,8 +162,8 @@ class KnownView(Sweep):
 
     def _fold(
         self, inputs: Inputs, r: int, third: AnatomicalApproach | None
-    ) -> tuple[dict[str, pd.DataFrame], np.ndarray, np.ndarray, np.ndarray]:
-        """Return one walker's rows, missing dimensions (M, V, 5, 15), average walker, and MAP's errors (A, S)."""
+    ) -> tuple[dict[str, list[dict[str, Any]]], np.ndarray, np.ndarray, np.ndarray]:
+        """Return a walker's rows as columns, missing dimensions (M, V, 5, 15), average walker, MAP's errors (A, S)."""
         data, model, of_motion = inputs.dataset, inputs.model, self.truth is Truth.motion
         fold = model.fold(r)
         view_deg = self.view_angle_deg.values("sweep.view_angle_deg")
@@ -189,7 +190,7 @@ class KnownView(Sweep):
             return [seen.given(given).reconstruct(noise) for seen in (everywhere, demonstration)]
 
         walker = {"person": data.person[r], "walker": data.clip[r]}
-        rows: dict[str, list[pd.DataFrame]] = defaultdict(list)
+        rows: dict[str, list[dict[str, Any]]] = defaultdict(list)
         missing: dict[Method | Null, np.ndarray] = {}
         tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
         for method in tried:
@@ -222,13 +223,22 @@ class KnownView(Sweep):
                     "own_far_beyond": float((own > 2).any()),
                 }
             for name, columns in measured.items():
-                rows[name].append(pd.DataFrame({**walker, "method": str(method), **columns}))
+                rows[name].append({**walker, "method": str(method), **columns})
         sigma2 = self.sigma2_mm2.values("sweep.sigma2_mm2") if Method.map in self.methods else np.empty(0)
         path = np.empty((len(view_deg), 0))
         if sigma2.size:
             path = everywhere.error_path(sigma2) + errors.walker_error(power)[:, None]
         curve = {"sigma2_mm2": sigma2, "absolute_error_mm2": path.mean(axis=0)}
-        rows["sigma2"].append(pd.DataFrame({**walker, "method": str(Method.map), **curve}))
-        frames = {name: pd.concat(each) for name, each in rows.items()}
+        rows["sigma2"].append({**walker, "method": str(Method.map), **curve})
         average = missing[Null.average_walker]
-        return frames, np.stack([missing[method] for method in self.methods]), average, path
+        return dict(rows), np.stack([missing[method] for method in self.methods]), average, path
+
+
+def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the rows of several parts, below each other; in each a column is an array, or one value for all rows."""
+    columns: dict[str, list[np.ndarray]] = defaultdict(list)
+    for part in parts:
+        whole = np.broadcast_arrays(*(np.atleast_1d(column) for column in part.values()))
+        for name, column in zip(part, whole, strict=True):
+            columns[name].append(column)
+    return pd.DataFrame({name: np.concatenate(column) for name, column in columns.items()})
