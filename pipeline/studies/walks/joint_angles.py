@@ -106,20 +106,18 @@ class JointAngles(Sweep):
             own = np.moveaxis(flexion(true(r)), 0, -1)
             found = np.moveaxis(flexion(motions(r, view_deg)), 2, -1)
             error, offset_free = (np.degrees(e.mean(axis=-1)) for e in angle_errors(found, own))  # (M, A, 4)
+            some = np.ix_(np.arange(len(names)), np.arange(len(view_deg)), np.flatnonzero(measured[r]))
+            m, a, k = (axis.swapaxes(1, 2).ravel() for axis in np.broadcast_arrays(*some))
             return pd.DataFrame(
                 {
-                    "method": method,
-                    "angle": angle,
+                    "method": np.array(names)[m],
+                    "angle": np.array(list(JOINT_ANGLES))[k],
                     "person": data.person[r],
                     "walker": data.clip[r],
-                    "view_angle_deg": view,
+                    "view_angle_deg": np.asarray(view_deg)[a],
                     "rmse_deg": error[m, a, k],
                     "offset_free_rmse_deg": offset_free[m, a, k],
                 }
-                for m, method in enumerate(names)
-                for k, angle in enumerate(JOINT_ANGLES)
-                for a, view in enumerate(view_deg)
-                if measured[r, k]
             )
 
         rows = pd.concat(map_processes(one, range(len(data.coefficients)), inputs.workers), ignore_index=True)

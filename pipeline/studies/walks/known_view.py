@@ -6,7 +6,6 @@ Section 4.2 of both papers.  Folds, view angles and sigma² are axes of arrays h
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -25,6 +24,7 @@ from pipeline.studies.walks.methods import PUBLISHED, Method, Null
 from pipeline.studies.walks.nested import nested_choice
 from pipeline.studies.walks.other_sources import other_source_errors
 from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
+from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
 
 Inputs = SweepInputs[object, FourierSamples, Eigenwalkers]
@@ -232,13 +232,3 @@ class KnownView(Sweep):
         rows["sigma2"].append({**walker, "method": str(Method.map), **curve})
         average = missing[Null.average_walker]
         return dict(rows), np.stack([missing[method] for method in self.methods]), average, path
-
-
-def stacked(parts: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the rows of several parts, below each other; in each a column is an array, or one value for all rows."""
-    columns: dict[str, list[np.ndarray]] = defaultdict(list)
-    for part in parts:
-        whole = np.broadcast_arrays(*(np.atleast_1d(column) for column in part.values()))
-        for name, column in zip(part, whole, strict=True):
-            columns[name].append(column)
-    return pd.DataFrame({name: np.concatenate(column) for name, column in columns.items()})

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import PUBLISHED, Method, Null, middles_of_strips
+from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, InvalidInput, Positive
 
 Solver = StrEnum("Solver", {"global": "global", "published": "published"})
@@ -107,7 +109,7 @@ class UnknownView(Sweep):
         low, high = np.radians(self.angle_range_deg)
         tried: list[Method | Null] = [*self.methods, *Null.beside(self.methods)]
 
-        def one(r: int) -> list[pd.DataFrame]:
+        def one(r: int) -> list[list[dict[str, Any]]]:
             measured = ~data.unmeasured[r]
             fold = linear_model.of_measured(model.fold(r), measured)
             single = linear_model.truncated(fold, 1)
@@ -145,13 +147,14 @@ class UnknownView(Sweep):
                     }
                     for method, each in estimates
                 ]
-                rows.append({"method": RANDOM_VIEW, "angle_deg": at_random[r], "converged": True})
+                unknown = {"cost": np.nan, "runner_up_cost": np.nan, "converged": True}
+                rows.append({"method": RANDOM_VIEW, "angle_deg": at_random[r], **unknown})
                 of = {"person": data.person[r], "walker": data.clip[r], "view_angle_deg": view_deg}
-                found.append(pd.concat([pd.DataFrame({**of, **row}) for row in rows]))
+                found.append([{**of, **row} for row in rows])
             return found
 
         of_walkers = zip(*map_processes(one, walkers, inputs.workers), strict=True)
-        rows, published = (pd.concat(frames, ignore_index=True) for frames in of_walkers)
+        rows, published = (stacked([row for walker in each for row in walker]) for each in of_walkers)
         for frame in (rows, published):
             off = statistics.angle_difference_deg(frame.pop("angle_deg"), frame["view_angle_deg"])
             frame["error_deg"] = off
