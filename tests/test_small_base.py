@@ -90,11 +90,8 @@ def test_a_walk_is_reconstructed_and_what_is_not_written_is_said(base: Path, wal
     assert written == {
         "manifest.json",
         "summary.json",
-        "joints.csv",
-        "walk.c3d",
-        "walk.trc",
-        "walk.bvh",
-        "walk.csv",
+        *("joints.csv", "angles.csv", "cycle.csv", "numbers.csv"),
+        *("walk.c3d", "walk.trc", "walk.csv", "walk.bvh", "walk_cycle.bvh", "motion.txt"),
     }
     for file, package in (
         ("picture.png", "matplotlib"),
