@@ -51,14 +51,14 @@ class _Share:
     ----------
     spare : Cores or None
         None: nobody shares, and `map_processes` starts as many helpers as it may.
-    owed : int
+    not_returned : int
         Cores that were lent and have not come back: the next spare ones are not taken but returned.
     helper : bool
         Whether this process is a helper, which forks no others.
     """
 
     spare: Cores | None = None
-    owed = 0
+    not_returned = 0
     helper = False
 
 
@@ -79,7 +79,7 @@ def processes_for(wanted: int) -> int:
 
 def share_cores(spare: Cores) -> None:
     """Take the helpers of this process from a count of spare cores."""
-    _Share.spare, _Share.owed = spare, 0
+    _Share.spare, _Share.not_returned = spare, 0
 
 
 @contextmanager
@@ -88,8 +88,8 @@ def core_lent() -> Iterator[None]:
     if _Share.spare is None or _Share.helper:
         yield
         return
-    if _Share.owed:
-        _Share.owed -= 1
+    if _Share.not_returned:
+        _Share.not_returned -= 1
     else:
         _Share.spare.release()
     try:
@@ -97,7 +97,7 @@ def core_lent() -> Iterator[None]:
     finally:
         # Not waited for: who has it returns it when his item is done, and the next spare core pays for it.
         if not _Share.spare.acquire(False):
-            _Share.owed += 1
+            _Share.not_returned += 1
 
 
 def _take_core() -> bool:
@@ -105,16 +105,16 @@ def _take_core() -> bool:
     spare = _Share.spare
     if spare is None:
         return True
-    while _Share.owed and spare.acquire(False):
-        _Share.owed -= 1
-    return not _Share.owed and spare.acquire(False)
+    while _Share.not_returned and spare.acquire(False):
+        _Share.not_returned -= 1
+    return not _Share.not_returned and spare.acquire(False)
 
 
 def _give_core() -> None:
     if _Share.spare is None:
         return
-    if _Share.owed:
-        _Share.owed -= 1
+    if _Share.not_returned:
+        _Share.not_returned -= 1
     else:
         _Share.spare.release()
 

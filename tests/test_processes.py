@@ -117,10 +117,10 @@ def test_helpers_take_cores_that_are_spare_and_give_them_back(monkeypatch: pytes
         assert pids() <= 2
         assert count() == 1
         assert spare.acquire(False)  # somebody takes it
-    assert processes._Share.owed == 1
+    assert processes._Share.not_returned == 1
     spare.release()
     assert pids() == 1, "the core that comes back pays the debt"
-    assert (processes._Share.owed, count()) == (0, 0)
+    assert (processes._Share.not_returned, count()) == (0, 0)
 
 
 def test_as_many_processes_as_cores_at_most() -> None:

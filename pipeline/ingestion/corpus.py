@@ -327,7 +327,9 @@ def folder_clips(
                 frame_rate_hz=frame_rate_hz,
                 units=units,
                 subject=subject,
-                mismatch="" if plain == name else "the file's name holds what is no text: rename it",
+                mismatch=""
+                if plain == name
+                else "the file's name contains unprintable characters: rename it",
             )
         )
     statics = static_trial.candidates({clip.path: clip.person for clip in clips if clip.path})

@@ -189,5 +189,5 @@ def test_a_name_that_is_no_text_refuses_that_clip_only(tmp_path: Path, name: byt
     assert (good.name, good.mismatch) == ("anna.trc", "")
     assert bad.name.isprintable()
     bad.name.encode()
-    with pytest.raises(InvalidInput, match="the file's name holds what is no text: rename it"):
+    with pytest.raises(InvalidInput, match="the file's name contains unprintable characters: rename it"):
         read_clip(bad)

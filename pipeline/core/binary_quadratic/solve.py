@@ -28,7 +28,7 @@ _WORK = 400_000
 OPERATIONS_PER_S = 300_000_000
 """Such operations that stand for a second of a time limit, about what one core of the year 2024 does."""
 
-_ALONE = 40
+_BOX_ONLY_ITERATIONS = 40
 """Turns that the box search has to itself: most programmes are proved by then."""
 
 _THIRD = 3
@@ -140,7 +140,7 @@ def minimise(
     turns = max(1, int(time_limit_s * OPERATIONS_PER_S) // _WORK)
     for turn in range(turns):
         searcher: Search = box
-        if turn >= _ALONE and turn % _THIRD == 0:
+        if turn >= _BOX_ONLY_ITERATIONS and turn % _THIRD == 0:
             suffix = suffix or SuffixSearch(programme, float(best[0]))
             searcher = suffix
         # A sweep over all frames costs what entering half as many does.

@@ -18,7 +18,7 @@ NULLS = {
     ),
     "map_1": Style("one eigenwalker, MAP", "sky", line="dotted", banded=False, interval=False),
 }
-"""Reconstructions that do next to nothing."""
+"""Baselines."""
 
 TRIED = {**METHODS, "anatomical": Style("anatomical", "green")}
 """The papers' approaches and the third one."""

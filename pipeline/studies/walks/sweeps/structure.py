@@ -1,4 +1,4 @@
-"""What each part of the anatomical reconstruction is worth: added in turn, taken away, and what does not help.
+"""Ablation of the anatomical reconstruction: parts added in turn and taken away, and variations that do not help.
 
 Everything that is chosen is chosen for each person by others, with models that have seen neither that person nor the
 one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a row of its own, every setting of the whole.
