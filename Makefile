@@ -10,6 +10,7 @@ RUN    := $(VENV)/bin/python -m pipeline
 READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
 CLUSTER := $(VENV)/.ready-cluster
+VIDEO  := $(VENV)/.ready-video
 PIP    := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes
 FIGURES := $(notdir $(basename $(wildcard conf/experiment/*.yaml)))
 # With LAUNCH=slurm the figures are jobs of a cluster.
@@ -22,7 +23,7 @@ export MKL_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
+.PHONY: video help install sweeps smoke data run reconstruct model inspect view status report tutorial equations claims sensitivity readme docs article check format test test-cluster cluster planted bench golden digits golden-kernels archive verify clean pointlight $(FIGURES)
 
 ##@ Begin
 help: ## this list
@@ -51,6 +52,12 @@ $(CLUSTER): requirements-cluster.lock $(READY)
 	@$(PIP) -r requirements.lock -r requirements-cluster.lock
 	@touch $(CLUSTER)
 
+video: $(VIDEO) ## adds what INPUT=walk.mp4 needs: OpenCV, LiteRT
+$(VIDEO): requirements-video.lock $(READY)
+	@echo "adding OpenCV and LiteRT from requirements-video.lock (once)"
+	@$(PIP) -r requirements.lock -r requirements-video.lock
+	@touch $(VIDEO)
+
 ##@ Figures of the papers
 sweeps: $(READY) $(if $(AS_JOBS),$(CLUSTER)) ## every figure at full scale, on every core (ARGS=workers=1: on one); DATA=synthetic (default), optical, cmu, hdm05; LAUNCH=slurm: on a cluster
 	@$(RUN) figures data=$(DATA) scale=$(SCALE) $(AS_JOBS) $(ARGS)
@@ -74,7 +81,7 @@ inspect: $(READY) ## what is in your recordings: make inspect INPUT=folder|file
 pointlight: $(READY) ## a walk as moving dots: make pointlight INPUT=walk.c3d|FOLDER|synthetic ARGS="inverted=true to=walker.svg"
 	@$(RUN) pointlight "$(or $(INPUT),synthetic)" $(ARGS)
 
-reconstruct: $(READY) ## a 3D walk from 2D keypoints: make reconstruct INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
+reconstruct: $(READY) $(if $(filter %.mp4 %.mov %.m4v %.avi %.mkv %.webm,$(INPUT)),$(VIDEO)) ## a 3D walk from a video or 2D keypoints: make reconstruct INPUT=walk.mp4; INPUT=walk.json ARGS="input.frame_rate_hz=30 output.path=out"
 	@$(RUN) reconstruct input.path="$(INPUT)" $(ARGS)
 
 model: $(READY) ## train the model that reconstructs walks, from DATA=optical (default here) or your own

@@ -373,7 +373,10 @@ def require_finite(name: str, array: Any) -> np.ndarray:
     return array
 
 
-_DISTRIBUTIONS = {"PIL": "pillow", "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml"}
+_DISTRIBUTIONS = {
+    "cv2": "opencv-python-headless", "ai_edge_litert": "ai-edge-litert", "PIL": "pillow", "hydra": "hydra-core",
+    "rerun": "rerun-sdk", "yaml": "pyyaml",
+}  # fmt: skip
 
 
 def missing_package(error: ModuleNotFoundError) -> str:

@@ -69,7 +69,7 @@ LAYERS = {
     "charts scenes": "validation palette tidy",
     "core": "validation skeleton compilation shortened",
     "formats mappings fetch storage papers": "validation locks shortened skeleton palette tidy resources",
-    "pictures recordings": "validation locks skeleton palette tidy resources charts scenes",
+    "pictures recordings video": "validation locks skeleton palette tidy resources charts scenes",
     "synthetic": f"{_GROUND} core",
     "clips pointlight": f"{_GROUND} core synthetic",
     "ingestion": f"{_GROUND} core clips formats mappings fetch",
@@ -77,7 +77,7 @@ LAYERS = {
     "stages": f"{_GROUND} clips ingestion studies storage papers pictures recordings",
     "api": f"{_GROUND} core clips ingestion formats mappings",
     "report": f"{_GROUND} core studies storage papers pictures",
-    "reconstruct": f"{_GROUND} core synthetic clips formats report storage papers pictures recordings",
+    "reconstruct": f"{_GROUND} core synthetic clips formats report storage papers pictures recordings video",
     "cli": f"{_GROUND} core synthetic clips formats mappings fetch storage papers pictures recordings pointlight"
     " ingestion studies stages report reconstruct",
     "__main__": "cli",
@@ -91,6 +91,8 @@ FROM_OUTSIDE = {
     "xarray": {"api"},
     "matplotlib": {"pictures"},
     "PIL": {"pictures"},
+    "cv2": {"video"},
+    "ai_edge_litert": {"video"},
     "jinja2": {"report"},
     "rerun": {"recordings"},
     "hydra": {"cli"},
@@ -471,7 +473,10 @@ def test_a_preset_holds_only_what_differs(preset: Path) -> None:
 
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-DISTRIBUTIONS = {"hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml", "PIL": "pillow"}
+DISTRIBUTIONS = {
+    "hydra": "hydra-core", "rerun": "rerun-sdk", "yaml": "pyyaml", "PIL": "pillow", "cv2": "opencv-python-headless",
+    "ai_edge_litert": "ai-edge-litert",
+}  # fmt: skip
 """Where the name of the package is not that of what is installed."""
 
 
@@ -483,7 +488,7 @@ def test_every_package_from_outside_is_a_dependency() -> None:
     declared = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
     used = {DISTRIBUTIONS.get(name, name) for packages in OUTSIDE.values() for name in packages}
     optional = PROJECT["project"]["optional-dependencies"]
-    extras = {_requirement(text) for name in ("xarray", "cluster") for text in optional[name]}
+    extras = {_requirement(text) for name in ("xarray", "cluster", "video") for text in optional[name]}
     assert used <= declared | extras, f"not declared: {sorted(used - declared - extras)}"
     assert declared <= used, f"declared and not used: {sorted(declared - used)}"
 
@@ -508,12 +513,14 @@ def _locked(name: str) -> set[str]:
 
 
 def test_every_dependency_is_locked_to_one_version() -> None:
-    run, tools, cluster = (_locked(f"requirements{end}.lock") for end in ("", "-dev", "-cluster"))
+    run, tools, cluster, video = (
+        _locked(f"requirements{end}.lock") for end in ("", "-dev", "-cluster", "-video")
+    )
     wanted = {_requirement(text) for text in PROJECT["project"]["dependencies"]}
     extras = {_requirement(t) for part in PROJECT["project"]["optional-dependencies"].values() for t in part}
     assert wanted <= run, f"not locked: {sorted(wanted - run)}"
-    assert extras <= tools | cluster, f"not locked: {sorted(extras - tools - cluster)}"
-    twice = run & tools | run & cluster | tools & cluster
+    assert extras <= tools | cluster | video, f"not locked: {sorted(extras - tools - cluster - video)}"
+    twice = run & tools | run & cluster | tools & cluster | run & video
     assert not twice, f"in two: {sorted(twice)}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 from pipeline.cli.options import filled
@@ -10,11 +11,18 @@ from pipeline.reconstruct import words
 from pipeline.reconstruct.writing import Reconstruct, run
 
 
+def _progress(done: int, every: int) -> None:
+    """Show on a terminal how many frames of a film are done."""
+    if sys.stderr.isatty() and (done % 10 == 0 or done == every):
+        end = "\n" if done == every else ""
+        print(f"\r  keypoints: frame {done} of {every or 'many'}", end=end, file=sys.stderr, flush=True)
+
+
 def reconstruct(arguments: Sequence[str]) -> int:
     """Reconstruct a walk from keypoints; return 0 also if it was none, which the summary says."""
     if arguments and "=" not in arguments[0]:  # a file or folder alone, as other commands take it
         arguments = [f"input.path={arguments[0]}", *arguments[1:]]
-    _, summary, folder = run(filled(Reconstruct, arguments))
+    _, summary, folder = run(filled(Reconstruct, arguments), lambda words: tell(words, "dim"), _progress)
     tell(f"{summary['verdict']}{''.join(f': {why}' for why in summary['why'])}", "bold")
     if "view_angle_deg" in summary:
         view, cadence = summary["view_angle_deg"], summary["cadence"]

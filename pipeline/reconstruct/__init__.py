@@ -21,7 +21,7 @@ class CallablePackage(ModuleType):
     def __call__(
         self, path: str | Path, *, model_folder: str | Path | None = None, **known: Any
     ) -> tuple[Walk, dict[str, Any]]:
-        """Reconstruct a file or folder of keypoints.
+        """Reconstruct a video, or a file or folder of keypoints.
 
         Parameters
         ----------
@@ -45,9 +45,11 @@ class CallablePackage(ModuleType):
         from pipeline.reconstruct.clip import Input, reconstruct_clip
         from pipeline.reconstruct.model_file import SHIPPED
         from pipeline.reconstruct.summary import summarise
+        from pipeline.reconstruct.video import with_keypoints
 
         given = Input(path=str(path), **known)
-        walk = reconstruct_clip(given, Path(model_folder) if model_folder else SHIPPED)
+        with with_keypoints(given) as keypoints:
+            walk = reconstruct_clip(keypoints, Path(model_folder) if model_folder else SHIPPED)
         return walk, summarise(walk, given)
 
 

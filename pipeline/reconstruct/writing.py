@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pipeline.formats.bvh import Names
-from pipeline.reconstruct import cycle, motion, words
+from pipeline.reconstruct import cycle, motion, video, words
 from pipeline.reconstruct.clip import Input, Walk, reconstruct_clip
 from pipeline.reconstruct.model_file import SHIPPED
 from pipeline.reconstruct.motion import Format
@@ -34,6 +35,7 @@ class Output:
     picture: bool = True  # PNG of the walk
     recording: bool = True  # for the rerun viewer
     page: bool = True  # HTML with a player
+    overlay: bool = True  # of a video: the skeleton over it
 
 
 @dataclass(kw_only=True)
@@ -45,12 +47,18 @@ class Reconstruct:
     model_folder: str = ""  # of a model of one's own; empty: the one that comes with the package
 
 
-def run(options: Reconstruct) -> tuple[Walk, dict[str, Any], Path]:
-    """Reconstruct a file or folder of keypoints and write what was found.
+def run(
+    options: Reconstruct,
+    tell: Callable[[str], None] = lambda _: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> tuple[Walk, dict[str, Any], Path]:
+    """Reconstruct a video, or a file or folder of keypoints, and write what was found.
 
     Parameters
     ----------
     options : Reconstruct
+    tell, progress : callable
+        Of a video: told what is fetched, and how many of how many frames are done.
 
     Returns
     -------
@@ -69,9 +77,11 @@ def run(options: Reconstruct) -> tuple[Walk, dict[str, Any], Path]:
     if options.input.path and folder.resolve() in (given, *given.parents):
         raise InvalidInput("must not hold the input", where="output.path", received=str(folder))
     require_replaceable(folder, having="verdict")
-    walk = reconstruct_clip(options.input, Path(options.model_folder) if options.model_folder else SHIPPED)
-    summary = summarise(walk, options.input)
-    write(walk, summary, options, folder)
+    model = Path(options.model_folder) if options.model_folder else SHIPPED
+    with video.with_keypoints(options.input, folder, tell, progress) as keypoints:
+        walk = reconstruct_clip(keypoints, model)
+        summary = summarise(walk, options.input)
+        write(walk, summary, options, folder, keypoints)
     return walk, summary, folder
 
 
@@ -82,9 +92,13 @@ def _default_folder(path: str) -> Path:
     return Path("results") / "reconstructed" / require_name("output.path", f"{resolved.parent.name}_{name}")
 
 
-def write(walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path) -> None:
-    """Publish the files of a walk in a folder of their own."""
+def write(
+    walk: Walk, summary: dict[str, Any], options: Reconstruct, folder: Path, keypoints: Input | None = None
+) -> None:
+    """Publish the files of a walk in a folder of their own; of a video with the keypoints that were found in it."""
     with publish(folder, having="verdict") as publication:
+        if keypoints is not None and video.is_video(options.input):
+            video.keep(keypoints, publication.folder)
         _fill(publication.folder, walk, summary, options)
         publication.manifest({"command": "reconstruct", "verdict": str(summary["verdict"])})
 
@@ -135,7 +149,13 @@ def _page(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path)
     write_walk_page(path, page_of(walk, walk.best, summary, options.input, files))
 
 
+def _overlay(walk: Walk, summary: dict[str, Any], options: Reconstruct, path: Path) -> None:
+    if video.is_video(options.input):
+        video.overlay(walk, Path(options.input.path), path)
+
+
 _VIEWS = (
+    (video.OVERLAY, "overlay", _overlay),
     ("picture.png", "picture", _picture),
     ("recording.rrd", "recording", _recording),
     (PAGE, "page", _page),

@@ -44,7 +44,6 @@ __all__ = [
     "WalkerModel",
     "compact",
     "expand",
-    "joint_angles",
     "model_of",
     "moments",
     "prepare",

@@ -1,0 +1,80 @@
+"""Film in and out: the keypoints of a video for the reconstruction, and the reconstruction over the video."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.formats.keypoints import MEDIAPIPE
+from pipeline.reconstruct.clip import Input, Walk
+from pipeline.skeleton import WALKER15
+from pipeline.video import kept
+
+SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
+OVERLAY = "overlay.mp4"
+
+
+def is_video(given: Input) -> bool:
+    """Whether the input is a film, by its suffix."""
+    return Path(given.path).suffix.lower() in SUFFIXES
+
+
+@contextmanager
+def with_keypoints(
+    given: Input,
+    earlier: Path | None = None,
+    tell: Callable[[str], None] = lambda _: None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> Iterator[Input]:
+    """Input with the keypoints of a video in its place, while the context lasts; any other input as it is.
+
+    Parameters
+    ----------
+    given : Input
+    earlier : Path, optional
+        Folder of an earlier reconstruction: keypoints of the same film are taken from there.
+    tell, progress : callable
+        See `pipeline.video.kept.keypoints_table`.
+    """
+    if not is_video(given):
+        yield given
+        return
+    with tempfile.TemporaryDirectory() as name:
+        before = earlier or Path(name)
+        table = kept.keypoints_table(Path(given.path), Path(name), MEDIAPIPE, before, tell, progress)
+        yield replace(given, path=str(table), layout=given.layout or "mediapipe33")
+
+
+def keep(given: Input, folder: Path) -> None:
+    """Copy the keypoints of a video to the files of its walk."""
+    for name in (kept.TABLE, kept.ABOUT):
+        shutil.copyfile(Path(given.path).parent / name, folder / name)
+
+
+def overlay(walk: Walk, video: Path, path: Path) -> None:
+    """Write the video with the keypoints and the reconstructed skeleton over it.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Without OpenCV.
+    InvalidInput
+        If no film can be written.
+    """
+    from pipeline.video.overlay import write_overlay
+
+    seen: dict[int, np.ndarray] = {}
+    drawn: dict[int, np.ndarray] = {}
+    for stretch in walk.stretches:
+        if stretch.found is None or not stretch.walks:
+            continue
+        frames = range(stretch.first_frame, stretch.last_frame + 1)
+        seen |= zip(frames, stretch.pixels + walk.centre_px, strict=True)
+        drawn |= zip(frames, stretch.found.image_px + walk.centre_px, strict=True)
+    write_overlay(path, video, walk.source.frame_rate_hz, WALKER15.bones, seen, drawn)

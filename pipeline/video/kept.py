@@ -1,0 +1,91 @@
+"""Keypoints of a video as a table that is kept: a second run reads it in place of the film."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.validation import InvalidInput, missing_package
+
+TABLE, ABOUT = "keypoints.csv", "keypoints.json"
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def keypoints_table(
+    video: Path,
+    folder: Path,
+    names: tuple[str, ...],
+    earlier: Path,
+    tell: Callable[[str], None],
+    progress: Callable[[int, int], None],
+) -> Path:
+    """Table of the keypoints of a video, ``frame,person,<landmark>_x,<landmark>_y,<landmark>_visibility``.
+
+    Parameters
+    ----------
+    video : Path
+    folder : Path
+        Where the table, and what it was made of, are written.
+    names : tuple of str
+        Of the landmarks.
+    earlier : Path
+        Folder that may hold the same video's table already; then it is copied.
+    tell, progress : callable
+        Told what is fetched, and how many of how many frames are done.
+
+    Raises
+    ------
+    InvalidInput
+        If the packages, the networks or the video cannot be used, or nobody is seen.
+    """
+    if not video.is_file():
+        raise InvalidInput("there is no such video", where="input.path", received=str(video))
+    digest = _digest(video)
+    table, about = folder / TABLE, folder / ABOUT
+    if _about(earlier).get("sha256") == digest and (earlier / TABLE).is_file():
+        shutil.copyfile(earlier / TABLE, table)
+        shutil.copyfile(earlier / ABOUT, about)
+        return table
+    from pipeline.video.film import frames_of, keypoints_of
+    from pipeline.video.networks import PACKAGE, networks
+    from pipeline.video.pose import Pose
+
+    try:
+        every, _ = frames_of(video)
+        pose = Pose(networks(tell))
+    except ModuleNotFoundError as error:
+        if not (package := missing_package(error)):
+            raise
+        raise InvalidInput(
+            f"a video needs {package}, which is not installed", where="input.path",
+            expected='pip install "gait-pipeline[video]", or keypoints of another detector', received=video.name,
+        ) from error  # fmt: skip
+    filmed = keypoints_of(video, pose, lambda done: progress(done, every))
+    columns = [f"{name}_{what}" for name in names for what in ("x", "y", "visibility")]
+    rows = [",".join(["frame", "person", *columns])]
+    for frame, person, points in zip(filmed.frame, filmed.person, filmed.points, strict=True):
+        rows.append(f"{frame},{person}," + ",".join(f"{v:.2f}" for v in np.round(points, 2).ravel().tolist()))
+    table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    said = {
+        "video": video.name, "sha256": digest, "networks": PACKAGE, "frame_rate_hz": filmed.frame_rate_hz,
+        "width": filmed.width, "height": filmed.height, "uneven": filmed.uneven,
+    }  # fmt: skip
+    about.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    return table
+
+
+def _about(folder: Path) -> dict[str, object]:
+    try:
+        found = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

@@ -1,0 +1,105 @@
+"""Film in: what surrounds the networks here, and the networks on a film where they and one are at hand."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.formats import keypoints
+from pipeline.reconstruct.clip import Input, reconstruct_clip
+from pipeline.reconstruct.video import is_video, with_keypoints
+from pipeline.validation import InvalidInput
+from pipeline.video import kept, networks
+from pipeline.video.film import frame_rate, on_even_grid
+from pipeline.video.pose import LANDMARKS, _shared, _to_square, anchors, region_of
+
+
+def test_anchors_are_those_of_three_grids() -> None:
+    found = anchors()
+    assert found.shape == (2254, 2)
+    assert np.allclose(found[0], 0.5 / 28)
+    assert np.allclose(found[-1], 1.0 - 0.5 / 7)
+    assert np.allclose(found[2], [1.5 / 28, 0.5 / 28])  # columns first
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, -2.0])
+def test_a_region_maps_its_centre_to_the_middle_and_its_rim_above_it(turn: float) -> None:
+    centre, radius = np.array([300.0, 200.0]), 80.0
+    rim = centre + radius * np.array([np.sin(turn), -np.cos(turn)])
+    region = region_of(centre, rim)
+    square = _to_square(region, 256)
+    assert region[3] == pytest.approx(turn)
+    assert np.allclose(square @ [*centre, 1.0], 128.0)
+    assert np.allclose(square @ [*rim, 1.0], [128.0, 128.0 - 256.0 / 2.5])
+
+
+def test_boxes_share_their_intersection_over_their_union() -> None:
+    box = np.array([0.0, 0.0, 2.0, 1.0])
+    assert _shared(box, box) == pytest.approx(1.0)
+    assert _shared(box, box + np.array([1.0, 0.0, 1.0, 0.0])) == pytest.approx(1.0 / 3.0)
+    assert _shared(box, box + 5.0) == 0.0
+
+
+def test_uneven_time_stamps_are_put_on_an_even_grid_and_long_gaps_stay_open() -> None:
+    times = np.array([0.0, 0.04, 0.07, 0.12, 0.16, 0.5, 0.54])
+    rate, uneven = frame_rate(times, 30.0)
+    assert uneven
+    at = times * rate
+    points = np.repeat(at[:, None, None], LANDMARKS, axis=1) * np.array([1.0, 2.0, 0.0])
+    frame, person, found = on_even_grid(at, np.zeros(len(at), dtype=int), points)
+    assert np.allclose(found[..., 0], frame[:, None])
+    assert np.allclose(found[..., 1], 2.0 * frame[:, None])
+    assert set(person) == {0}
+    assert not {5, 6, 7, 8, 9, 10, 11} & set(frame.tolist())
+    assert frame_rate(np.zeros(4), 25.0) == (25.0, False)
+
+
+def test_keypoints_of_the_same_film_are_taken_from_an_earlier_run(tmp_path: Path) -> None:
+    film = tmp_path / "walk.mp4"
+    film.write_bytes(b"not looked at")
+    earlier = tmp_path / "earlier"
+    earlier.mkdir()
+    names = keypoints.MEDIAPIPE
+    heading = ",".join(f"{name}_{what}" for name in names for what in ("x", "y", "visibility"))
+    (earlier / kept.TABLE).write_text(f"frame,person,{heading}\n0,0,{','.join(['1.0'] * 99)}\n")
+    about = {"sha256": kept._digest(film), "frame_rate_hz": 30.0, "width": 640, "height": 480}
+    (earlier / kept.ABOUT).write_text(json.dumps(about))
+    given = Input(path=str(film))
+    assert is_video(given)
+    with with_keypoints(given, earlier) as found:
+        read = keypoints.read(found.path)
+    assert (read.frame_rate_hz, read.image_size) == (30.0, (640, 480))
+    assert found.layout == "mediapipe33"
+    film.write_bytes(b"another film")
+    with pytest.raises(InvalidInput), with_keypoints(given, earlier):
+        pass  # cannot be opened, or nothing is installed that could
+
+
+def test_files_other_than_the_published_ones_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(networks.CACHE, str(tmp_path))
+    networks.folder().mkdir()
+    for name in networks.FILES:
+        (networks.folder() / name).write_bytes(b"something else")
+    with pytest.raises(InvalidInput, match="not the file that was published"):
+        networks.networks()
+
+
+@pytest.mark.thorough
+def test_a_film_of_a_walk_is_found_and_one_of_squats_is_none(tmp_path: Path) -> None:
+    pytest.importorskip("cv2")
+    pytest.importorskip("ai_edge_litert")
+    folder = os.environ.get("KEYPOINTS_RECORDINGS")
+    if not folder or not all((networks.folder() / name).is_file() for name in networks.FILES):
+        pytest.skip("needs films (KEYPOINTS_RECORDINGS) and the pose networks")
+    film = Path(folder) / "mediapipe_oblique_with_truth" / "video.mp4"
+    with with_keypoints(Input(path=str(film))) as found:
+        walk = reconstruct_clip(found)
+    assert walk.best.judgement.verdict == "walk"
+    assert walk.best.found is not None
+    assert np.degrees(walk.best.found.candidates[0].heading_rad) == pytest.approx(-45.0, abs=8.0)
