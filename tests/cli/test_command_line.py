@@ -206,7 +206,8 @@ def test_a_broken_step_suits_a_table_and_not_a_recording(
 
 
 ANATOMICAL = [
-    f"zhang2007_{name}" for name in ("coverage", "noise", "occlusion", "structure", "view_posterior")
+    f"zhang2007_{name}"
+    for name in ("coverage", "noise", "occlusion", "sources", "structure", "view_posterior")
 ]
 
 

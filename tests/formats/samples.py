@@ -14,7 +14,9 @@ import numpy as np
 
 from pipeline import formats
 from pipeline.core.anatomical import BONES, PAIRS
+from pipeline.core.keypoint_walk.calibration import CYCLE_KINDS
 from pipeline.core.keypoint_walk.training import BLOCKS, SIZE
+from pipeline.core.sagittal_angles import KINDS
 from pipeline.formats import keypoints
 from pipeline.reconstruct import model_file
 from tests.formats.contract import FIXTURES
@@ -241,7 +243,7 @@ def _model() -> list[Sample]:
         mean=ones((15, 3, BLOCKS)), components=ones((1, SIZE)), eigenvalues=ones(1),
         within=ones(((BLOCKS + 1) // 2, 45, 45)), bone_variance=ones(len(BONES)), pair_variance=ones(len(PAIRS)),
         aperiodic_variance=ones((15, 3)), log_frequency=ones(2), joint_multipliers=ones((8, 3, 3)),
-        angle_multipliers=ones((4, 3)),
+        angle_multipliers=ones((len(KINDS), 3)), cycle_multipliers=ones((len(CYCLE_KINDS), 3)),
     )  # fmt: skip
     manifest = {
         "version": model_file.VERSION,
