@@ -124,7 +124,7 @@ def test_the_first_example_in_python_runs(base: Path, walks: Path) -> None:
     ("arguments", "package"),
     [
         (["experiment=zhang2007_fig2"], "hydra-core"),
-        (["figures"], "hydra-core"),
+        (["figures"], "rich"),
         (["pointlight", "my_walks/p0.c3d", "to=walker.gif"], "pillow"),
     ],
 )
