@@ -272,7 +272,7 @@ def _doubts(walk: Walk) -> Iterator[str]:
             else "it is assumed"
         )
         yield f"The focal length is not known, {walk.focal_px:.0f} px is usual: {how}."
-    if best is not None:
+    if best is not None and walk.best.judgement.verdict is not Verdict.not_a_walk:
         stride = best.candidates[0].frequency_hz
         usual = [
             r

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.validation import InvalidInput
-from pipeline.video.pose import LANDMARKS, LEAST_SCORE, Pose
+from pipeline.video.pose import LANDMARKS, LEAST_SCORE, Pose, silent
 
 DETECT_EVERY = 15
 """Frames between two looks for people who are not followed yet."""
@@ -61,7 +61,8 @@ def pictures(path: Path) -> Iterator[tuple[float, np.ndarray]]:
     """
     import cv2
 
-    video = cv2.VideoCapture(str(path))
+    with silent():
+        video = cv2.VideoCapture(str(path))
     try:
         if not video.isOpened():
             raise InvalidInput(
@@ -80,7 +81,8 @@ def frames_of(path: Path) -> tuple[int, float]:
     """Frames, as far as the file tells, and frames a second as it states them."""
     import cv2
 
-    video = cv2.VideoCapture(str(path))
+    with silent():
+        video = cv2.VideoCapture(str(path))
     found = max(int(video.get(cv2.CAP_PROP_FRAME_COUNT)), 0), float(video.get(cv2.CAP_PROP_FPS))
     video.release()
     return found

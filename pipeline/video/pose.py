@@ -10,6 +10,10 @@ The detector's squares are decoded as its training encoded them: anchors on grid
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +31,20 @@ MARGIN = 1.25
 LANDMARKS = 33
 AUXILIARY = (33, 34)
 """Middle of the hips and a point on the circle about the body, beside the landmarks."""
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Without what libraries write to the standard error themselves: what matters of it is raised."""
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def anchors() -> np.ndarray:
@@ -71,11 +89,12 @@ class Pose:
         cv2.setNumThreads(1)
         self._cv2 = cv2
         detector, landmarks, _ = FILES
-        self._detector, self._landmarks = (
-            Interpreter(str(folder / name), num_threads=1) for name in (detector, landmarks)
-        )
-        for network in (self._detector, self._landmarks):
-            network.allocate_tensors()
+        with silent():
+            self._detector, self._landmarks = (
+                Interpreter(str(folder / name), num_threads=1) for name in (detector, landmarks)
+            )
+            for network in (self._detector, self._landmarks):
+                network.allocate_tensors()
         self._anchors = anchors()
 
     def _run(self, network: Any, picture: np.ndarray, outputs: int) -> list[np.ndarray]:
