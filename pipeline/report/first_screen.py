@@ -49,6 +49,8 @@ _ANSWERS = {
     str(Agreement.UNTESTABLE): "grey",
 }
 """Bars in their order: what agrees first, and within it what needs the method."""
+_DARK = "<style>@media (prefers-color-scheme: dark) {:root {filter: invert(.93) hue-rotate(180deg)}}</style>"
+"""On a dark page: light on dark, hues as they are."""
 
 
 def draw_first_screen(results: Published, to: Path) -> list[Path]:
@@ -100,6 +102,9 @@ def draw_first_screen(results: Published, to: Path) -> list[Path]:
     for name in ("curve", "verdicts"):  # the vector files are as small and sharp at any size
         (to / f"{name}.png").unlink()
         written.append(to / f"{name}.svg")
+    for path in written:
+        drawn = path.read_text(encoding="utf-8")
+        path.write_text(drawn.replace("</svg>", f"{_DARK}</svg>"), encoding="utf-8")
     return written
 
 
