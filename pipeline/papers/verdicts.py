@@ -186,7 +186,8 @@ def _agreement(claim: Claim, value: Estimate) -> tuple[Agreement, str]:
         return Agreement.AGREES, ""
     wider = claim.close or claim.agrees
     if wider.covers(value):
-        return Agreement.CLOSE, ""
+        crosses = claim.agrees.meets(value)
+        return Agreement.CLOSE, f"the interval reaches over an end of {claim.agrees}" if crosses else ""
     if wider.meets(value):
         return Agreement.UNDECIDED, f"the interval reaches over an end of {wider}"
     return Agreement.DIFFERS, ""
