@@ -21,7 +21,7 @@ from pipeline.storage import sealed_folders as folders
 from pipeline.storage.publishing import publish
 from pipeline.validation import InvalidInput
 
-MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 2_500_000, 400_000
+MOST_BYTES, PAGE_BYTES, METADATA_BYTES = 10_000_000, 2_500_000, 500_000
 """Of the archive, of the page in it, and of what describes its files."""
 
 RECORDINGS_BYTES = 1_000_000
