@@ -28,6 +28,8 @@ Tables = Mapping[str, Any]
 SMOKE = "smoke"
 """Scale whose results decide nothing."""
 
+LARGEST = 1e100
+"""A replicate above says nothing: the third power of its distance would be no number."""
 MOST_SILENT = 0.05
 """Share of the replicates that may have no value, for there to be an interval."""
 
@@ -145,7 +147,7 @@ def _estimate(
         return papers.Estimate(float(value))
     last = drawn.size - drawn.clusters
     said, left_out = (
-        part[np.isfinite(part)] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
+        part[np.abs(part) < LARGEST] for part in (np.asarray(values)[:last], np.asarray(values)[last:])
     )
     if len(said) < max(2.0, (1.0 - MOST_SILENT) * last):
         return papers.Estimate(float(value))
@@ -169,7 +171,12 @@ def _one_sample(
 
     A population has the paper's size.  Of people, the spread of replicates is scaled to it, and adds to our own.
     """
-    if drawn is None or claim.published is None or np.ndim(values) == 0 or not np.isfinite(values).all():
+    if (
+        drawn is None
+        or claim.published is None
+        or np.ndim(values) == 0
+        or not np.all(np.abs(values) < LARGEST)
+    ):
         return None
     if drawn.kind == POPULATION:
         return papers.Estimate(value, *bootstrap.mean_interval(np.asarray(values), more=1.0))
