@@ -25,6 +25,7 @@ FILES = {
         clips: walks
         page:
           figure: pace2030_fig1
+          question: Do quick people walk large?
           sentences: [Quick people walk large., It is the first harmonic., The second adds little.]
         equations: []
         claims: {}
