@@ -134,7 +134,7 @@ test: $(DEV) ## the tests, on every core, in three minutes; ALL=1: the thorough 
 	@$(VENV)/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder $(if $(ALL)$(ARGS),,-m "not thorough") $(ARGS)
 
 test-cluster: $(DEV) ## LAUNCH=slurm on a Slurm of two nodes on this machine, one of them killed (Debian: slurmctld slurmd slurm-client munge)
-	@$(VENV)/bin/python -m pytest -n 0 tests/cluster $(ARGS)
+	@TEST_CLUSTER=1 $(VENV)/bin/python -m pytest -n 0 tests/cluster $(ARGS)
 
 planted: $(DEV) ## small defects in a copy of the tree: which do the tests notice? ARGS=10: some, drawn by the commit; ARGS=core/camera
 	@$(VENV)/bin/python -m tests.planted $(ARGS)

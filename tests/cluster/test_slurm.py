@@ -24,6 +24,8 @@ from tests.processes import ROOT, WAIT_S, finished, started
 MISSING = [
     *(name for name in ("slurmctld", "slurmd", "sbatch", "munged") if not shutil.which(name)),
     *(["submitit"] if importlib.util.find_spec("submitit") is None else []),
+    # When a node is missed depends on how busy the machine is, so that these are asked for by name.
+    *([] if os.environ.get("TEST_CLUSTER") else ["TEST_CLUSTER in the environment, as by make test-cluster"]),
 ]
 pytestmark = [
     pytest.mark.thorough,
