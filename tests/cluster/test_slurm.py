@@ -29,7 +29,7 @@ MISSING = [
 ]
 pytestmark = [
     pytest.mark.thorough,
-    pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}"),
+    pytest.mark.skipif(bool(MISSING), reason=f"missing: {', '.join(MISSING)}"),
 ]
 FIGURES = "zhang2007_fig2,zhang2007_fig3,zhang2007_fig5,mozerov2006_fig3"
 SMOKE = ["-m", "pipeline", "figures", f"experiment={FIGURES}", "scale=smoke"]
