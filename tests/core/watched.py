@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from hypothesis import strategies as st
 
-from pipeline.core import fourier, observation
+from pipeline.core import camera, fourier
 from pipeline.core.linear_model import LinearModel, unflatten
+from pipeline.core.reconstruction import PhasedView, from_known_view_unknown_phase
+from pipeline.skeleton import WALKER15
 from tests.strategies import Fold
 
 RATE_HZ = 100.0
@@ -26,10 +30,43 @@ def played(
     return fourier.synthesise(fourier.shift(w, -phase_rad), frequency_hz, times)
 
 
-def watched(fold: Fold, frequency_hz: float = 0.93) -> observation.ViewedClip:
+@dataclass(frozen=True)
+class Watched:
+    """A clip in one view: the frequency that the view alone gives, and its Fourier coefficients (1 + 2H, 15, 3)."""
+
+    view_rad: float
+    frequency_hz: float
+    coefficients: np.ndarray
+
+    @property
+    def image(self) -> np.ndarray:
+        return camera.project(self.coefficients, self.view_rad)
+
+    @property
+    def missing(self) -> np.ndarray:
+        return camera.missing_dimension(self.coefficients, self.view_rad)
+
+
+def seen(motion: np.ndarray, view_rad: float, *, rate_hz: float = RATE_HZ, harmonics: int = 2) -> Watched:
+    """What a view shows of a motion (T, 15, 3)."""
+    image = camera.project(motion, view_rad)
+    apart = (image - image[:, list(WALKER15.mirror)]).reshape(len(image), -1)
+    hertz = fourier.fundamental_frequency(image, rate_hz, harmonics=harmonics, apart=apart)
+    matrix = fourier.design(hertz, np.arange(len(motion)) / rate_hz, harmonics)
+    series = np.linalg.lstsq(matrix, motion.reshape(len(motion), -1), rcond=None)[0]
+    return Watched(view_rad, hertz, series.reshape(-1, *motion.shape[1:]))
+
+
+def watched(fold: Fold, view_rad: float, frequency_hz: float = 0.93) -> Watched:
     """A walker whom the model has not seen, at a drawn phase, 2.7 cycles with 3 mm of noise."""
     motion = played(unflatten(fold.sample), frequency_hz, fold.generator.uniform(-np.pi, np.pi), 2.9)
-    return observation.observe(motion + 3.0 * fold.generator.standard_normal(motion.shape), RATE_HZ, VIEWS)
+    return seen(motion + 3.0 * fold.generator.standard_normal(motion.shape), view_rad)
+
+
+def found_in(model: LinearModel, clip: Watched, noise: float | None) -> PhasedView:
+    return from_known_view_unknown_phase(
+        model, clip.image, clip.view_rad, noise_variance=noise, frequency_hz=clip.frequency_hz
+    )
 
 
 def inside(model: LinearModel, generator: np.random.Generator) -> np.ndarray:

@@ -102,7 +102,9 @@ def _of_ones(frequencies_hz: np.ndarray, step_s: float, frames: int) -> np.ndarr
     return np.exp(1j * (frames - 1) * half) * np.sin(frames * half) / np.sin(half)
 
 
-def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2) -> float:
+def fundamental_frequency(
+    positions: np.ndarray, frame_rate_hz: float, *, harmonics: int = 2, apart: np.ndarray | None = None
+) -> float:
     """Fundamental frequency in Hz: the one whose harmonic regression leaves the least residual.
 
     Parameters
@@ -111,6 +113,9 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
         In WALKER15 order, mm.
     frame_rate_hz : float
     harmonics : int
+    apart : (T, D), optional
+        Signals of the first guess, such as a view's differences between left and right; without them left ankle y -
+        right ankle y.
 
     Raises
     ------
@@ -119,14 +124,16 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
 
     Notes
     -----
-    The first guess is the strongest frequency of left ankle y - right ankle y between 0.4 and 1.6 Hz that completes
-    a cycle in the clip; the regression over all joints then moves it by at most 15 %, so that neither the half nor
-    the double of the true frequency can be reached by a small gain in fit.  In a clip of many cycles the fit has
-    side lobes every 1/(H T) Hz, so the best of a grid of six points to a lobe is taken before it is refined.
+    The first guess is the strongest frequency of the differences between 0.4 and 1.6 Hz that completes a cycle in the
+    clip: left and right do the same half a cycle apart, so that these have hardly a second harmonic.  The regression
+    over all joints then moves it by at most 15 %, so that neither the half nor the double of the true frequency can be
+    reached by a small gain in fit.  In a clip of many cycles the fit has side lobes every 1/(H T) Hz, so the best of a
+    grid of six points to a lobe is taken before it is refined.
     """
     frames = len(positions)
     times = np.arange(frames) / frame_rate_hz
-    signal = positions[:, _LEFT_ANKLE, 1] - positions[:, _RIGHT_ANKLE, 1]
+    if apart is None:
+        apart = (positions[:, _LEFT_ANKLE, 1] - positions[:, _RIGHT_ANKLE, 1])[:, None]
     duration = frames / frame_rate_hz
     lowest = max(SEARCH_HZ[0], 1.0 / duration)
     if lowest >= SEARCH_HZ[1]:
@@ -138,7 +145,8 @@ def fundamental_frequency(positions: np.ndarray, frame_rate_hz: float, *, harmon
     # Six candidates to the clip's resolution cannot step over the peak.
     count = int(np.ceil((SEARCH_HZ[1] - lowest) * duration * 6)) + 8
     candidates = np.linspace(lowest, SEARCH_HZ[1], count)
-    guess = float(candidates[first_lowest(-single_frequency_power(candidates, times, signal))])
+    power = sum(single_frequency_power(candidates, times, signal) for signal in apart.T)
+    guess = float(candidates[first_lowest(-np.asarray(power))])
     require_rate(frame_rate_hz, guess, harmonics)
     values = positions.reshape(frames, -1)
     values = values - values.mean(axis=0)

@@ -21,13 +21,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.core import anatomical, fourier, observation, reconstruction
+from pipeline.core import anatomical, fourier, reconstruction
 from pipeline.core import camera as parallel
 from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, prepared
 from pipeline.core.limb_chain import WALKER14, true_lengths
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.pinhole import Pinhole
+from pipeline.skeleton import WALKER15
 
 PELVIS = WALKER14.joints.index(WALKER14.root)
 
@@ -142,14 +143,14 @@ def by_eigenwalkers(
     filled, coefficients, frequency_hz = _image_as_series(walk, harmonics)
     motions = []
     for noise_variance in noise_variances:
-        found = reconstruction.from_known_views_unknown_phase(
+        found = reconstruction.from_known_view_unknown_phase(
             model,
-            coefficients[None],
-            np.array([angle + walk.heading_error_rad]),
+            coefficients,
+            angle + walk.heading_error_rad,
             noise_variance=noise_variance,
-            frequency_hz=np.array([frequency_hz]),
+            frequency_hz=frequency_hz,
         )
-        missing = fourier.synthesise(found.missing[0][..., None], frequency_hz, walk.times_s)[..., 0]
+        missing = fourier.synthesise(found.missing[..., None], frequency_hz, walk.times_s)[..., 0]
         motions.append(parallel.combine(filled, missing, angle))
     return motions
 
@@ -178,9 +179,9 @@ def by_anatomy(
     """
     filled, coefficients, frequency_hz = _image_as_series(walk, harmonics)
     view = np.array([walk.view_angle_rad + walk.heading_error_rad])
-    phase = reconstruction.from_known_views_unknown_phase(
-        model, coefficients[None], view, noise_variance=noise_variance, frequency_hz=np.array([frequency_hz])
-    ).phase_rad[0]
+    phase = reconstruction.from_known_view_unknown_phase(
+        model, coefficients, view[0], noise_variance=noise_variance, frequency_hz=frequency_hz
+    ).phase_rad
     seen = anatomical.by_joint(fourier.shift(coefficients, phase))
     distance = float(walk.camera.in_camera(walk.root)[:, 2].mean())
     noise = replace(anatomical.Noise(), **_perspective(prior, view, distance))
@@ -221,12 +222,11 @@ def by_image_and_average(walk: SeenWalk, average: np.ndarray, *, harmonics: int)
 
 def _image_as_series(walk: SeenWalk, harmonics: int) -> tuple[np.ndarray, np.ndarray, float]:
     """The image (F, 15, 2), mm, hidden joints filled by their series; its coefficients and fundamental frequency."""
-    image, angle, rate_hz = walk.weak_perspective(), walk.view_angle_rad, walk.frame_rate_hz
+    image, rate_hz = walk.weak_perspective(), walk.frame_rate_hz
     filled, frequency_hz = _bridged(image), np.nan
     for _ in range(2):  # the second time with gaps filled by the series itself
-        in_space = parallel.combine(filled, np.zeros(filled.shape[:2]), angle)
-        clip = observation.observe(in_space, rate_hz, np.array([angle]), harmonics=harmonics)
-        frequency_hz = float(clip.frequency_hz[0])
+        apart = (filled - filled[:, list(WALKER15.mirror)]).reshape(len(filled), -1)
+        frequency_hz = fourier.fundamental_frequency(filled, rate_hz, harmonics=harmonics, apart=apart)
         coefficients = series_of_seen(image, rate_hz, frequency_hz, harmonics=harmonics)
         series = fourier.synthesise(coefficients, frequency_hz, walk.times_s)
         filled = np.where(np.isfinite(image), image, series)
