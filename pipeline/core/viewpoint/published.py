@@ -89,7 +89,7 @@ def best_candidate(
     best = first_lowest(cost)
     height, _ = local_minima(cost, grid, closed=closed)
     _, runner_up = lowest_but(height, best, closed=closed)
-    here = reduced_cost(gram, across, up, grid[best], noise_variance, bend=False)
+    here = reduced_cost(gram, across, up, grid[best], noise_variance)
     return ViewMinimum(
         angle_rad=grid[best],
         z=here.z,

@@ -60,14 +60,13 @@ class ReducedCost:
         J, mm².
     z : (A, N)
         Coefficients in whitened form.
-    slope, curvature : (A,)
-        First and second derivative of J by the angle; curvature empty unless asked for.
+    slope : (A,)
+        Derivative of J by the angle.
     """
 
     cost: np.ndarray
     z: np.ndarray
     slope: np.ndarray
-    curvature: np.ndarray
 
 
 def global_minimum(
@@ -114,9 +113,7 @@ def global_minimum(
         z, minimum = np.empty((len(rows), len(gram.white.scale))), np.empty(len(rows))
 
         def derivatives(active: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, None]:
-            here = reduced_cost(
-                gram, across[rows[active]], up[rows[active]], angle, noise_variance, bend=False
-            )
+            here = reduced_cost(gram, across[rows[active]], up[rows[active]], angle, noise_variance)
             z[active], minimum[active] = here.z, here.cost
             return here.slope, None
 
@@ -258,10 +255,8 @@ def reduced_cost(
     up: np.ndarray,
     angle: np.ndarray,
     noise_variance: float | None,
-    *,
-    bend: bool,
 ) -> ReducedCost:
-    """J and its derivatives at one angle (A,) per observation.
+    """J and its slope at one angle (A,) per observation.
 
     z has been eliminated, so J' is the partial derivative at that z.
     """
@@ -276,15 +271,7 @@ def reduced_cost(
     e = across - seen
     ez = dz - z @ white.bz.T
     cost = (e**2).sum(axis=1) + (ez**2).sum(axis=1) + (noise_variance or 0.0) * (z**2).sum(axis=1)
-    slope = -2.0 * (e * unseen).sum(axis=1)
-    if not bend:
-        return ReducedCost(cost, z, slope, np.empty(0))
-    mixed = 2.0 * (
-        c * (unseen @ white.bx) + s * (unseen @ white.by) + s * (e @ white.bx) - c * (e @ white.by)
-    )
-    by_z = gram.solve(cosine, sine, mixed[..., None], noise_variance)[..., 0]
-    curvature = 2.0 * ((unseen**2).sum(axis=1) + (e * seen).sum(axis=1)) - 0.5 * (mixed * by_z).sum(axis=1)
-    return ReducedCost(cost, z, slope, curvature)
+    return ReducedCost(cost, z, -2.0 * (e * unseen).sum(axis=1))
 
 
 def _polynomial_minimum(
