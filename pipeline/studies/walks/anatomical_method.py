@@ -6,19 +6,17 @@ Harmonics and walks are the data set's, and the settings are the model's default
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from pipeline.core import anatomical, camera, fourier, linear_model
-from pipeline.core.anatomical import Differences, Prior
+from pipeline.core.anatomical import Prior
 from pipeline.core.linear_model import LinearModel
 from pipeline.core.viewpoint.view_estimate import ViewEstimate
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.walks.anatomical_model import AnatomicalModel
 from pipeline.studies.walks.seen_walker import Reconstruction
 from pipeline.studies.walks.sweeps.held_out import Fold, People, mirrored_grid
-from pipeline.studies.walks.sweeps.setting import Setting, anatomical_setting
+from pipeline.studies.walks.sweeps.setting import anatomical_setting
 from pipeline.validation import InvalidInput
 
 CANDIDATES = 72
@@ -38,58 +36,45 @@ class AnatomicalApproach:
         self._people = People(data, options.population(data))
         self._setting = anatomical_setting(options, self._people.harmonics)
 
-    def fold(self, walk: int, *, without_source: bool = False) -> Fold:
-        """What is learnt without the person of a walk, or without everybody of its source."""
-        model = self._people.model
-        if without_source:
-            return self._people.fold(*np.flatnonzero(model.sources == self._data.source[walk]).tolist())
-        return self._people.fold(int(np.flatnonzero(model.people == self._data.person[walk])[0]))
+    def fold(self, walk: int) -> Fold:
+        """What is learnt without the person of a walk."""
+        people = self._people.model.people
+        return self._people.fold(int(np.flatnonzero(people == self._data.person[walk])[0]))
 
     def prior(self, walk: int) -> Prior:
         """What is learnt without the person of a walk."""
         return self.fold(walk).prior(self._setting)
 
-    def missing(
-        self, fold: Fold, walk: int, view_rad: np.ndarray, *, without_source: bool = False
-    ) -> np.ndarray:
-        """Missing dimension (A, 1 + 2H, 15) of a walk from A views, mm; of another laboratory than who trained, or not.
+    def missing(self, fold: Fold, walk: int, view_rad: np.ndarray) -> np.ndarray:
+        """Missing dimension (A, 1 + 2H, 15) of a walk from A views, mm.
 
         Left views are those from the right of the mirror image, for the prior knows no side: half of the conditionals
         of a symmetric grid serve all of it.  Joints that were not measured are hidden.
         """
         walker, hidden = self._data.coefficients[walk], self._data.unmeasured[walk]
-        setting = replace(self._setting, differences=Differences()) if without_source else self._setting
         if hidden.any() or not mirrored_grid(view_rad):
-            return self._fitted(fold, setting, walker[None], view_rad, hidden)[:, 0]
-        both = self._fitted(
-            fold,
-            setting,
-            np.stack([walker, fourier.mirrored(walker)]),
-            view_rad[len(view_rad) // 2 :],
-            hidden,
-        )
+            return self._fitted(fold, walker[None], view_rad, hidden)[:, 0]
+        sides = np.stack([walker, fourier.mirrored(walker)])
+        both = self._fitted(fold, sides, view_rad[len(view_rad) // 2 :], hidden)
         left = -fourier.mirrored(both[:0:-1, 1][..., None])[..., 0]  # which turns its sign, as that of x
         return np.concatenate([left, both[:, 0]])
 
     def _fitted(
-        self, fold: Fold, setting: Setting, walkers: np.ndarray, view_rad: np.ndarray, hidden: np.ndarray
+        self, fold: Fold, walkers: np.ndarray, view_rad: np.ndarray, hidden: np.ndarray
     ) -> np.ndarray:
         """Missing dimension (A, M, 1 + 2H, 15) of M walkers."""
         parts = []
         for part in np.array_split(view_rad, max(len(view_rad) // VIEWS_AT_A_TIME, 1)):
-            found = fold.reconstruct(setting, walkers, part, hidden=hidden)
+            found = fold.reconstruct(self._setting, walkers, part, hidden=hidden)
             whole = np.zeros((*found.estimated.shape[:2], len(found.unknown)))
             whole[..., found.unknown] = found.estimated
             parts.append(whole.reshape(*whole.shape[:2], anatomical.JOINTS, 3, -1)[..., 2, :])
         return np.swapaxes(np.concatenate(parts), -1, -2)
 
-    def reconstruct(
-        self, walk: int, view_rad: np.ndarray, model: LinearModel, *, without_source: bool = False
-    ) -> Reconstruction:
+    def reconstruct(self, walk: int, view_rad: np.ndarray, model: LinearModel) -> Reconstruction:
         """A walk from A views; the coefficients are those that the eigenwalkers of a model give to what is found."""
         walker = self._data.coefficients[walk]
-        fold = self.fold(walk, without_source=without_source)
-        missing = self.missing(fold, walk, view_rad, without_source=without_source)
+        missing = self.missing(self.fold(walk), walk, view_rad)
         turned = view_rad[:, None, None]
         seen = np.stack(
             np.broadcast_arrays(camera.horizontal(walker, turned), camera.vertical(walker)), axis=-1

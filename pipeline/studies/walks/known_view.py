@@ -22,7 +22,6 @@ from pipeline.studies.study import Sweep, SweepInputs, Swept, scaled
 from pipeline.studies.walks.anatomical_method import AnatomicalApproach
 from pipeline.studies.walks.methods import PUBLISHED, Method, Null
 from pipeline.studies.walks.nested import nested_choice
-from pipeline.studies.walks.other_sources import other_source_errors
 from pipeline.studies.walks.seen_walker import Reconstruction, SeenWalker
 from pipeline.studies.walks.stacked import stacked
 from pipeline.validation import Distinct, Finite, Positive
@@ -63,8 +62,6 @@ class KnownViewErrors:
         MAP for every walker and sigma², mean over views; no rows if MAP was not tried.
     chosen : DataFrame
         Of these the rows whose sigma² others choose for each walker, on models without that walker.
-    sources : DataFrame
-        A row to each walker and method, learnt from people of other sources; no rows if there are none.
     methods : (M,) text
     view_angle_deg : (A,)
     sigma2_mm2 : (S,)
@@ -90,7 +87,6 @@ class KnownViewErrors:
     coefficients: pd.DataFrame
     sigma2: pd.DataFrame
     chosen: pd.DataFrame
-    sources: pd.DataFrame
     methods: np.ndarray
     view_angle_deg: np.ndarray
     sigma2_mm2: np.ndarray
@@ -138,15 +134,6 @@ class KnownView(Sweep):
         return KnownViewErrors(
             **found,
             chosen=found["sigma2"][chosen.ravel()],
-            sources=other_source_errors(
-                data,
-                options,
-                self.methods,
-                self.noise_variance_mm2,
-                np.radians(view_deg),
-                third,
-                inputs.workers,
-            ),
             methods=np.array(self.methods, dtype=str),
             view_angle_deg=view_deg,
             sigma2_mm2=sigma2,

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Reference, Sheet
@@ -38,41 +37,33 @@ class StructureLadder(Figure):
     timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: by method and view; ``table_ladder``: by method; walkers, settings, other sources beside them."""
-        sweep, model = inputs.sweep, inputs.model
+        """``table``: by method and view; ``table_ladder``: by method; ``table_walkers``: of every walker."""
+        model = inputs.model
         people = PeopleResampled(len(model.people), inputs.experiment.seed)
-        by_view = {  # method → views, errors (P, A)
-            str(name): (sweep.view_angle_deg, error.mean(axis=-1))
-            for name, error in zip(sweep.methods, sweep.absolute_error_mm2, strict=True)
-        } | {
-            str(name): (sweep.view_angle_deg[sweep.part_view], error.mean(axis=-1))
-            for name, error in zip(sweep.part_methods, sweep.part_error_mm2, strict=True)
-        }
+        by_view = {  # of each method, people by views
+            method: rows.pivot(index="person", columns="view_angle_deg", values="absolute_error_mm2").loc[model.people]
+            for method, rows in inputs.sweep.rows.groupby("method", sort=False)
+        }  # fmt: skip
         of_view, ladder, walkers = [], [], []
-        for method, (views, errors) in by_view.items():
-            few = len(errors[0]) < len(sweep.view_angle_deg)
-            at = sweep.part_view if few else slice(None)
+        for method, errors in by_view.items():
             mine = errors.mean(axis=1)
             tuned, best, specified = (
-                by_view[other][1][:, at].mean(axis=1) for other in (BASELINE, "anatomical", "as_specified")
+                by_view[other][errors.columns].mean(axis=1)
+                for other in (BASELINE, "anatomical", "as_specified")
             )
             of_view += [
-                {
-                    "method": method,
-                    "view_angle_deg": view,
-                    **people.mean(errors[:, a], "absolute_error_mm2"),
-                }
-                for a, view in enumerate(views.tolist())
+                {"method": method, "view_angle_deg": view, **people.mean(of_people, "absolute_error_mm2")}
+                for view, of_people in errors.items()
             ]
             ladder.append(
                 {
                     "method": method,
                     "part": METHODS[method].part,
-                    "views": len(views),
+                    "views": errors.shape[1],
                     "walkers": len(mine),
                     **people.mean(mine, "absolute_error_mm2"),
-                    "absolute_error_median_mm2": float(np.median(mine)),
-                    "absolute_error_worst_mm2": float(mine.max()),
+                    "absolute_error_median_mm2": mine.median(),
+                    "absolute_error_worst_mm2": mine.max(),
                     **people.reduction_percent(mine, tuned, "below_map_percent"),
                     **people.reduction_percent(mine, best, "below_whole_percent"),
                     **people.reduction_percent(mine, specified, "below_specified_percent"),
@@ -80,60 +71,14 @@ class StructureLadder(Figure):
                 }
             )
             walkers += [
-                {"person": who, "walker": who, "method": method, "absolute_error_mm2": float(error)}
-                for who, error in zip(model.people, mine, strict=True)
+                {"person": who, "walker": who, "method": method, "absolute_error_mm2": error}
+                for who, error in mine.items()
             ]
-        chosen = sweep.methods.tolist()[2:]  # the first two have no setting
         return {
             "table": tidy(of_view, by=["method", "view_angle_deg"]),
             "table_ladder": pd.DataFrame(ladder),
             "table_walkers": tidy(walkers, by=["walker", "method"]),
-            "table_settings": tidy(
-                {
-                    "walker": list(model.people),
-                    "method": np.array(chosen)[:, None],
-                    "noise_variance_mm2": sweep.noise_variance_mm2[2:],
-                    **{
-                        name: np.where(np.isfinite(of), of, 0.0)  # 0: lengths say nothing
-                        for name, of in (
-                            ("length_factor", sweep.length_factor[2:]),
-                            ("pair_factor", sweep.pair_factor[2:]),
-                            ("shrinkage", sweep.shrinkage[2:]),
-                            ("harmonics", sweep.harmonics[2:]),
-                        )
-                    },
-                },
-                by=["walker", "method"],
-            ),
-            "table_sources": self._sources(inputs, by_view),
         }
-
-    @staticmethod
-    def _sources(inputs: Inputs, by_view: dict[str, tuple[np.ndarray, np.ndarray]]) -> pd.DataFrame:
-        """Errors by source, learnt from everybody else and from the other sources alone, at the same views."""
-        sweep, sources = inputs.sweep, inputs.model.sources
-        rows = []
-        for source in sorted(set(sources.tolist())):
-            of = sources == source
-            resampled = PeopleResampled(int(of.sum()), inputs.experiment.seed)
-            for number, method in enumerate(sweep.source_methods.tolist()):
-                by = {"person": by_view[method][1][:, sweep.part_view]}
-                if sweep.source_error_mm2.shape[1]:
-                    by["source"] = sweep.source_error_mm2[number]
-                for left_out, errors in by.items():
-                    values = errors[of].mean(axis=1)
-                    rows.append(
-                        {
-                            "source": source,
-                            "left_out": left_out,
-                            "method": method,
-                            "walkers": int(of.sum()),
-                            **resampled.mean(values, "absolute_error_mm2"),
-                            "absolute_error_median_mm2": float(np.median(values)),
-                            "absolute_error_worst_mm2": float(values.max()),
-                        }
-                    )
-        return tidy(rows, by=["source", "left_out", "method"])
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """Error against view; every step with its interval; the whole against MAP, person by person."""

@@ -59,8 +59,8 @@ class ViewErrors(Figure):
 
         ``table_people``: the same of every walker; ``table_walkers``: per walker and method, mean over views;
         ``table_summary``: mean, median and worst walker; ``table_joints``: per joint; ``table_coefficients``: how often
-        they leave the range of training; ``table_recomputed``: the errors computed anew; ``table_sources``, of data
-        from several sources: learnt from people of the others.  The nulls are methods like the approaches.
+        they leave the range of training; ``table_recomputed``: the errors computed anew.  The nulls are methods like
+        the approaches.
         """
         sweep, seed = inputs.sweep, inputs.experiment.seed
         people = _sides_at_random(sweep.rows, sweep.view_angle_deg, seed)
@@ -89,13 +89,6 @@ class ViewErrors(Figure):
             made["table_recomputed"] = recomputed(
                 inputs.dataset, model, options, sweep.rows, inputs.model.kept
             )
-        if len(sweep.sources):
-            data = inputs.dataset
-            own = walkers.assign(source=walkers["walker"].map(dict(zip(data.clip, data.source, strict=True))))
-            own = own[own["method"].isin(sweep.sources["method"])]
-            every = {"other sources": sweep.sources, "all": own}
-            rows = pd.concat([of.assign(learnt_from=name) for name, of in every.items()])
-            made["table_sources"] = _summary(rows, ["source", "learnt_from", "method"], "walkers")
         return made
 
     def arrays(self, inputs: Inputs) -> dict[str, np.ndarray]:

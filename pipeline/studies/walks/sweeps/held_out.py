@@ -97,13 +97,11 @@ class People:
         covariance = self.data.residual_covariance[self.model.tested[person]]
         return np.einsum("aij,kjl,ail->aki", axes, covariance, axes)
 
-    def learn(self, setting: Setting, without: Iterable[int], source: str) -> Prior:
-        """What is learnt without some people, or from one source alone."""
+    def learn(self, setting: Setting, without: Iterable[int]) -> Prior:
+        """What is learnt without some people."""
         kept = ~np.isin(self._person, list(without))
         if not setting.all_walks:
             kept &= np.isin(np.arange(len(kept)), self.model.tested)
-        if source:
-            kept &= self.data.source == source
         walks = np.flatnonzero(kept)
         coefficients = self.data.coefficients[walks][:, : 1 + 2 * setting.harmonics]
         weights = anatomical.person_weights(self.data.person[walks])
@@ -119,9 +117,9 @@ class People:
             prior = anatomical.unfamiliar(prior, learnt, share)
         return prior
 
-    def fold(self, *without: int, source: str = "") -> Fold:
-        """What can be learnt without these people, or from one source alone."""
-        return Fold(self, without, source)
+    def fold(self, *without: int) -> Fold:
+        """What can be learnt without these people."""
+        return Fold(self, without)
 
     def beyond(self, person: int, view_rad: np.ndarray, harmonics: int) -> np.ndarray:
         """Power (A, 15) in the missing dimension of what a number of harmonics does not hold, mm²."""
@@ -231,8 +229,8 @@ class People:
 class Fold:
     """What is learnt without some people; settings that learn or look alike share their priors and conditionals."""
 
-    def __init__(self, people: People, without: tuple[int, ...], source: str) -> None:
-        self._people, self._without, self._source = people, without, source
+    def __init__(self, people: People, without: tuple[int, ...]) -> None:
+        self._people, self._without = people, without
         self._priors: dict[object, Prior] = {}
         self._conditionals: dict[object, Conditional] = {}
         self._last_turned: tuple[object, TurnedPrior] | None = None
@@ -243,7 +241,7 @@ class Fold:
         varied = (setting.stance, setting.proportions, setting.differences)
         learnt = (setting.harmonics, more, setting.shrinkage, *varied)
         if learnt not in self._priors:
-            self._priors[learnt] = self._people.learn(setting, self._without, self._source)
+            self._priors[learnt] = self._people.learn(setting, self._without)
         return self._priors[learnt]
 
     def conditional(self, setting: Setting, view_rad: np.ndarray, hidden: np.ndarray) -> Conditional:

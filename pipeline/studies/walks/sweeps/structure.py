@@ -6,29 +6,29 @@ one they are tried on: sigma² of MAP and the tolerance of lengths; and, in a ro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core import anatomical, errors
-from pipeline.core.anatomical import Differences
 from pipeline.core.choice import first_lowest
 from pipeline.processes import map_processes
 from pipeline.studies.eigenwalkers.samples import FourierSamples
 from pipeline.studies.study import Sweep, SweepInputs, scaled
 from pipeline.studies.walks.anatomical_model import AnatomicalWalkers
+from pipeline.studies.walks.stacked import stacked
 from pipeline.studies.walks.sweeps.held_out import NOISE_VARIANCES_MM2, Choosers, Fold, MirroredViews, People
 from pipeline.studies.walks.sweeps.ladder import METHODS, MOST_HARMONICS, of_part
 from pipeline.studies.walks.sweeps.setting import PLAIN, Setting, anatomical_setting, approach_two
 from pipeline.validation import require_range
 
-FROM_ANOTHER_SOURCE = ("average_walker", "map_tuned", "shrinkage", "anatomical")
-"""Methods that also learn from one laboratory and are tried in another, the last with what laboratories differ by."""
 DIAGONAL = 0.5
 """What is kept of each coefficient by itself, as a part of what is kept within a harmonic."""
 PARTS_EVERY = 3
-"""Of the views, for what is taken away or varied and for other sources."""
+"""Of the views, for what is taken away or varied."""
 SHRUNKEN_NOISE_VARIANCES_MM2 = (50.0, 100.0, 200.0)
 LENGTH_FACTORS = (1.0, 1.5, 2.0, 3.0)
 PAIR_FACTORS = (1.0, 2.0, 4.0)
@@ -40,39 +40,9 @@ SHRINKAGES = (0.1, 0.2, 0.4)
 
 @dataclass(frozen=True)
 class StructureErrors:
-    """Errors of every method, for every person, view and joint.
+    """Errors of every method: a row to each method, person and view; what is taken away or varied at few views."""
 
-    Attributes
-    ----------
-    methods : (M,) text
-        As parts are added, then with no setting and with every setting chosen.
-    view_angle_deg : (A,)
-    absolute_error_mm2 : (M, P, A, 15)
-    noise_variance_mm2, length_factor, pair_factor, shrinkage, harmonics : (M, P)
-        As chosen for each person.
-    part_methods : (M',) text
-        The whole with one part taken away or varied.
-    part_view : (A',) int
-        At which of the views.
-    part_error_mm2 : (M', P, A', 15)
-    source_methods : (M'',) text
-    source_error_mm2 : (M'', P, A')
-        Learnt from the other sources alone; without rows if there is one source.
-    """
-
-    methods: np.ndarray
-    view_angle_deg: np.ndarray
-    absolute_error_mm2: np.ndarray
-    noise_variance_mm2: np.ndarray
-    length_factor: np.ndarray
-    pair_factor: np.ndarray
-    shrinkage: np.ndarray
-    harmonics: np.ndarray
-    part_methods: np.ndarray
-    part_view: np.ndarray
-    part_error_mm2: np.ndarray
-    source_methods: np.ndarray
-    source_error_mm2: np.ndarray
+    rows: pd.DataFrame
 
 
 @dataclass(kw_only=True)
@@ -95,31 +65,26 @@ class Structure(Sweep):
         few = np.flatnonzero((np.arange(len(view)) - middle) % PARTS_EVERY == 0)
         parts, everywhere = of_part("taken away", "varied"), of_part("added", "settings")
 
-        def one(person: int) -> tuple[np.ndarray, np.ndarray]:
+        def one(person: int) -> list[dict[str, Any]]:
             fold = people.fold(person)
-
-            def of(methods: Sequence[str], views: np.ndarray) -> np.ndarray:
-                return errors_of(people, fold, {m: settings[m][person] for m in methods}, person, views)
-
-            return of(everywhere, view), of(parts, view[few])
+            of_parts = {tuple(everywhere): np.arange(len(view)), tuple(parts): few}
+            return [
+                {
+                    "method": method,
+                    "person": inputs.model.people[person],
+                    "view_angle_deg": view_deg[at],
+                    "absolute_error_mm2": error.mean(axis=-1),
+                }
+                for methods, at in of_parts.items()
+                for method, error in zip(
+                    methods,
+                    errors_of(people, fold, {m: settings[m][person] for m in methods}, person, view[at]),
+                    strict=True,
+                )
+            ]
 
         folds = map_processes(one, range(people.count), inputs.workers)
-        chosen = [settings[method] for method in everywhere]
-        return StructureErrors(
-            methods=np.array(everywhere),
-            view_angle_deg=view_deg,
-            absolute_error_mm2=np.stack([fold[0] for fold in folds], axis=1),
-            noise_variance_mm2=np.array([[s.noise.variance for s in of] for of in chosen]),
-            length_factor=np.array([[s.within for s in of] for of in chosen]),
-            pair_factor=np.array([[s.pairs for s in of] for of in chosen]),
-            shrinkage=np.array([[s.shrinkage.within_harmonic for s in of] for of in chosen]),
-            harmonics=np.array([[s.harmonics for s in of] for of in chosen]),
-            part_methods=np.array(parts),
-            part_view=few,
-            part_error_mm2=np.stack([fold[1] for fold in folds], axis=1),
-            source_methods=np.array(FROM_ANOTHER_SOURCE),
-            source_error_mm2=self._from_another_source(people, settings, view[few], inputs.workers),
-        )
+        return StructureErrors(stacked([row for rows in folds for row in rows]))
 
     def _settings(self, people: People, whole: Setting, workers: int) -> dict[str, list[Setting]]:
         """The setting of every method for every person."""
@@ -185,24 +150,6 @@ class Structure(Sweep):
             shrunken,
             lambda setting: [replace(setting, harmonics=number) for number in (3, whole.harmonics)],
         ]
-
-    @staticmethod
-    def _from_another_source(
-        people: People, settings: dict[str, list[Setting]], view: np.ndarray, workers: int
-    ) -> np.ndarray:
-        """Errors (M', P, A) with the other source's people alone to learn from; the settings are the person's."""
-        sources = sorted(set(people.model.sources.tolist()))
-        if len(sources) < 2:
-            return np.empty((len(FROM_ANOTHER_SOURCE), 0, len(view)))
-
-        def one(person: int) -> np.ndarray:
-            same = np.flatnonzero(people.model.sources == people.model.sources[person])
-            fold = people.fold(*same.tolist())
-            mine = {method: settings[method][person] for method in FROM_ANOTHER_SOURCE}
-            mine["anatomical"] = replace(mine["anatomical"], differences=Differences())
-            return errors_of(people, fold, mine, person, view).mean(axis=-1)
-
-        return np.stack(map_processes(one, range(people.count), workers), axis=1)
 
 
 def errors_of(
