@@ -70,7 +70,7 @@ The modules, from the base upwards; each imports only from those above it in thi
       replicated             tables with people drawn again, or of several populations
       published              published numbers and the tables that quote them
       presentation           names and heights of people in recordings
-    stages/                ingest, dataset, model, sweep, figure; further populations
+    stages/                ingest, dataset, model, sweep, figure; further populations, the one shown
     report/                the page over all figures, with players that compute in the browser; the only jinja2
     reconstruct/           one person's keypoints in, a 3D walk out
     cli/                   composing options (the only Hydra), commands, progress, summary

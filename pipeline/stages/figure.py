@@ -9,9 +9,9 @@ from typing import Any
 
 from pipeline import charts, papers, pictures, recordings
 from pipeline.papers import Verdict
-from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
+from pipeline.stages.shown_population import shown
 from pipeline.storage import tables
 from pipeline.storage.provenance import provenance
 from pipeline.storage.publishing import publish
@@ -45,10 +45,10 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
     figure = experiment.figure
     started = time.perf_counter()
     with publish(folder, having="figure") as publication:
-        made = {**figure.tables(inputs), **populations.tables(experiment, store)}
+        inputs, made = shown(inputs, store)
         for name, table in made.items():
             tables.write(publication.folder / f"{name}.csv", table)
-        report = report_table(clips.value.report, clips.value.report_columns)
+        report = report_table(inputs.clips.report, inputs.clips.report_columns)
         tables.write(publication.folder / f"{INGEST}.csv", report, sort_by=["source", "person", "clip"])
         as_preset = folder.parent == Path(experiment.results) / experiment.data.name / experiment.scale.name
         verdicts = judge_figure(
@@ -78,6 +78,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                 "data": experiment.data.name,
                 "scale": experiment.scale.name,
                 "seed": experiment.seed,
+                **({"population": inputs.population} if inputs.population else {}),
                 "configuration": _without_paths(canonical(experiment)),
                 "code": figure_code(experiment),
                 "stages": {

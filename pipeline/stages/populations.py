@@ -60,14 +60,15 @@ def _without_intervals(table: pd.DataFrame, number: int) -> pd.DataFrame:
     return table
 
 
-def _seed(experiment: Experiment, number: int) -> int:
+def seed_of(experiment: Experiment, number: int) -> int:
+    """Return the seed of one population."""
     return int(derive_generator(experiment.seed, f"population {number + 1}").integers(2**31))
 
 
 def sampled(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     """Return the data set of one population, which all figures of the walks share."""
     dataset = experiment.dataset.shared()
-    request = experiment.data.request(dataset.corpus, experiment.skeleton, _seed(experiment, number), 1)
+    request = experiment.data.request(dataset.corpus, experiment.skeleton, seed_of(experiment, number), 1)
     return stored(
         store,
         "population",
@@ -87,7 +88,7 @@ def swept(experiment: Experiment, number: int, store: Store) -> Stored[Any]:
     def measure() -> Any:
         samples = experiment.dataset.of_shared(kept.value)
         learnt = model.learn(samples, workers=1)
-        seed = _seed(experiment, number)
+        seed = seed_of(experiment, number)
         return sweep.measure(SweepInputs(None, samples, learnt, experiment.dataset, model, 1, seed))
 
     return stored(

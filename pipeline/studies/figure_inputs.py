@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -28,6 +29,8 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     clips : Clips
     dataset, model, sweep : dataclass
         Results of the stages of these names.
+    population : int
+        Number of the synthetic population, 0 for the data as it is.
     """
 
     experiment: Experiment
@@ -35,6 +38,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
     dataset: DatasetT
     model: ModelT
     sweep: SweepT
+    population: int = 0
 
     @property
     def samples(self) -> list[str]:
@@ -48,7 +52,21 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
         model: Any = self.model
         sources = ", ".join(sorted(set(map(str, dataset.source)) - {self.experiment.data.name}))
         name = self.experiment.data.name + (f" ({sources})" if sources else "")
-        return f"{name}, {dataset.words}, {model.words}"
+        return f"{name}, {dataset.words}, {model.words}{self._drawn}"
+
+    @property
+    def _drawn(self) -> str:
+        """Which population this is, and why."""
+        if not self.population:
+            return ""
+        error = re.sub("_(mm2?|deg)$", "", self.experiment.figure.ranked_by[1]).replace("_", " ")
+        count = self.experiment.scale.populations
+        return f"; of {count} populations, number {self.population}, whose {error} is the median"
+
+    @property
+    def banded(self) -> str:
+        """What intervals around curves are, for captions."""
+        return "range of all populations" if self.population else "95 % interval of the mean over people"
 
     @property
     def caption(self) -> str:

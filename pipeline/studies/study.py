@@ -20,6 +20,7 @@ annotation.  Options are validated by ``validate`` before anything runs.  Option
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
@@ -214,6 +215,10 @@ class Figure(ABC):
     """Class of the sweep that it shows."""
     over_people: ClassVar[tuple[str, ...]] = ()
     """Tables that are made again of every further population."""
+    ranked_by: ClassVar[tuple[str, str]] = ("table", "absolute_error_mm2")
+    """Table and column whose mean size, of the first method, orders populations: the one in the middle is shown."""
+    rows_of: ClassVar[Mapping[str, str]] = {}
+    """Column of the populations' rows of which a column of ``table`` is the mean, where its name is another."""
     sequence: ClassVar[str] = ""
     """Name of the sweep's grid on the recording's timeline, which has whole numbers; empty if there is none."""
     timeline: ClassVar[str] = ""

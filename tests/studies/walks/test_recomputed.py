@@ -12,7 +12,6 @@ import pytest
 from pipeline.core.linear_model import LinearModel
 from pipeline.studies.eigenwalkers.model import Divisor, Eigenwalkers, EigenwalkersModel
 from pipeline.studies.study import Grid, SweepInputs
-from pipeline.studies.walks.figures.view_errors import _which_population
 from pipeline.studies.walks.known_view import KnownView, Truth
 from pipeline.studies.walks.recomputed import recomputed
 from tests.studies.walks.test_anatomical import samples
@@ -65,13 +64,3 @@ def test_a_walker_who_is_in_the_model_shows(monkeypatch: pytest.MonkeyPatch) -> 
 def test_walkers_in_training_twice_are_not_computed_anew() -> None:
     rows = pd.DataFrame({"walker": ["a"], "method": ["map"], "view_angle_deg": [0.0]})
     assert recomputed(DATA, EigenwalkersModel(components=4, mirror=True), SWEEP, rows, 4).empty
-
-
-def test_the_caption_says_where_the_population_shown_stands() -> None:
-    def errors(level: float, **columns: object) -> pd.DataFrame:
-        return pd.DataFrame({"method": ["map"] * 2, "absolute_error_mm2": [level, level + 2.0], **columns})
-
-    further = pd.concat([errors(level, population=n) for n, level in enumerate((1.0, 5.0, 9.0, 3.0))])
-    told = _which_population({"table": errors(4.0), "table_populations": further}, "map")
-    assert "2 of 4 further ones" in told
-    assert _which_population({"table": errors(4.0)}, "map") == ""

@@ -31,6 +31,7 @@ class JointAngleFigure(Figure):
     model = EigenwalkersModel
     sweep = JointAngles
     over_people = ("table_walkers",)
+    ranked_by = ("table_walkers", "rmse_deg")
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: each method, angle and view, over walkers; ``table_walkers``: each walker, over views.

@@ -101,7 +101,7 @@ class NoiseVariance(Figure):
             },
         )
         at_end = f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
-        caption = "Band: 95 % interval of the mean over people." + ("" if inside else at_end)
+        caption = f"Band: {inputs.banded}." + ("" if inside else at_end)
         return Sheet(charts=[mean, of_views], columns=2, caption=caption)
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:

@@ -46,6 +46,7 @@ class Postures(Figure):
     model = EigenwalkersModel
     sweep = KnownView
     over_people = ("table_demonstrations", "table_identification")
+    ranked_by = ("table_demonstrations", "rms_error_least_squares_mm")
 
     walker: CountOrAll = 0  # that is drawn, by number
     instants: Count = 5  # of the cycle that are drawn

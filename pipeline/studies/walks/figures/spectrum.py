@@ -42,6 +42,7 @@ class Spectrum(Figure):
 
     model = EigenwalkersModel
     over_people = ("table", "table_harmonics")
+    ranked_by = ("table", "cumulative_fraction")
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: variance of each component; ``table_harmonics``: share of each harmonic per walker."""
@@ -76,10 +77,24 @@ class Spectrum(Figure):
         kept, table = inputs.model.kept, tables["table"]
         reached = 100 * table["cumulative_fraction"][kept - 1]
         here = Reference(x=float(kept), label=f"{kept}: {reached:.1f} %")
-        left = 100.0 * (1.0 - table["cumulative_fraction"].to_numpy())
-        some = left > LEAST_LEFT_PERCENT
+        fractions = {
+            "": "cumulative_fraction",
+            "_low": "cumulative_fraction_high",
+            "_high": "cumulative_fraction_low",
+        }
+        left = {
+            f"variance_left_percent{end}": np.maximum(
+                100.0 * (1.0 - table[name].to_numpy()), LEAST_LEFT_PERCENT
+            )
+            for end, name in fractions.items()
+            if name in table
+        }
+        some = left["variance_left_percent"] > LEAST_LEFT_PERCENT
         chart = Chart(
-            table={"component": table["component"].to_numpy()[some], "variance_left_percent": left[some]},
+            table={
+                name: part[some]
+                for name, part in {"component": table["component"].to_numpy(), **left}.items()
+            },
             x="component",
             x_label="number of components",
             y="variance_left_percent",
@@ -90,7 +105,7 @@ class Spectrum(Figure):
             styles=Style("", "black"),
             references=[here, PUBLISHED[inputs.experiment.paper]],
         )
-        return Sheet(charts=[chart])
+        return Sheet(charts=[chart], caption=f"Band: {inputs.banded}." * (len(left) > 1))
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the average walker and the first eigenwalkers, walking, beside the spectrum."""

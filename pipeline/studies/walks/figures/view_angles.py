@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 import pandas as pd
 
@@ -29,7 +30,9 @@ class ViewAngleEstimates(Figure):
 
     model = EigenwalkersModel
     sweep = UnknownView
-    over_people = ("table", "table_people")
+    over_people = ("table_people",)
+    ranked_by = ("table", "error_deg")
+    rows_of: ClassVar = {"estimated_mean_deg": "error_deg"}
     sequence = timeline = "view_angle_deg"
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
@@ -77,7 +80,8 @@ class ViewAngleEstimates(Figure):
         """Estimated against true angle, what is left of it, and the median of its size."""
         view = partial(Chart, **{**VIEW, "x_label": "true view angle"}, by="method", styles=CURVES)
         estimate = partial(view, y="estimated_mean_deg", band="estimated_sd_deg")
-        left = tables["table"]["estimated_mean_deg"] - tables["table"]["view_angle_deg"]
+        drawn = tables["table"][tables["table"]["method"].isin(CURVES)]
+        left = drawn["estimated_mean_deg"] - drawn["view_angle_deg"]
         most = max(LEAST_RANGE_DEG, 1.1 * float(left.abs().max()))
         charts = [
             estimate(label="estimated view angle", references=[Reference(slope=1.0)]),
@@ -96,8 +100,7 @@ class ViewAngleEstimates(Figure):
         return Sheet(
             charts=charts,
             columns=2,
-            caption="Bands: ±1 standard deviation over walkers, and 95 % interval of the mean over people. "
-            + " ".join(notes),
+            caption=f"Bands: ±1 standard deviation over walkers, and {inputs.banded}. " + " ".join(notes),
         )
 
 

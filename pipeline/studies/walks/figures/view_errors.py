@@ -124,9 +124,8 @@ class ViewErrors(Figure):
         )
         return Sheet(
             charts=[absolute, relative, variance],
-            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands: 95 %"
-            " interval of the"
-            f" mean over people. Average walker: its depth, the image kept.{_which_population(tables, first)}",
+            caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands:"
+            f" {inputs.banded}. Average walker: its depth, the image kept.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
@@ -188,19 +187,6 @@ def over_walkers(
         name for name, (of, how) in columns.items() if how == "mean" and not of.endswith(SIDES_AT_RANDOM)
     ]
     return aggregate(rows, by, columns, banded, cluster="person", count=count)
-
-
-def _which_population(tables: Mapping[str, pd.DataFrame], method: str) -> str:
-    """Say where the population shown stands among the further ones by its mean error, for captions; empty if none."""
-    if "table_populations" not in tables:
-        return ""
-    shown, others = (tables[name] for name in ("table", "table_populations"))
-    own = shown.loc[shown["method"] == method, "absolute_error_mm2"].mean()
-    each = others[others["method"] == method].groupby("population")["absolute_error_mm2"].mean()
-    return (
-        f" One population: {int((each < own).sum())} of {len(each)} further ones, whose mean the verdicts rest on, have"
-        f" a smaller error of {CURVES[method].label}."
-    )
 
 
 def _sides_at_random(rows: pd.DataFrame, views: np.ndarray, seed: int) -> pd.DataFrame:
