@@ -8,8 +8,10 @@ recorded postures of the same frame, and beside postures that the action model r
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core import action_model, bootstrap, posture
 from pipeline.core.action_model import ActionModel
@@ -17,6 +19,7 @@ from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.actions.dataset import Postures
 from pipeline.studies.actions.model import Action
+from pipeline.studies.replicated import DRAW
 from pipeline.studies.study import Sweep, SweepInputs
 from pipeline.validation import Count, Distinct, require_range
 
@@ -24,11 +27,16 @@ KINDS = ("accepted", "outside", "training", "unsynchronized")
 """Drawn within the bounds; every coordinate drawn beyond them; recorded, synchronized, at this frame; drawn within the
 bounds of a model learnt of linearly normalised performances, without synchronization."""
 
+AGAIN = (DRAW, "frame", "kind", "nearest_training_mm", "spread_mm")
+"""Columns of what is measured with people drawn again."""
+
 BEYOND = (1.0, 3.0)
 """How many standard deviations beyond the bounds the rejected postures are drawn."""
 
 _STREAM = 20064  # keeps these draws apart from those of other stages with the same seed
 _BLOCK = 64
+MEASURED_AGAIN = 64
+"""Postures drawn at each frame of each model of people drawn again."""
 
 
 @dataclass(frozen=True)
@@ -37,39 +45,22 @@ class SampledPostures:
 
     Attributes
     ----------
+    rows : DataFrame
+        A row to each frame and kind: share of postures that the model accepts, and of coordinates within the bounds;
+        median and largest distance to the nearest recorded posture, and median distance from the mean posture.
+    again : DataFrame
+        These medians by models learnt of people drawn again, and of fewer postures; no rows for one person alone.
     frames : (N,) int
         Of the mean performance, counted from 1.
-    mean_joints, sample_joints, mean_performance : (N, 15, 3), (N, S, 15, 3), (P, 15, 3)
-        Millimetres, of a body with the actors' mean limb lengths.
-    kinds : (K,) text
-        See `KINDS`.
-    draws : (N, K) int
-    acceptance, bounds_held_fraction : (N, K)
-        Share of postures that the model accepts, and of coordinates within the bounds.
-    nearest_training_mm, nearest_training_max_mm : (N, K)
-        Median and largest distance to the nearest recorded posture, mean over joints.
-    spread_mm : (N, K)
-        Median distance from the mean posture.
-    limb_direction_norm_min, limb_direction_norm_max : (N, K)
-    drawn_nearest_training_mm, drawn_spread_mm : (B, N, K)
-        The medians above, by models learnt of people drawn again, and of fewer postures; B is 0 for one person alone.
+    bodies, mean_performance : (N, 1 + S, 15, 3), (P, 15, 3)
+        At each frame the mean posture and accepted ones; mm, of a body with the actors' mean limb lengths.
     """
 
+    rows: pd.DataFrame
+    again: pd.DataFrame
     frames: np.ndarray
-    mean_joints: np.ndarray
-    sample_joints: np.ndarray
+    bodies: np.ndarray
     mean_performance: np.ndarray
-    kinds: np.ndarray
-    draws: np.ndarray
-    acceptance: np.ndarray
-    nearest_training_mm: np.ndarray
-    nearest_training_max_mm: np.ndarray
-    spread_mm: np.ndarray
-    limb_direction_norm_min: np.ndarray
-    limb_direction_norm_max: np.ndarray
-    bounds_held_fraction: np.ndarray
-    drawn_nearest_training_mm: np.ndarray
-    drawn_spread_mm: np.ndarray
 
 
 @dataclass(kw_only=True)
@@ -84,7 +75,6 @@ class PostureSampling(Sweep):
     samples: Count = 8  # of them shown
     measured: int = 2000  # drawn at each frame
     resamples: Count = 40  # models of people drawn again, for intervals
-    measured_again: Count = 64  # postures drawn at each frame of each of these
 
     def validate(self) -> None:
         """Validate the options.  Raises InvalidInput if one is out of range."""
@@ -102,7 +92,7 @@ class PostureSampling(Sweep):
             return posture.joints(action.space.postures(coordinates), body, frame=inputs.dataset.frame)
 
         training, mean_performance = joints(performances), joints(learnt.mean)
-        samples, rows = [], []
+        bodies_shown, rows = [], []
         for number in self.frames:
             at = number - 1
             generator = np.random.default_rng([inputs.seed, _STREAM, number])
@@ -114,7 +104,8 @@ class PostureSampling(Sweep):
                     unsynchronized, self.measured, generator, at=at, bound=bound
                 ),
             }
-            samples.append(joints(drawn["accepted"][: self.samples]))
+            shown = np.concatenate([learnt.mean[[at]], drawn["accepted"][: self.samples]])
+            bodies_shown.append(joints(shown))
             for kind in KINDS:
                 coordinates = drawn[kind]
                 bodies = joints(coordinates)
@@ -129,6 +120,8 @@ class PostureSampling(Sweep):
                 norms = np.linalg.norm(cosines, axis=-1)
                 within = np.abs(coordinates - learnt.mean[at]) <= bound * learnt.standard_deviation[at]
                 row = {
+                    "frame": number,
+                    "kind": kind,
                     "draws": len(coordinates),
                     "acceptance": action_model.accepted(learnt, coordinates, at=at, bound=bound).mean(),
                     "nearest_training_mm": np.median(closest),
@@ -143,40 +136,36 @@ class PostureSampling(Sweep):
         weights = bootstrap.resampling_weights(len(people), derive_generator(0, "people"))
         weights = weights[(weights > 0).sum(axis=1) > 1][: self.resamples]  # one person alone may not vary
 
-        def again(draw: int) -> np.ndarray:
-            """Nearest and spread (2, N, K) of people drawn again."""
+        def again(draw: int) -> list[tuple[Any, ...]]:
+            """Nearest and spread of people drawn again."""
             held = np.repeat(np.arange(len(performances)), weights[draw, place])
             models = action_model.learn(performances[held]), action_model.learn(action.linear[held])
-            found = np.empty((2, len(self.frames), len(KINDS)))
-            for f, number in enumerate(self.frames):
+            found = []
+            for number in self.frames:
                 at, generator = number - 1, np.random.default_rng([inputs.seed, _STREAM, number, draw])
-                for k, kind in enumerate(KINDS):
+                for kind in KINDS:
                     model = models[kind == "unsynchronized"]
                     if kind == "training":
                         coordinates = performances[held, at]
                     else:
                         draws = beyond if kind == "outside" else action_model.sample
-                        coordinates = draws(model, self.measured_again, generator, at=at, bound=bound)
+                        coordinates = draws(model, MEASURED_AGAIN, generator, at=at, bound=bound)
                     bodies = joints(coordinates)
                     distances = nearest(bodies, training, 1)
                     if kind == "training":
                         distances[np.arange(len(held)), held] = np.inf
                     from_mean = np.linalg.norm(bodies - joints(model.mean[at]), axis=-1).mean(axis=-1)
-                    found[:, f, k] = np.median(distances[:, held].min(axis=1)), np.median(from_mean)
+                    closest, spread = np.median(distances[:, held].min(axis=1)), np.median(from_mean)
+                    found.append((draw + 1, number, kind, closest, spread))
             return found
 
-        shape = (len(self.frames), len(KINDS))
-        drawn_again = np.array(map_processes(again, range(len(weights)), inputs.workers))
-        drawn_again = drawn_again.reshape(-1, 2, *shape)
+        drawn_again = map_processes(again, range(len(weights)), inputs.workers)
         return SampledPostures(
+            rows=pd.DataFrame(rows),
+            again=pd.DataFrame([row for rows in drawn_again for row in rows], columns=AGAIN),
             frames=np.array(self.frames),
-            mean_joints=mean_performance[np.array(self.frames) - 1],
-            sample_joints=np.stack(samples),
+            bodies=np.stack(bodies_shown),
             mean_performance=mean_performance,
-            kinds=np.array(KINDS),
-            **{name: np.array([row[name] for row in rows]).reshape(shape) for name in rows[0]},
-            drawn_nearest_training_mm=drawn_again[:, 0],
-            drawn_spread_mm=drawn_again[:, 1],
         )
 
 

@@ -41,23 +41,24 @@ def measure() -> Measure:
 
 def test_accepted_draws_lie_within_the_bounds_and_the_others_without(measure: Measure) -> None:
     found = measure(PostureSampling(measured=300, resamples=3))
-    accepted, outside, training = (list(found.kinds).index(k) for k in ("accepted", "outside", "training"))
-    for shares in (found.acceptance, found.bounds_held_fraction):
-        assert (shares[:, accepted] == 1.0).all()
-        assert (shares[:, outside] == 0.0).all()
-    assert (found.draws[:, training] == 6).all()
-    for distance in (found.spread_mm, found.nearest_training_mm, found.nearest_training_max_mm):
-        assert (distance[:, accepted] < distance[:, outside]).all()
-    assert (found.limb_direction_norm_min < 1.0).all()
-    assert (found.limb_direction_norm_max > 1.0).all()
+    of_kind = found.rows.set_index(["kind", "frame"])
+    accepted, outside = of_kind.loc["accepted"], of_kind.loc["outside"]
+    shares = ["acceptance", "bounds_held_fraction"]
+    assert (accepted[shares] == 1.0).all(axis=None)
+    assert (outside[shares] == 0.0).all(axis=None)
+    assert (of_kind.loc["training"]["draws"] == 6).all()
+    distances = ["spread_mm", "nearest_training_mm", "nearest_training_max_mm"]
+    assert (accepted[distances] < outside[distances]).all(axis=None)
+    assert (of_kind["limb_direction_norm_min"] < 1.0).all()
+    assert (of_kind["limb_direction_norm_max"] > 1.0).all()
 
 
 def test_the_postures_shown_are_accepted_and_frames_count_from_one(measure: Measure) -> None:
     """Back from the joints: every limb has the same length in all samples, the first frame is the first sample."""
     found = measure(PostureSampling(frames=[1, 100], samples=5, measured=20, resamples=3))
-    np.testing.assert_array_equal(found.mean_joints, found.mean_performance[[0, 99]])
+    np.testing.assert_allclose(found.bodies[:, 0], found.mean_performance[[0, 99]], rtol=1e-12)
     lengths = posture.limb_lengths(found.mean_performance).limbs_mm
-    for body in found.sample_joints:
+    for body in found.bodies[:, 1:]:
         np.testing.assert_allclose(posture.limb_lengths(body).limbs_mm, lengths, rtol=1e-9)
 
 
@@ -66,8 +67,8 @@ def test_sampled_postures_reproduce_over_seeds_and_workers(measure: Measure) -> 
     first, second, other = (measure(options, workers=w, seed=s) for w, s in ((1, 1), (2, 1), (1, 2)))
     for field in fields(first):
         np.testing.assert_array_equal(getattr(first, field.name), getattr(second, field.name))
-    assert not np.array_equal(first.sample_joints, other.sample_joints)
-    np.testing.assert_array_equal(first.mean_joints, other.mean_joints)
+    assert not np.array_equal(first.bodies[:, 1:], other.bodies[:, 1:])
+    np.testing.assert_array_equal(first.bodies[:, 0], other.bodies[:, 0])
 
 
 @given(seed=seeds)

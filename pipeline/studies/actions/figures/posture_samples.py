@@ -25,11 +25,6 @@ VIEW_DEG = -55.0
 APART_MM = 750.0
 """Between neighbours in the recording, which stand in a row across this view."""
 
-MEASURES = (
-    "draws", "acceptance", "nearest_training_mm", "nearest_training_max_mm", "spread_mm", "limb_direction_norm_min",
-    "limb_direction_norm_max", "bounds_held_fraction",
-)  # fmt: skip
-
 Inputs = FigureInputs[Postures, Action, SampledPostures]
 
 
@@ -52,39 +47,23 @@ class PostureSamples(Figure):
         ``table_samples_draws``: the same by models learnt of people drawn again.
         """
         sweep = inputs.sweep
-        bodies = _bodies(inputs)
-        frame, draw, joint = (i.ravel() for i in np.indices(bodies.shape[:3]))
-        of_frame, of_kind = (i.ravel() for i in np.indices(sweep.draws.shape))
         joints = {
-            "frame": sweep.frames[frame],
-            "draw": draw - 1,
-            "joint": np.array(WALKER15.joints)[joint],
-            **{f"{axis}_mm": bodies[..., k].ravel() for k, axis in enumerate("xyz")},
-        }
-        samples = {
-            "frame": sweep.frames[of_frame],
-            "kind": sweep.kinds[of_kind],
-            **{name: getattr(sweep, name).ravel() for name in MEASURES},
-        }
-        draw, of_frame, of_kind = (i.ravel() for i in np.indices(sweep.drawn_spread_mm.shape))
-        again = {
-            DRAW: draw + 1,
-            "frame": sweep.frames[of_frame],
-            "kind": sweep.kinds[of_kind],
-            "nearest_training_mm": sweep.drawn_nearest_training_mm.ravel(),
-            "spread_mm": sweep.drawn_spread_mm.ravel(),
+            "frame": sweep.frames[:, None, None],
+            "draw": np.arange(sweep.bodies.shape[1])[:, None] - 1,
+            "joint": WALKER15.joints,
+            **{f"{axis}_mm": sweep.bodies[..., k] for k, axis in enumerate("xyz")},
         }
         return {
             "table": tidy(joints, by=["frame", "draw"]),
-            "table_samples": tidy(samples, by=["frame", "kind"]),
-            "table_samples_draws": tidy(again, by=[DRAW, "frame", "kind"]),
+            "table_samples": tidy(sweep.rows, by=["frame", "kind"]),
+            "table_samples_draws": tidy(sweep.again, by=[DRAW, "frame", "kind"]),
         }
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Draw a row for each frame: the mean posture, then accepted samples, each over the mean posture."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
         order = np.argsort(inputs.sweep.frames)
-        seen = camera.project(_bodies(inputs)[order], np.radians(VIEW_DEG))
+        seen = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
         rows = [
             SkeletonRow(label=f"({'abcdefgh'[n % 8]}) frame {frame}", centre=seen[n, 0], others=seen[n, 1:])
             for n, frame in enumerate(inputs.sweep.frames[order])
@@ -122,7 +101,7 @@ class PostureSamples(Figure):
             )
             rows = []
             for frame, bodies in sorted(
-                zip(inputs.sweep.frames, _bodies(inputs), strict=True), key=lambda row: row[0]
+                zip(inputs.sweep.frames, inputs.sweep.bodies, strict=True), key=lambda row: row[0]
             ):
                 middle = (len(bodies) - 1) / 2
                 reach = 0.5 * len(bodies) * APART_MM + 500.0
@@ -146,8 +125,3 @@ class PostureSamples(Figure):
             mean = Space3D(name="mean performance", contents=("world/mean_performance",))
             layout = Columns(Rows(*rows), Rows(mean, Notes()), shares=(7, 3))
             rec.blueprint(layout, playing=True)
-
-
-def _bodies(inputs: Inputs) -> np.ndarray:
-    """Joints (N, 1 + S, 15, 3) in mm of each frame, the mean posture first."""
-    return np.concatenate([inputs.sweep.mean_joints[:, None], inputs.sweep.sample_joints], axis=1)

@@ -25,7 +25,6 @@ from pipeline.studies.limbs.figures.presentation import (
     RADIUS_MM,
     increasing,
     path_bones,
-    quartile_columns,
     sphere,
 )
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
@@ -38,8 +37,8 @@ from pipeline.studies.presentation import interval_words
 from pipeline.studies.replicated import interval_over_clusters
 from pipeline.studies.study import Figure, Recorder
 
-EDGES = (0.0, 0.8, 0.95, 1.05, 1.25, 2.0, 5.0, 1000.0)
-"""Of the bins of reconstructibility; what is larger goes into the last one."""
+MOST = 1000.0
+"""Of reconstructibility, which is without bound where the truth lies in the basis."""
 
 WINDOW = 8
 """The running median is over the n / 8 trials that are nearest in rank, 5 at least."""
@@ -63,14 +62,13 @@ class LimbScatter(Figure):
     sweep = ReconstructibilitySweep
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """Return ``table``: every trial; ``table_bins``, ``table_running``: of all cameras, over reconstructibility.
+        """Return ``table``: every trial; ``table_running``: of all cameras, over reconstructibility.
 
         ``table_correlation``: rank correlation of error and what might predict it; ``table_refinement``: of direct
-        optimisation from other starts, ``table_starts``: its trials; ``table_matrices``: whether the programmes'
-        matrices are positive definite.
+        optimisation from other starts, ``table_starts``: its trials.
         """
         rows, starts = inputs.sweep.rows, inputs.sweep.starts
-        eta = rows["reconstructibility"].clip(upper=EDGES[-1]).to_numpy()
+        eta = rows["reconstructibility"].clip(upper=MOST).to_numpy()
         error = rows["limb_error"].to_numpy()
         refinement = starts.groupby("start", sort=False).agg(
             limb_error_median=("limb_error", "median"),
@@ -79,15 +77,12 @@ class LimbScatter(Figure):
             success=("limb_error", lambda errors: (errors < SUCCESS).mean()),
             trials=("limb_error", "size"),
         )
-        singular = rows.groupby("camera")["numerically_singular"]
         return {
             "table": tidy(rows.drop(columns="reconstructibility_vector"), by=["camera", "trial"]),
             "table_starts": tidy(starts.drop(columns="reprojection_error_px"), by=["camera", "trial"]),
-            "table_bins": _bins(eta, error, rows["taken_impostor"].to_numpy()),
             "table_running": _running(eta, error, rows["clip"].to_numpy()),
             "table_correlation": _correlations(rows),
             "table_refinement": refinement.reset_index(),
-            "table_matrices": singular.agg(numerically_singular_share="mean", trials="size").reset_index(),
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
@@ -200,23 +195,6 @@ class LimbScatter(Figure):
 
 def _options(inputs: Inputs) -> ReconstructibilitySweep:
     return cast(ReconstructibilitySweep, inputs.experiment.sweep)
-
-
-def _bins(eta: np.ndarray, error: np.ndarray, impostor: np.ndarray) -> pd.DataFrame:
-    """One row to each bin that has trials."""
-    number = np.minimum(np.searchsorted(EDGES, eta, side="right"), len(EDGES) - 1)
-    edges = {
-        "reconstructibility_from": np.take(EDGES, number - 1),
-        "reconstructibility_to": np.take(EDGES, number),
-    }
-    trials = pd.DataFrame({**edges, "error": error, "found": error < SUCCESS, "impostor": impostor})
-    bins = trials.groupby(list(edges)).agg(
-        trials=("error", "size"),
-        **quartile_columns("limb_error", "error"),
-        success=("found", "mean"),
-        taken_impostor=("impostor", "mean"),
-    )
-    return bins.reset_index()
 
 
 def _running(values: np.ndarray, error: np.ndarray, clip: np.ndarray) -> pd.DataFrame:
