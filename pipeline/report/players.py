@@ -38,7 +38,6 @@ CLIP_ARRAYS = (
     "images",
     "camera_matrix",
     "mirror_margin",
-    "mirrored",
     "cameras",
     "stretch",
 )

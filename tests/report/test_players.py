@@ -64,7 +64,6 @@ def clips() -> dict[str, np.ndarray]:
         "images": images[:, None],
         "camera_matrix": np.broadcast_to(camera.matrix, (2, 1, 20, 3, 4)),
         "mirror_margin": np.full((2, 1, 14), 3.0),
-        "mirrored": np.zeros((2, 1, 14), dtype=bool),
     }
 
 

@@ -19,6 +19,7 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from pipeline.core.articulated_trajectory import (
     Articulated,
@@ -34,7 +35,13 @@ from pipeline.core.articulation import ray_sphere
 from pipeline.core.limb_chain import WALKER14, relative_trajectories
 from pipeline.core.limb_chain.lengths import anthropometric_lengths
 from pipeline.core.pinhole import Pinhole
-from pipeline.core.reconstructibility import Reconstructibility, of_clip, outside, reconstructibility
+from pipeline.core.reconstructibility import (
+    Reconstructibility,
+    confidence_of_mirror_margin,
+    of_clip,
+    outside,
+    reconstructibility,
+)
 from pipeline.processes import map_processes
 from pipeline.seeding import derive_generator
 from pipeline.studies.limbs import nulls
@@ -56,12 +63,11 @@ CHILDREN = WALKER14.ends[:, 1]
 
 _THIGHS = ("left_knee", "right_knee")
 
-PAPERS = (
-    "papers_error_mm", "papers_error_sd_mm", "papers_error_up_to_mirror_mm", "papers_length_change_max",
-    "papers_acceleration_ratio", "papers_random_signs_acceleration_ratio", "papers_hanging_error_mm",
-    "papers_true_root_error_mm",
-)  # fmt: skip
-"""What is measured in the paper's conditions."""
+MOST = 1e6
+"""Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
+
+ARRAYS = ("positions", "images", "camera_matrix", "azimuth_rad", "mirror_margin")
+"""What `Motions` holds of each clip and camera."""
 
 
 class Lengths(StrEnum):
@@ -93,11 +99,9 @@ class MotionsSweep(CameraSweep):
     lengths: Lengths = Lengths.true
     root: Root = Root.true
     use_hinges: bool = True  # choose the mirrors of limbs at a hinge together
-    try_mirrors: bool = True  # beside: of limbs in doubt, where all limbs refined together then fit better
     exact: bool = False  # take the signs that the certificate finds, not the first
     time_limit_s: NonNegative = 0.2  # nominal, of each certificate
-    papers_too: bool = True  # measure errors in the paper's conditions as well, which are:
-    papers_lengths: Lengths = Lengths.anthropometric
+    papers_lengths: Lengths = Lengths.anthropometric  # in the paper's conditions, measured beside
     papers_root: Root = Root.unit_depth
     papers_hinges: bool = False  # hinges are used
 
@@ -106,7 +110,7 @@ class MotionsSweep(CameraSweep):
         stretches, basis = inputs.dataset, inputs.model_options.limb_basis()
         chosen = _liveliest(stretches, self.clips)
 
-        def one(item: tuple[int, Camera]) -> list[dict[str, Any]]:
+        def one(item: tuple[int, Camera]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
             number, kind = item
             truth, place = stretches.positions[number], stretches.place(number)
             side = derive_generator(inputs.seed, f"sweep:motions:camera:{place}")
@@ -120,22 +124,37 @@ class MotionsSweep(CameraSweep):
                 for options in (self, self.as_in_the_paper())
             )
             signs = derive_generator(inputs.seed, f"sweep:motions:signs:{place}")
-            beside = papers.in_papers_conditions(signs) if self.papers_too else dict.fromkeys(PAPERS, np.nan)
-            as_chosen, *tried = ours.found()
-            return [{**as_chosen, **beside}, *({**one, **dict.fromkeys(PAPERS, np.nan)} for one in tried)]
+            keys = {"clip": stretches.clip[number], "action": stretches.action[number], "camera": str(kind)}
+            beside = {
+                **papers.in_papers_conditions(signs),
+                "camera_outside_basis": ours.camera_outside_basis(),
+                "mean_pose_error_mm": ours.error_mm(nulls.mean_pose(ours.root, truth)),
+            }
+            return ours.found(keys), {**keys, **beside}
 
-        def motions(found: list[dict[str, Any]]) -> Motions:
-            return Motions(
+        items = [(int(number), kind) for number in chosen for kind in self.cameras]
+        found, papers = zip(*map_processes(one, items, inputs.workers), strict=True)
+        as_chosen, mirrors_tried = (
+            Motions(
                 cameras=np.array(self.cameras),
                 stretch=chosen,
                 truth=stretches.positions[chosen],
-                **stacked(found, (len(chosen), len(self.cameras))),
+                **stacked(
+                    [{name: each[name] for name in ARRAYS} for each in way],
+                    (len(chosen), len(self.cameras)),
+                ),
             )
-
-        items = [(int(number), kind) for number in chosen for kind in self.cameras]
-        found = map_processes(one, items, inputs.workers)
-        as_chosen, *tried = (motions(list(way)) for way in zip(*found, strict=True))
-        return MotionsOfBoth(as_chosen, tried[0] if tried else None)
+            for way in zip(*found, strict=True)
+        )
+        return MotionsOfBoth(
+            as_chosen,
+            mirrors_tried,
+            papers=pd.DataFrame(papers),
+            **{
+                name: pd.concat([each[name] for ways in found for each in ways], ignore_index=True)
+                for name in ("clips", "joints", "limbs")
+            },
+        )
 
     def as_in_the_paper(self) -> MotionsSweep:
         """Return these options with no more known than in the paper [park2011 section 5.2]."""
@@ -204,28 +223,26 @@ class _Reconstruction:
         return prepared(self.images, self.camera, given, self.lengths, options)
 
     def in_papers_conditions(self, generator: np.random.Generator) -> dict[str, float]:
-        """Return `PAPERS` of it, whose options are those of the paper; signs of the baseline are drawn."""
+        """Return what is measured in the paper's conditions, which its options are; signs of the baseline are drawn."""
         true_root = self.truth[:, ROOT]
         skeleton = self.prepared()
         made = skeleton.whole()
         error = error_about_root(made.positions, self.truth)[:, CHILDREN].mean(axis=1)
         lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
         better = better_of_mirrors(self.truth, skeleton.with_lengths(lengths))
-        found = (
-            error.mean(),
-            error.std(ddof=1),
-            self.error_mm(better),
-            length_changes(made.positions).max(),
-            acceleration_ratio(made.positions, self.truth),
-            acceleration_ratio(
-                nulls.random_signs(self.camera, self.images, self.root, lengths, generator), self.truth
-            ),
-            self.error_mm(nulls.hanging(self.root, lengths)),
-            error.mean()
+        at_random = nulls.random_signs(self.camera, self.images, self.root, lengths, generator)
+        return {
+            "error_mm": error.mean(),
+            "error_sd_mm": error.std(ddof=1),
+            "error_up_to_mirror_mm": self.error_mm(better),
+            "length_change_max": length_changes(made.positions).max(),
+            "acceleration_ratio": acceleration_ratio(made.positions, self.truth),
+            "random_signs_acceleration_ratio": acceleration_ratio(at_random, self.truth),
+            "hanging_error_mm": self.error_mm(nulls.hanging(self.root, lengths)),
+            "true_root_error_mm": error.mean()
             if np.array_equal(self.root, true_root)
             else self.error_mm(self.prepared(true_root).whole().positions),
-        )
-        return dict(zip(PAPERS, map(float, found), strict=True))
+        }
 
     def camera_outside_basis(self) -> float:
         """Return what the basis leaves of the camera's path about its mean, as part of it; 0 if it stands still."""
@@ -241,8 +258,8 @@ class _Reconstruction:
         """Return the mean distance of all joints but the root from the truth, both relative to it."""
         return float(error_about_root(positions, self.truth)[:, CHILDREN].mean())
 
-    def found(self) -> list[dict[str, Any]]:
-        """Return what `Motions` holds of it: with the mirrors as each limb chooses them, and tried if that is asked.
+    def found(self, keys: dict[str, str]) -> list[dict[str, Any]]:
+        """Return the arrays and rows of it: with the mirrors as each limb chooses them, and tried.
 
         Both start from the same choices and the same refinement, which are made once.
         """
@@ -253,18 +270,16 @@ class _Reconstruction:
             "images": self.images,
             "camera_matrix": np.broadcast_to(self.camera.matrix, (len(self.truth), 3, 4)),
             "azimuth_rad": np.arctan2(-middle[0], middle[1]),
-            "reconstructibility": [limb.ratio for limb in eta],
-            "reconstructibility_of_clip": of_clip(eta).ratio,
-            "camera_outside_basis": self.camera_outside_basis(),
-            "hanging_error_mm": self.error_mm(nulls.hanging(self.root, self.true_lengths)),
-            "mean_pose_error_mm": self.error_mm(nulls.mean_pose(self.root, self.truth)),
         }
-        ways = [skeleton]
-        if self.options.try_mirrors:
-            ways.append(skeleton.under(replace(skeleton.options, try_mirrors=True)))
-        return [{**of_both, **self.reconstructed(way, certified=way is skeleton)} for way in ways]
+        tried = skeleton.under(replace(skeleton.options, try_mirrors=True))
+        return [
+            {**of_both, **self.reconstructed(way, eta, {**keys, "mirrors_tried": way is tried})}
+            for way in (skeleton, tried)
+        ]
 
-    def reconstructed(self, skeleton: Reconstruction, certified: bool) -> dict[str, Any]:
+    def reconstructed(
+        self, skeleton: Reconstruction, eta: list[Reconstructibility], keys: dict[str, Any]
+    ) -> dict[str, Any]:
         """Return what one way of reconstructing it gives; with certificates made beside, or with those it has."""
         made = skeleton.whole()
         lengths = np.array([made.limbs[limb].hits.radius for limb in WALKER14.limbs])
@@ -273,17 +288,47 @@ class _Reconstruction:
         away = np.linalg.norm(estimated - true, axis=-1).mean(axis=0)
         first_signs = skeleton.under(replace(skeleton.options, time_limit_s=0.0)).with_lengths(lengths)
         better = better_of_mirrors(self.truth, first_signs)
+        error = error_about_root(made.positions, self.truth)[:, CHILDREN]
+        of_limbs = self.certificates(made, lengths, beside=not keys["mirrors_tried"])
+        margin = np.minimum(of_limbs["mirror_margin"], MOST)
+        limbs = {
+            "limb": WALKER14.limbs,
+            "reconstructibility": np.minimum([limb.ratio for limb in eta], MOST),
+            "mirror_margin": margin,
+            "confidence": [str(confidence_of_mirror_margin(m)) for m in margin],
+            **{name: column for name, column in of_limbs.items() if name != "mirror_margin"},
+            "limb_error": away / self.true_lengths,
+            "components": [made.limbs[limb].basis.components for limb in WALKER14.limbs],
+            "length_ratio": lengths / self.true_lengths,
+        }
+        joints = {
+            "joint": WALKER14.limbs,
+            "error_mm": error.mean(axis=0),
+            "error_sd_mm": error.std(axis=0, ddof=1),
+            "imputed_share": made.imputed[:, CHILDREN].mean(axis=0),
+        }
+        mean, middle_margin = error.mean(axis=1), float(np.median(margin))
+        clip = {
+            "lengths": str(self.options.lengths),
+            "error_mm": mean.mean(),
+            "error_sd_mm": mean.std(ddof=1),
+            "error_up_to_mirror_mm": self.error_mm(better),
+            "length_change_max": length_changes(made.positions).max(),
+            "acceleration_ratio": acceleration_ratio(made.positions, self.truth),
+            "hanging_error_mm": self.error_mm(nulls.hanging(self.root, self.true_lengths)),
+            "mean_pose_error_mm": self.error_mm(nulls.mean_pose(self.root, self.truth)),
+            "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
+            "proved_share": of_limbs["proved"].mean(),
+            "confidence": str(confidence_of_mirror_margin(middle_margin)),
+            "mirror_margin_median": middle_margin,
+            "reconstructibility": min(of_clip(eta).ratio, MOST),
+        }
         return {
             "positions": made.positions,
-            "imputed": made.imputed,
-            "error_mm": error_about_root(made.positions, self.truth),
-            "error_up_to_mirror_mm": self.error_mm(better),
-            "reprojection_error_px": made.refined.reprojection_error_px if made.refined else np.nan,
-            "limb_error": away / self.true_lengths,
-            "length_change": length_changes(made.positions),
-            "length_ratio": lengths / self.true_lengths,
-            "components": [made.limbs[limb].basis.components for limb in WALKER14.limbs],
-            **self.certificates(made, lengths, certified),
+            "mirror_margin": of_limbs["mirror_margin"],
+            "clips": pd.DataFrame([{**keys, **clip}]),
+            "joints": pd.DataFrame({**keys, **joints}),
+            "limbs": pd.DataFrame({**keys, **limbs}),
         }
 
     def certificates(self, made: Articulated, lengths: np.ndarray, beside: bool) -> dict[str, np.ndarray]:
@@ -311,11 +356,11 @@ class _Reconstruction:
                 {
                     "mirror_margin": solution.margin,
                     "mirrored": choice.mirrored,
+                    "proved": certificate.proved,
                     "objective": solution.mirror_objective if choice.mirrored else solution.objective,
                     "chosen_objective": _objective(choice),
                     "best_objective": min(certificate.objective, solution.objective),
                     "lower_bound": certificate.lower_bound,
-                    "proved": certificate.proved,
                 }
             )
         return stacked(rows, (len(rows),))

@@ -95,14 +95,14 @@ def test_bounds_are_below_what_was_taken_and_confidence_follows_margins(folder: 
 
 
 def test_neither_workers_nor_certificates_change_a_reconstruction(stretches: LimbStretches) -> None:
-    options = MotionsSweep(cameras=[Camera.moving], clips=2, time_limit_s=0.0, try_mirrors=False)
-    one = measure(options, stretches, COARSE).as_chosen
-    two = measure(replace(options, time_limit_s=0.03), stretches, COARSE, workers=2).as_chosen
-    np.testing.assert_array_equal(one.positions, two.positions)
-    np.testing.assert_array_equal(one.error_up_to_mirror_mm, two.error_up_to_mirror_mm)
-    assert two.proved.sum() > one.proved.sum()
-    other = measure(options, stretches, COARSE, seed=8).as_chosen
-    assert not np.array_equal(one.images, other.images)
+    options = MotionsSweep(cameras=[Camera.moving], clips=2, time_limit_s=0.0)
+    one = measure(options, stretches, COARSE)
+    two = measure(replace(options, time_limit_s=0.03), stretches, COARSE, workers=2)
+    np.testing.assert_array_equal(one.as_chosen.positions, two.as_chosen.positions)
+    np.testing.assert_array_equal(one.clips["error_up_to_mirror_mm"], two.clips["error_up_to_mirror_mm"])
+    assert two.limbs["proved"].sum() > one.limbs["proved"].sum()
+    other = measure(options, stretches, COARSE, seed=8)
+    assert not np.array_equal(one.as_chosen.images, other.as_chosen.images)
 
 
 def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> None:
@@ -113,7 +113,6 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> No
         root=Root.unit_depth,
         lengths=Lengths.anthropometric,
         time_limit_s=0.0,
-        try_mirrors=False,
     )
     found = measure(options, stretches, COARSE).as_chosen
     apart = found.positions[0, 0, :, ROOT] - found.truth[0, :, ROOT]
@@ -125,36 +124,35 @@ def test_the_root_and_the_lengths_can_be_guessed(stretches: LimbStretches) -> No
     np.testing.assert_allclose(thigh, true.mean(), rtol=1e-6)
 
 
-def test_mirrors_are_tried_if_asked(stretches: LimbStretches) -> None:
-    options = MotionsSweep(cameras=[Camera.still], clips=2, time_limit_s=0.0, papers_too=False)
+def test_mirrors_are_tried_beside(stretches: LimbStretches) -> None:
+    options = MotionsSweep(cameras=[Camera.still], clips=2, time_limit_s=0.0)
     both = measure(options, stretches, BASIS)
-    plain, tried = both.as_chosen, both.mirrors_tried
-    assert tried is not None
-    np.testing.assert_array_equal(tried.images, plain.images)
-    assert (tried.mirrored != plain.mirrored).any()
-    assert (tried.reprojection_error_px <= plain.reprojection_error_px + 0.05).all()
-    assert tried.error_mm.mean() < 0.8 * plain.error_mm.mean()
-    assert (tried.objective >= tried.lower_bound - 1e-6).all()
-    alone = measure(replace(options, try_mirrors=False), stretches, BASIS)
-    assert alone.mirrors_tried is None
-    np.testing.assert_array_equal(alone.as_chosen.positions, plain.positions)
+    np.testing.assert_array_equal(both.mirrors_tried.images, both.as_chosen.images)
+    clips, limbs = (
+        dict(iter(rows.set_index("clip").groupby("mirrors_tried"))) for rows in (both.clips, both.limbs)
+    )
+    assert (limbs[True]["mirrored"] != limbs[False]["mirrored"]).any()
+    error = "reprojection_error_px"
+    assert (clips[True][error] <= clips[False][error] + 0.05).all()
+    assert clips[True]["error_mm"].mean() < 0.8 * clips[False]["error_mm"].mean()
+    assert (limbs[True]["objective"] >= limbs[True]["lower_bound"] - 1e-6).all()
 
 
 def test_lengths_may_come_from_the_rays_and_components_from_the_rule(stretches: LimbStretches) -> None:
     """Nothing of the person is then known but the root: ratios say how wrong the lengths are, and K how fine."""
-    options = MotionsSweep(
-        cameras=[Camera.shaky], clips=1, lengths=Lengths.estimated, time_limit_s=0.0, try_mirrors=False
-    )
-    found = measure(options, stretches, TrajectoryBasisModel(components=0)).as_chosen
-    ratio, components = found.length_ratio[0, 0], found.components[0, 0]
+    options = MotionsSweep(cameras=[Camera.shaky], clips=1, lengths=Lengths.estimated, time_limit_s=0.0)
+    found = measure(options, stretches, TrajectoryBasisModel(components=0))
+    limbs = found.limbs[~found.limbs["mirrors_tried"]]
+    ratio, components = limbs["length_ratio"], limbs["components"]
     assert 0.0 < np.abs(ratio - 1.0).mean() < 0.15
     assert ((components >= 1) & (components <= 50)).all()
     assert np.ptp(components) > 0
-    sizes = np.linalg.norm(np.diff(found.positions[0, 0][:, [9, 10]], axis=1)[:, 0], axis=-1)
+    positions = found.as_chosen.positions[0, 0]
+    sizes = np.linalg.norm(np.diff(positions[:, [9, 10]], axis=1)[:, 0], axis=-1)
     assert np.ptp(sizes) < 1e-6, "an estimated length is kept as any other"
-    given = measure(replace(options, lengths=Lengths.true), stretches, BASIS).as_chosen
-    np.testing.assert_allclose(given.length_ratio, 1.0)
-    assert (given.components == 20).all()
+    given = measure(replace(options, lengths=Lengths.true), stretches, BASIS).limbs
+    np.testing.assert_allclose(given["length_ratio"], 1.0)
+    assert (given["components"] == 20).all()
 
 
 def test_recorded_motion_makes_figure_4(

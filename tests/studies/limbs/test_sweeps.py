@@ -235,7 +235,7 @@ def test_the_scatter_holds_all_trials(smoke_results: Path) -> None:
     }
     assert wanted <= entities
     table, running = (tables.read(folder / f"{name}.csv") for name in ("table", "table_running"))
-    assert len(table["trial"]) == len(running) == 12
+    assert len(table["trial"]) == len(running["reconstructibility"]) == 12
     assert set(table["camera"]) == {"still", "moving", "shaky"}
 
 

@@ -13,19 +13,17 @@ from pipeline.core.limb_chain import WALKER14
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, MotionBlock, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
-from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs, tidy
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
 from pipeline.studies.limbs.model import BasisFit, TrajectoryBasisModel
-from pipeline.studies.limbs.motions import CHILDREN, MotionsSweep
+from pipeline.studies.limbs.motions import MotionsSweep
 from pipeline.studies.limbs.reconstructed_motions import Motions, MotionsOfBoth
-from pipeline.studies.limbs.scores import acceleration_ratio
 from pipeline.studies.limbs.trials import ROOT
 from pipeline.studies.presentation import entity_name
 from pipeline.studies.study import Figure
-from pipeline.validation import Count, InvalidInput
+from pipeline.validation import Count
 
 if TYPE_CHECKING:
     from pipeline.pictures import Picture
@@ -44,11 +42,7 @@ TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
 LIGHT_COLOURS = {"green": "decided", "amber": "in_doubt", "red": "undecided"}
 """Colours of limbs in the recording."""
 
-MOST = 1e6
-"""Ratios are tabulated up to this: where the truth lies in the basis, they are without bound."""
-
 Inputs = FigureInputs[LimbStretches, BasisFit, MotionsOfBoth]
-Shown = FigureInputs[LimbStretches, BasisFit, Motions]
 
 
 @dataclass(kw_only=True)
@@ -64,104 +58,27 @@ class MotionsFigure(Figure):
         default_factory=lambda: ["dance", "jump", "cartwheel", "signals", "walk", "bending", "smooth angles"]
     )
 
-    def validate(self, experiment: Experiment) -> None:
-        """Validate the options against the rest of the experiment.  Raises InvalidInput if they do not fit."""
-        super().validate(experiment)
-        if self.mirrors and not cast(MotionsSweep, experiment.sweep).try_mirrors:
-            raise InvalidInput(
-                "no mirrors are tried",
-                where="figure.mirrors",
-                expected="sweep.try_mirrors=true",
-                received="false",
-            )
-
-    def _of(self, inputs: Inputs) -> Shown:
-        """Return the inputs with the reconstructions that the figure shows."""
-        both = inputs.sweep
-        shown = both.mirrors_tried if self.mirrors else both.as_chosen
-        assert shown is not None, "validated"
-        return FigureInputs(inputs.experiment, inputs.clips, inputs.dataset, inputs.model, shown)
+    def _of(self, inputs: Inputs) -> Motions:
+        """Return the reconstructions that the figure shows."""
+        return inputs.sweep.mirrors_tried if self.mirrors else inputs.sweep.as_chosen
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
-        ``table_papers``: of clips in the paper's conditions, if they were measured.
+        ``table_papers``: of clips in the paper's conditions, beside the first figure alone.
         """
-        shown = self._of(inputs)
-        sweep = shown.sweep
-        error = sweep.error_mm[..., CHILDREN]
-        mean = error.mean(axis=-1)  # (N, C, F)
-        margin = np.minimum(sweep.mirror_margin, MOST)
-        middle_margin = np.median(margin, axis=-1)
-        order = ["clip", "camera"]
-        of_paper = {
-            "error_mm": sweep.papers_error_mm,
-            "error_sd_mm": sweep.papers_error_sd_mm,
-            "error_up_to_mirror_mm": sweep.papers_error_up_to_mirror_mm,
-            "length_change_max": sweep.papers_length_change_max,
-            "acceleration_ratio": sweep.papers_acceleration_ratio,
-            "random_signs_acceleration_ratio": sweep.papers_random_signs_acceleration_ratio,
-            "hanging_error_mm": sweep.papers_hanging_error_mm,
-            "true_root_error_mm": sweep.papers_true_root_error_mm,
-            "camera_outside_basis": sweep.camera_outside_basis,
-            "mean_pose_error_mm": sweep.mean_pose_error_mm,
+        sweep, order = inputs.sweep, ["clip", "camera"]
+        made = {"table": sweep.joints, "table_clips": sweep.clips, "table_limbs": sweep.limbs}
+        beside = {} if self.mirrors else {"table_papers": tidy(sweep.papers, by=order)}
+        shown = {
+            name: rows[rows["mirrors_tried"] == self.mirrors].drop(columns="mirrors_tried")
+            for name, rows in made.items()
         }
-        beside = {"table_papers": tidy({**_keys(shown), **of_paper}, by=order)}
-        return {
-            **(beside if _options(shown).papers_too and not self.mirrors else {}),
-            "table": tidy(
-                {
-                    **_keys(shown, 1),
-                    "joint": LIMBS,
-                    "error_mm": error.mean(axis=2),
-                    "error_sd_mm": error.std(axis=2, ddof=1),
-                    "imputed_share": sweep.imputed[..., CHILDREN].mean(axis=2),
-                },
-                by=order,
-            ),
-            "table_clips": tidy(
-                {
-                    **_keys(shown),
-                    "lengths": str(_options(shown).lengths),
-                    "error_mm": mean.mean(axis=-1),
-                    "error_sd_mm": mean.std(axis=-1, ddof=1),
-                    "error_up_to_mirror_mm": sweep.error_up_to_mirror_mm,
-                    "length_change_max": sweep.length_change.max(axis=-1),
-                    "acceleration_ratio": acceleration_ratio(sweep.positions, sweep.truth[:, None]),
-                    "hanging_error_mm": sweep.hanging_error_mm,
-                    "mean_pose_error_mm": sweep.mean_pose_error_mm,
-                    "reprojection_error_px": sweep.reprojection_error_px,
-                    "proved_share": sweep.proved.mean(axis=-1),
-                    "confidence": confidences(middle_margin),
-                    "mirror_margin_median": middle_margin,
-                    "reconstructibility": np.minimum(sweep.reconstructibility_of_clip, MOST),
-                },
-                by=order,
-            ),
-            "table_limbs": tidy(
-                {
-                    **_keys(shown, 1),
-                    "limb": LIMBS,
-                    "reconstructibility": np.minimum(sweep.reconstructibility, MOST),
-                    "mirror_margin": margin,
-                    "confidence": confidences(margin),
-                    "mirrored": sweep.mirrored,
-                    "proved": sweep.proved,
-                    "objective": sweep.objective,
-                    "chosen_objective": sweep.chosen_objective,
-                    "best_objective": sweep.best_objective,
-                    "lower_bound": sweep.lower_bound,
-                    "limb_error": sweep.limb_error,
-                    "components": sweep.components,
-                    "length_ratio": sweep.length_ratio,
-                },
-                by=order,
-            ),
-        }
+        return {**beside, **{name: tidy(rows, by=order) for name, rows in shown.items()}}
 
-    def chosen(self, inputs: Shown) -> list[int]:
+    def chosen(self, inputs: Inputs) -> list[int]:
         """Return which clips are drawn: of each word the first whose action says so; if none does, the first."""
-        actions = [str(action).lower() for action in inputs.dataset.action[inputs.sweep.stretch]]
+        actions = [str(action).lower() for action in inputs.dataset.action[self._of(inputs).stretch]]
         found = [
             next((n for n, action in enumerate(actions) if word.lower() in action), None)
             for word in self.shown
@@ -174,14 +91,13 @@ class MotionsFigure(Figure):
         chart = Chart(
             table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
             y="error_mm", by="camera", label="error", zero=True, picture=False, references=[PUBLISHED],
-            styles={str(name): Style(f"{name} camera", Camera(name).colour) for name in self._of(inputs).sweep.cameras},
+            styles={str(name): Style(f"{name} camera", Camera(name).colour) for name in self._of(inputs).cameras},
         )  # fmt: skip
         return Sheet(charts=[chart])
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Draw a row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
-        shown = self._of(inputs)
-        options, sweep = _options(shown), shown.sweep
+        options, sweep = _options(inputs), self._of(inputs)
         of_clips = tables["table_clips"].set_index(["clip", "camera"])
         clips = inputs.dataset.clip[sweep.stretch]
         middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
@@ -190,7 +106,7 @@ class MotionsFigure(Figure):
         traced = [WALKER15.index(joint) for joint in TRACED]
         drawn = [LIMBS.index(WALKER15.joints[child]) for _, child in WALKER15.bones]
         rows = []
-        for n in self.chosen(shown):
+        for n in self.chosen(inputs):
             row = []
             for c, camera in enumerate(map(str, sweep.cameras)):
                 truth, positions = sweep.truth[n], sweep.positions[n, c]
@@ -231,9 +147,8 @@ class MotionsFigure(Figure):
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
-        shown = self._of(inputs)
-        sweep, options = shown.sweep, _options(shown)
-        numbers, cameras = self.chosen(shown), [str(camera) for camera in sweep.cameras]
+        sweep, options = self._of(inputs), _options(inputs)
+        numbers, cameras = self.chosen(inputs), [str(camera) for camera in sweep.cameras]
         confidence = confidences(sweep.mirror_margin)
         words = {n: entity_name(str(inputs.dataset.clip[sweep.stretch[n]])) for n in numbers}
         index = {"time": np.arange(sweep.truth.shape[1]) / inputs.dataset.frame_rate_hz}
@@ -243,7 +158,7 @@ class MotionsFigure(Figure):
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
             "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
             "| clip | action | from | camera | error | confidence |\n|---|---|---|---|---|---|\n"
-            + _lines(shown, tables["table_clips"], words),
+            + _lines(inputs, sweep, tables["table_clips"], words),
         ) as rec:
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
@@ -287,18 +202,8 @@ def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
     return np.stack([right, positions[..., 2]], axis=-1)
 
 
-def _options(inputs: Shown) -> MotionsSweep:
+def _options(inputs: Inputs) -> MotionsSweep:
     return cast(MotionsSweep, inputs.experiment.sweep)
-
-
-def _keys(inputs: Shown, further: int = 0) -> dict[str, np.ndarray]:
-    """Columns that say which clip and camera a value of (N, C) is of, or with so many further axes."""
-    stretch, more = inputs.sweep.stretch, (None,) * further
-    return {
-        "clip": inputs.dataset.clip[stretch][:, None, *more],
-        "action": inputs.dataset.action[stretch][:, None, *more],
-        "camera": inputs.sweep.cameras[:, *more],
-    }
 
 
 def _without_help(tables: dict[str, pd.DataFrame]) -> str:
@@ -319,14 +224,14 @@ def _without_help(tables: dict[str, pd.DataFrame]) -> str:
     )
 
 
-def _lines(inputs: Shown, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
+def _lines(inputs: Inputs, shown: Motions, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
     """Rows of the description: what each clip shown is, and how far it is off."""
     lines = []
     for n, name in words.items():
-        stretch = inputs.sweep.stretch[n]
+        stretch = shown.stretch[n]
         start = inputs.dataset.start_s[stretch]
         rows = of_clips[of_clips["clip"] == inputs.dataset.clip[stretch]].set_index("camera")
-        for camera, row in rows.loc[list(inputs.sweep.cameras)].iterrows():
+        for camera, row in rows.loc[list(shown.cameras)].iterrows():
             lines.append(
                 f"| {name} | {row['action']} | {start:.1f} s | {camera} | {row['error_mm']:.0f} mm "
                 f"| {row['confidence']} |\n"
