@@ -45,7 +45,7 @@ class Lines:
     band : str, or (str, str)
         Column of the standard deviation, or columns of the ends, of a band around the line.
     strands : str
-        Column that tells apart the lines of one series.
+        Column that tells apart the lines of one series; over an abscissa of names they join its points.
     less : str
         Column that is subtracted.
     times : float
@@ -122,9 +122,9 @@ class Chart(Lines):
     x_limits, limits : (float, float), optional
         Of abscissa and ordinate.
     ticks : float, or sequence of float, optional
-        Step of the abscissa's ticks, or their places.
-    note : str
-        Inside of the axes.
+        Step of the ticks, or their places: of the abscissa, or of the numbers across from an abscissa of names.
+    named : bool
+        Whether the names of the lines stand at their right ends, not in the legend; in pictures only.
     page, picture : bool
         Whether the page and the picture show it.
     """
@@ -146,7 +146,7 @@ class Chart(Lines):
     x_limits: tuple[float, float] | None = None
     limits: tuple[float, float] | None = None
     ticks: float | Sequence[float] | None = None
-    note: str = ""
+    named: bool = False
     page: bool = True
     picture: bool = True
 
@@ -265,7 +265,12 @@ def lines_of(chart: Chart, tables: Mapping[str, Any]) -> list[Line]:
         if table is None:
             raise InvalidInput("no such table", where=str(lines.table), expected=", ".join(tables))
         found += _lines(chart, lines, table, len(found))
-    if chart.words and len(found) > 1 and _meet(found):
+    if (
+        chart.words
+        and len(found) > 1
+        and _meet(found)
+        and not any(lines.strands for lines in (chart, *chart.also))
+    ):
         step = 0.5 / (len(found) - 1)
         found = [replace(line, x=line.x - 0.25 + step * n) for n, line in enumerate(found)]
     return found
@@ -337,7 +342,7 @@ def _known(ends: Ends | None, kept: np.ndarray) -> Ends | None:
 
 def to_json(chart: Chart) -> dict[str, Any]:
     """Return a chart as plain values, without those that are as usual; mappings whose order counts are pairs."""
-    return {name: value for name, value in _plain(chart).items() if name not in ("page", "picture")}
+    return {name: value for name, value in _plain(chart).items() if name not in ("named", "page", "picture")}
 
 
 def _plain(value: Any) -> Any:

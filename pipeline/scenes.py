@@ -127,7 +127,7 @@ class PostureRow:
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonRow:
-    """One posture (J, 2) and others (n, J, 2) beside it, mm, the second axis up.
+    """One posture (J, 2) with others (n, J, 2) over it, and some of them beside it, mm, the second axis up.
 
     Attributes
     ----------
@@ -135,37 +135,36 @@ class SkeletonRow:
         Above the row.
     centre : (J, 2) float
     others : (n, J, 2) float
+    beside : sequence of int
+        Which of the others stand beside it, each over the posture.
     """
 
     label: str
     centre: np.ndarray
     others: np.ndarray
+    beside: Sequence[int]
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotionBlock:
-    """One clip before one camera.
+class MotionScene:
+    """One motion before a camera.
 
     Attributes
     ----------
-    title : str
     image : (I, J, 2) float
         What the camera saw at I instants, right and up; NaN where it saw nothing.
-    truth, reconstruction : (V, I, J, 2) float
-        From V other views, mm, the second axis up.
-    paths_true, paths : (P, F, 2) float
-        Whole trajectories of P joints from the first of these views.
-    confidence : tuple of str
-        ``green``, ``amber`` or ``red`` of each bone.
+    rows : sequence of (str, (I, J, 2), (I, J, 2), str)
+        From the top: words, a reconstruction and the truth seen from aside, mm, the second axis up, and a colour.
+    ground : (F, 2) float
+        Path of the body from above.
+    cameras : sequence of (str, str, (F, 2), (3, 2))
+        Name, colour and path of each from above, and the triangle, from its middle place, of what it saw.
     """
 
-    title: str
     image: np.ndarray
-    truth: np.ndarray
-    reconstruction: np.ndarray
-    paths_true: np.ndarray
-    paths: np.ndarray
-    confidence: tuple[str, ...]
+    rows: Sequence[tuple[str, np.ndarray, np.ndarray, str]]
+    ground: np.ndarray
+    cameras: Sequence[tuple[str, str, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,7 +34,7 @@ def draw_charts(path_stem: Path, sheet: Sheet, tables: Mapping[str, Any], *, cap
     tables : mapping of str to table
         Tidy tables by name.
     caption : str
-        Set small under the picture, before that of the sheet.
+        Of the files; that of the sheet if empty.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def draw_charts(path_stem: Path, sheet: Sheet, tables: Mapping[str, Any], *, cap
         figure = look.new_figure(width * columns + look.FRAME, height * rows + look.FRAME)
         handles = add_charts(figure, sheet, charts, tables)
         header = look.legend_above_figure(figure, handles) if handles else 0.0
-        look.finish(figure, path_stem, f"{caption} {sheet.caption}".strip(), header=header)
+        look.finish(figure, path_stem, caption or sheet.caption, header=header)
 
 
 def add_charts(
@@ -89,7 +89,9 @@ def add_charts(
     handles: dict[str, Line2D] = {}
     for axes, chart, lines in drawn:
         _draw_notes(axes, *(_turned(chart, lines) if chart.words else (chart, lines)))
-        for line in lines:
+        if chart.named:
+            _name_at_ends(axes, lines)
+        for line in lines if not chart.named else ():
             handles.setdefault(line.style.label, _handle(line, points=bool(chart.words)))
         for reference in chart.references:
             if reference.slope is not None or reference.below:
@@ -150,16 +152,22 @@ def _draw_rows(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
         look_of: dict[str, Any] = {"color": hex_colour(line.style.colour), "alpha": line.style.opacity}
         if ends := line.interval or line.band:
             axes.hlines(line.x, *ends, linewidth=line.style.width * look.LINE_WIDTH, **look_of)
-        axes.plot(line.y, line.x, linestyle="none", marker="o", **look_of)
+        strands = np.zeros(len(line.x)) if line.strands is None else np.asarray(line.strands)
+        for one in dict.fromkeys(strands.tolist()):
+            of = strands == one
+            axes.plot(
+                line.y[of], line.x[of], linestyle="none" if line.strands is None else "-", marker="o",
+                linewidth=line.style.width * look.LINE_WIDTH, **look_of,
+            )  # fmt: skip
     axes.margins(x=0.06)
-    if chart.limits:
-        axes.set_xlim(*chart.limits)
-    elif chart.zero:
+    if chart.zero and not chart.limits:
         axes.set_xlim(left=0.0)
-    if not chart.log_y:
-        axes.xaxis.set_major_locator(MaxNLocator("auto", steps=look.TICK_STEPS))
+    _limit_abscissa(axes, replace(chart, log_x=chart.log_y, x_limits=chart.limits))
     axes.set_ylim(len(chart.words) - 0.5, -0.5)
     axes.set_yticks(range(len(chart.words)), list(chart.words.values()))
+    rows = {float(at) for line in lines for at in np.rint(line.x)}
+    for at, name in enumerate(axes.get_yticklabels()):  # a name without numbers heads those below it
+        name.set_fontweight("normal" if at in rows else "bold")
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", linewidth=0.3, color=look.NOTE_COLOUR, alpha=0.3)
 
@@ -202,6 +210,17 @@ def _limit_ordinate(drawn: Sequence[tuple[Axes, Chart, list[Line]]]) -> None:
         axes.set_ylim(0.0, 1.05 * float(max(*tops, *map(float, marks), np.finfo(float).tiny)))
 
 
+def _name_at_ends(axes: Axes, lines: Sequence[Line]) -> None:
+    """Write the names of lines after their right ends, above one another where these lie close."""
+    below = -np.inf
+    for line in sorted(lines, key=lambda line: float(line.y[-1])):
+        below = max(_fraction(axes, float(line.y[-1]), 1), below + 0.08)
+        axes.text(
+            1.02, below, line.style.label, transform=axes.transAxes, va="center", fontsize=look.NOTE_SIZE,
+            color=hex_colour(line.style.colour),
+        )  # fmt: skip
+
+
 def _handle(line: Line, *, points: bool) -> Line2D:
     style = line.style
     return look.legend_handle(
@@ -224,14 +243,8 @@ def _in_axes(axes: Axes, lines: Sequence[Line]) -> np.ndarray:
 
 
 def _draw_notes(axes: Axes, chart: Chart, lines: Sequence[Line]) -> None:
-    """Draw the references, each with its words at the end that lies farther from the data, and the note."""
+    """Draw the references, each with its words at the end that lies farther from the data."""
     data = _in_axes(axes, lines)
-    if chart.note:
-        corners = [(0.97, 0.06), (0.97, 0.94), (0.03, 0.06), (0.03, 0.94)]
-        middles = [np.array([0.8 if right > 0.5 else 0.2, up]) for right, up in corners]
-        free = [float(np.abs(data - middle).max(axis=1).min()) for middle in middles]
-        right, up = corners[int(np.argmax(free))]
-        _write(axes, (right, up), chart.note, right > 0.5, up > 0.5)
     across = [r for r in chart.references if r.y is not None and r.x is None]
     heights = [_fraction(axes, float(r.y), 1) for r in across if r.y is not None and r.label]
     upright = [_fraction(axes, float(r.x), 0) for r in chart.references if r.x is not None and r.y is None]

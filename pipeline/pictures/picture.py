@@ -10,11 +10,11 @@ from typing import Any
 from pipeline.charts import Sheet
 from pipeline.pictures.charts import draw_charts
 from pipeline.pictures.matrix import draw_heat_map
-from pipeline.pictures.motions import draw_motions
+from pipeline.pictures.motions import draw_motion
 from pipeline.pictures.postures import draw_postures
 from pipeline.pictures.skeletons import draw_skeletons
 from pipeline.pictures.stick_figures import Bones
-from pipeline.scenes import HeatMap, MotionBlock, PostureRow, SkeletonRow
+from pipeline.scenes import HeatMap, MotionScene, PostureRow, SkeletonRow
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Picture:
     path_stem : Path
         Without a suffix.
     caption : str
-        What the captions of all figures begin with.
+        Kept in the files; what is read stands as text beside the picture.
     sheet : Sheet
         The charts of the figure.
     tables : mapping of str to table
@@ -43,23 +43,16 @@ class Picture:
 
     def heat_map(self, matrix: HeatMap) -> None:
         """Draw a matrix, with the charts beside it."""
-        caption = f"{self.caption} {self.sheet.caption}"
-        draw_heat_map(self.path_stem, matrix, self.sheet, self.tables, caption=caption)
+        draw_heat_map(self.path_stem, matrix, self.sheet, self.tables, caption=self.caption)
 
-    def postures(
-        self, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Bones, *, caption: str
-    ) -> None:
+    def postures(self, groups: Sequence[tuple[str, Sequence[PostureRow]]], bones: Bones) -> None:
         """Draw rows of postures, as `draw_postures`."""
-        draw_postures(self.path_stem, groups, bones, caption=f"{self.caption} {caption}")
+        draw_postures(self.path_stem, groups, bones, caption=self.caption)
 
-    def skeletons(
-        self, rows: Sequence[SkeletonRow], bones: Bones, *, legend: tuple[str, str], caption: str
-    ) -> None:
+    def skeletons(self, rows: Sequence[SkeletonRow], bones: Bones, *, legend: tuple[str, str]) -> None:
         """Draw rows of skeletons, as `draw_skeletons`."""
-        draw_skeletons(self.path_stem, rows, bones, legend=legend, caption=f"{self.caption} {caption}")
+        draw_skeletons(self.path_stem, rows, bones, legend=legend, caption=self.caption)
 
-    def motions(
-        self, rows: Sequence[Sequence[MotionBlock]], bones: Bones, *, views: Sequence[str], caption: str
-    ) -> None:
-        """Draw rows of motions, as `draw_motions`."""
-        draw_motions(self.path_stem, rows, bones, views=views, caption=f"{self.caption} {caption}")
+    def motion(self, scene: MotionScene, bones: Bones) -> None:
+        """Draw one motion with the charts below it, as `draw_motion`."""
+        draw_motion(self.path_stem, scene, bones, self.sheet, self.tables, caption=self.caption)

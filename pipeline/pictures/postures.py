@@ -1,4 +1,4 @@
-"""Rows of stick figures: original postures dashed, reconstructed postures solid."""
+"""Rows of stick figures: original postures broad and light, reconstructed ones as thin lines over them."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pipeline.scenes import PostureRow
 from pipeline.validation import InvalidInput, require_shape
 
 _LOOKS: tuple[dict[str, Any], ...] = (
-    {"colour": "original", "width": look.BONE_WIDTHS["light"], "dashes": look.ORIGINAL_DASHES},
-    {"colour": "reconstruction", "width": look.BONE_WIDTHS["medium"], "dashes": "-"},
+    {"colour": "silver", "width": look.BONE_WIDTHS["broad"]},
+    {"colour": "reconstruction", "width": look.BONE_WIDTHS["usual"]},
 )
-"""How the original and the reconstruction are drawn."""
+"""How the original and the reconstruction are drawn: both are seen where one lies on the other."""
 
 _GROUP_WIDTH, _TALLEST_ROW = 3.5, 1.35
 """Width of a group of rows and height of a row, inches at most."""
@@ -49,7 +49,7 @@ def draw_postures(
     column_titles : sequence of str
         One for each posture of a row; empty for none.
     legend : (str, str)
-        What the dashed and the solid lines are.
+        What the broad and the thin lines are.
     caption : str
 
     Raises
@@ -92,13 +92,13 @@ def draw_postures(
             for i, row in enumerate(rows):
                 axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
                 shift = np.stack([step * np.arange(count), np.full(count, -i * drop)], axis=-1)[:, None]
-                for which in (1, 0):  # the original over the reconstruction
+                for which in (0, 1):
                     bodies, of = _centred(row)[which] + shift, _LOOKS[which]
                     add_bones(axes, bodies, bones, **of)
                     if row.estimated is not None and row.estimated.any():
                         add_rings(axes, bodies, row.estimated, colour=of["colour"], width=of["width"])
         handles = [
-            look.legend_handle(name, hex_colour(of["colour"]), line=of["dashes"], width=of["width"])
+            look.legend_handle(name, hex_colour(of["colour"]), width=of["width"])
             for name, of in zip(legend, _LOOKS, strict=True)
         ]
         if any(row.estimated is not None and row.estimated.any() for row in every):

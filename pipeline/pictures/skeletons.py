@@ -1,4 +1,4 @@
-"""Rows of skeletons, each about one posture: that posture first, then others drawn over it in grey."""
+"""Rows of skeletons, each about one posture: that posture under all others, then some of them one by one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.pictures.stick_figures import Bones, add_bones, bone_pairs, postur
 from pipeline.scenes import SkeletonRow
 from pipeline.validation import require_range
 
-_TALLEST = 1.3
+_TALLEST = 2.2
 """Height of a skeleton, inches at most."""
 
 _LEAST_WIDTH = 3.6
@@ -39,7 +39,7 @@ def draw_skeletons(
     bones : sequence of (int, int)
         Pairs of joints.
     legend : (str, str)
-        What the first posture of a row is, and what the others are.
+        What the posture of a row is, and what the others are.
     caption : str
 
     Raises
@@ -50,18 +50,13 @@ def draw_skeletons(
     bodies = _checked(str(path_stem), rows, bones)
     low, tops = float(min(0.0, bodies[..., 1].min())), bodies[..., 1].max(axis=(1, 2))
     left, right = float(bodies[..., 0].min()), float(bodies[..., 0].max())
-    count = bodies.shape[1]
-    step = 1.04 * (right - left)
+    count, step = 1 + len(rows[0].beside), 1.04 * (right - left)
     # Inches per millimetre, one scale for all.
     inches = min((look.PAGE_WIDTH - look.FRAME) / (count * step), _TALLEST / float(tops.max() - low))
     head, foot = 0.24 / inches, 0.03 / inches
     heights = inches * (tops + head - low + foot)
-    usual, faint = look.BONE_WIDTHS["usual"], look.BONE_WIDTHS["faint"]
-    kinds = (
-        (legend[0], "original", usual),
-        (legend[1], "reconstruction", usual),
-        (f"{legend[0]}, to compare", "reference", faint),
-    )
+    looks = (("original", look.BONE_WIDTHS["strong"]), ("reconstruction", look.BONE_WIDTHS["light"]))
+    (mean, strong), (sampled, light) = looks
     with look.applied_style():
         width = max(inches * count * step + 2 * look.FRAME, _LEAST_WIDTH)
         figure = look.new_figure(width, float(heights.sum()) + look.FRAME * len(rows) + look.LEGEND_LINE)
@@ -75,10 +70,16 @@ def draw_skeletons(
             axes.text(left, high + head, row.label, va="top", fontsize=look.TITLE_SIZE)
             axes.axhline(0.0, color=hex_colour("reference"), linewidth=look.BONE_WIDTHS["ground"])
             shift = np.stack([step * np.arange(count), np.zeros(count)], axis=-1)[:, None]
-            add_bones(axes, body[:1] + shift[1:], bones, colour="reference", width=faint)
-            add_bones(axes, (body + shift)[:1], bones, colour="original", width=usual)
-            add_bones(axes, (body + shift)[1:], bones, colour="reconstruction", width=usual)
-        handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, of, thick in kinds]
+            add_bones(axes, body[1:], bones, colour=sampled, width=light)
+            add_bones(axes, body[:1] + shift[:1], bones, colour=mean, width=strong)
+            add_bones(axes, body[:1] + shift[1:], bones, colour="silver", width=look.BONE_WIDTHS["broad"])
+            beside = row.others[list(row.beside)] + shift[1:]
+            add_bones(axes, beside, bones, colour=sampled, width=strong)
+        kinds = [
+            *zip(legend, looks, strict=True),
+            (f"{legend[0]}, to compare", ("silver", look.BONE_WIDTHS["broad"])),
+        ]
+        handles = [look.legend_handle(name, hex_colour(of), width=thick) for name, (of, thick) in kinds]
         header = look.legend_above_figure(figure, handles)
         look.finish(figure, path_stem, caption, header=header)
 
@@ -86,11 +87,14 @@ def draw_skeletons(
 def _checked(where: str, rows: Sequence[SkeletonRow], bones: Bones) -> np.ndarray:
     """Return all postures (rows, 1 + n, J, 2), once all rows fit one another and the bones."""
     require_range(f"{where}, rows", len(rows), at_least=1)
-    n, joints = len(rows[0].others), len(rows[0].centre)
+    n, joints, beside = len(rows[0].others), len(rows[0].centre), len(rows[0].beside)
     bone_pairs(where, bones, joints)
     bodies = []
     for row in rows:
         centre = postures_array(f"{where}, {row.label}", row.centre, (joints, 2))
         others = postures_array(f"{where}, {row.label}, others", row.others, (n, joints, 2))
+        require_range(
+            f"{where}, {row.label}, postures beside it", len(row.beside), at_least=beside, at_most=beside
+        )
         bodies.append(np.concatenate([centre[None], others]))
     return np.stack(bodies)

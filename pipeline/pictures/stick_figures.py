@@ -46,14 +46,10 @@ def postures_array(where: str, positions: Any, shape: Sequence[int | str]) -> np
     return array
 
 
-def add_bones(
-    axes: Axes, postures: np.ndarray, bones: Bones, *, colour: str, width: float, dashes: Any = "-"
-) -> None:
+def add_bones(axes: Axes, postures: np.ndarray, bones: Bones, *, colour: str, width: float) -> None:
     """Add the bones of postures (…, J, 2) to axes, in their data units; the limits of the axes stay."""
     strips = np.asarray(postures)[..., np.asarray(bones), :].reshape(-1, 2, 2)
-    lines = LineCollection(
-        list(strips), colors=hex_colour(colour), linewidths=width, linestyles=[dashes], capstyle="round"
-    )
+    lines = LineCollection(list(strips), colors=hex_colour(colour), linewidths=width, capstyle="round")
     axes.add_collection(lines, autolim=False)
 
 

@@ -1,4 +1,4 @@
-"""The style of every printed picture: letters, line widths, sizes, resolution; the legend, the caption, both files.
+"""The style of every printed picture: letters, line widths, sizes, resolution; the legend, both files.
 
 To change how pictures look, change this module; colours are those of `pipeline.palette`.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -15,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
@@ -28,8 +26,8 @@ from pipeline.validation import InvalidInput, require_choice
 
 PNG_DPI = 200
 
-TITLE_SIZE, NOTE_SIZE, CAPTION_SIZE = 9, 8, 7.5
-"""Letters of titles, of notes inside the axes and of captions, points."""
+TITLE_SIZE, NOTE_SIZE, SMALL_SIZE = 9, 8, 7.5
+"""Letters of titles, of notes inside the axes and of names beside small parts, points."""
 
 NOTE_COLOUR = "#404040"
 
@@ -44,9 +42,6 @@ MOST_WIDTH = 7.5
 
 FRAME = 0.1
 """Added to the width and the height of a picture for the edges, inches."""
-
-CAPTION_MARGIN = 0.08
-"""Left and right of the caption, inches."""
 
 LEGEND_LINE = 0.24
 """Height of one line of a legend above the picture, inches."""
@@ -65,14 +60,8 @@ POINT_SIZE = 3.2
 BAND_OPACITY, INTERVAL_OPACITY = 0.12, 0.25
 """Of bands of the spread, and of intervals."""
 
-BONE_WIDTHS = {"strong": 1.3, "usual": 1.2, "medium": 1.1, "light": 0.8, "faint": 0.7, "ground": 0.4}
+BONE_WIDTHS = {"broad": 3.6, "strong": 1.3, "usual": 1.2, "light": 0.8, "faint": 0.7, "ground": 0.4}
 """Of bones of stick figures and of the line that they stand on, points."""
-
-PATH_WIDTHS = {"reconstructed": 1.1, "true": 0.5}
-"""Of whole trajectories, points."""
-
-ORIGINAL_DASHES = (0, (3.2, 1.4))
-"""Of bones that are drawn dashed."""
 
 OUTLINE_WIDTH, PATH_OVER_MATRIX_WIDTH = 0.9, 1.6
 """Of lines drawn over a matrix, points."""
@@ -152,18 +141,6 @@ def ring_handle(label: str, size: float) -> Line2D:
     )  # fmt: skip
 
 
-def legend_above_axes(axes: Axes, handles: Sequence[Line2D]) -> None:
-    """Put a legend above the axes, at the right, so that it never lies over data."""
-    axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-        ncols=min(len(handles), 4),
-        borderaxespad=0.1,
-        borderpad=0.2,
-    )
-
-
 def legend_above_figure(figure: Figure, handles: Sequence[Line2D]) -> float:
     """Put one legend at the upper right of a figure; return the inches that it takes, for `finish`."""
     entries = [
@@ -178,7 +155,7 @@ def legend_above_figure(figure: Figure, handles: Sequence[Line2D]) -> float:
 
 
 def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0) -> None:
-    """Set the caption under the figure and write ``.svg`` and ``.png``, the same bytes for the same input.
+    """Write ``.svg`` and ``.png``, the same bytes for the same input.
 
     Parameters
     ----------
@@ -186,7 +163,7 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
     path_stem : Path
         Without a suffix.
     caption : str
-        May be empty; a formula between dollar signs is never broken.
+        Kept in both files as their description; what is read stands as text beside the picture.
     header : float
         Inches to keep free at the top.
 
@@ -197,18 +174,9 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
     """
     if not path_stem.parent.is_dir():
         raise InvalidInput("the folder of the figure does not exist", where=str(path_stem.parent))
-    line = 1.25 * CAPTION_SIZE / 72
-    lines = _wrapped(caption, figure.get_figwidth() - 2 * CAPTION_MARGIN)
-    margin = (len(lines) + 0.7) * line if lines else 0.0
-    width, height = figure.get_figwidth(), figure.get_figheight() + margin
-    figure.set_size_inches(width, height)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
-    engine.set(rect=(0, margin / height, 1, 1 - (margin + header) / height))
-    if lines:
-        place = (margin - 0.35 * line) / height
-        text = "\n".join(lines)
-        figure.text(CAPTION_MARGIN / width, place, text, fontsize=CAPTION_SIZE, va="top", linespacing=1.15)
+    engine.set(rect=(0, 0, 1, 1 - header / figure.get_figheight()))
     # The solver of the layout leaves the last bits of a place to chance, and the vector file would show them.
     engine.execute(figure)
     figure.set_layout_engine(None)  # not "none", which stands for an engine: every file would be drawn twice
@@ -216,8 +184,9 @@ def finish(figure: Figure, path_stem: Path, caption: str, *, header: float = 0.0
         left, low, wide, high = (round(float(side), 6) for side in axes.get_position(original=True).bounds)
         axes.set_position((left, low, wide, high))
     # Neither dates nor versions in the files; temporary names first, so that no reader sees half a figure.
-    for suffix, metadata in (("svg", {"Date": None, "Creator": None}), ("png", {"Software": None})):
+    for suffix, without in (("svg", ("Date", "Creator")), ("png", ("Software",))):
         content = io.BytesIO()
+        metadata = {"Description": caption or None} | dict.fromkeys(without)
         figure.savefig(content, format=suffix, metadata=metadata, dpi=PNG_DPI)
         partial = path_stem.with_name(f".{path_stem.name}.{os.getpid()}.part.{suffix}")
         try:
@@ -232,20 +201,3 @@ def _width(text: str, size: float) -> float:
     """Width of a text in points, measured in its own letters."""
     font = FontProperties(family=STYLE["font.family"], size=size)
     return text_to_path.get_text_width_height_descent(text, font, ismath="$" in text)[0]
-
-
-def _wrapped(caption: str, inches: float) -> list[str]:
-    """Break a caption into lines that fit a width."""
-    space = _width("a a", CAPTION_SIZE) - _width("aa", CAPTION_SIZE)
-    limit = 0.95 * 72 * inches  # letters on a grid of dots run wider than their outlines
-    lines: list[str] = []
-    used = 0.0
-    for word in re.findall(r"(?:\$[^$]*\$|\S)+", caption):
-        width = _width(word, CAPTION_SIZE)
-        if lines and used + space + width <= limit:
-            lines[-1] += f" {word}"
-            used += space + width
-        else:
-            lines.append(word)
-            used = width
-    return lines

@@ -187,7 +187,9 @@ def _box(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return two corners of the box around all that a view draws, or some of it, widened by a fraction of its size."""
     paths = paths or view.contents or (view.origin,)
-    boxes = [box for path in paths for entity in _below(path, extents) if (box := extents[entity])]
+    axes = 3 if isinstance(view, Space3D) else 2  # of a camera in space, its image is no part
+    below = (extents[entity] for path in paths for entity in _below(path, extents))
+    boxes = [box for box in below if box and len(box.low) == axes]
     if not boxes:
         raise InvalidInput(f"nothing that a {type(view).__name__} can show", where=view.name)
     low = np.min([box.low for box in boxes], axis=0)

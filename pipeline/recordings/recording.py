@@ -27,6 +27,9 @@ _FOOTER = b"RRF2FOOT"
 _HEADROOM = 0.25
 """Above the curves of a chart, for the legend, as a share of their height."""
 
+_FRUSTUM = 0.3
+"""Length of a camera's frustum, as a share of the distance at which its image is measured."""
+
 _LINE_WIDTH = 2.0
 """Width of curves, points of the screen."""
 
@@ -192,6 +195,50 @@ class Recording:
                 hollow.insides_of_rings(f"{entity}/estimated", points_mm, estimated, thickness_mm),
                 index,
             )
+
+    def camera(
+        self,
+        entity: str,
+        matrix: np.ndarray,
+        image_mm: np.ndarray,
+        bones: Sequence[tuple[int, int]] = WALKER15.bones,
+        *,
+        index: Mapping[str, np.ndarray],
+        distance_mm: float,
+    ) -> None:
+        """Add a camera in space, and on ``<entity>/seen`` the skeleton that it saw; its image has `entity` as origin.
+
+        Parameters
+        ----------
+        entity : str
+        matrix : (T, 3, 4) float
+            A homogeneous point of the world, mm, to one of the image, whose middle is the origin.
+        image_mm : (T, J, 2) float
+            What it saw, right and up, at a distance.
+        bones : sequence of (int, int)
+            Pairs of joints.
+        index : mapping of str to (T,) array
+            As `skeleton`.
+        distance_mm : float
+            That distance.
+        """
+        half = 1.1 * np.nanmax(np.abs(image_mm), axis=(0, 1))
+        self.image_points(f"{entity}/seen", image_mm + half * [1.0, -1.0], bones, index=index)
+        turned = require_finite(entity, require_shape(entity, matrix, (len(image_mm), 3, 4)))[..., :3]
+        centre = -np.linalg.solve(turned, matrix[..., 3:])[..., 0] * METRES
+        axes = turned / np.linalg.norm(turned, axis=-1, keepdims=True)  # right, down, away
+        low, high = (tuple(end(centre, axis=0).tolist()) for end in (np.min, np.max))
+        columns = self._claim(entity, Extent(low, high), index, len(centre))
+        focal, (right, down) = distance_mm * METRES, half * METRES
+        pinhole = rr.Pinhole.from_fields(
+            image_from_camera=[[focal, 0.0, right], [0.0, focal, down], [0.0, 0.0, 1.0]],
+            resolution=[2.0 * right, 2.0 * down],
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=_FRUSTUM * focal,
+        )
+        self._static(entity, pinhole)
+        placed = rr.Transform3D.columns(translation=centre, mat3x3=axes.swapaxes(-1, -2))
+        self._stream.send_columns(entity, indexes=columns, columns=placed)
 
     def _hollow(self, entity: str, drawn: hollow.Hollow, index: Mapping[str, np.ndarray]) -> None:
         columns = self._claim(entity, drawn.extent, index, drawn.rows)

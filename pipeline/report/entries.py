@@ -119,6 +119,7 @@ def figure_entry(
                 if claim["published"] is not None and claim["kind"] in ("", papers.Kind.RESULT)
             )
         )[:4],
+        "caption": figure.manifest.get("caption", "").removeprefix(f"{figure.title}. "),
         "picture": _picture(figure, width) if pictured else None,
         "charts": [json.dumps(chart, ensure_ascii=False, separators=(",", ":")) for chart in curves],
         "claims": claims,

@@ -62,9 +62,10 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
         tabulated = time.perf_counter()
         sheet = figure.charts(inputs, made).with_published(_published)
+        caption = f"{inputs.caption} {sheet.caption}".strip()
         if figure.picture:
             stem = publication.folder / "figure"
-            figure.draw(inputs, made, pictures.Picture(stem, inputs.caption, sheet, made))
+            figure.draw(inputs, made, pictures.Picture(stem, caption, sheet, made))
         if figure.recording:
             edition = f"{experiment.data.name} {experiment.scale.name}"
             begin = (publication.folder, experiment.name, inputs.about, edition, sheet, made)
@@ -85,6 +86,7 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                     a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
                 },
                 "inputs": clips.value.inputs,
+                "caption": caption,
                 "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
                 "picture_beside_charts": figure.draws_more_than(sheet),
                 "tabulate_seconds": round(tabulated - started, 3),

@@ -70,7 +70,7 @@ class FigureInputs(Generic[DatasetT, ModelT, SweepT]):
 
     @property
     def caption(self) -> str:
-        """The picture's caption."""
+        """What the figure's caption begins with."""
         return f"{self.experiment.title}. Data: {self.summary}."
 
     @property

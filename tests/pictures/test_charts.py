@@ -9,11 +9,12 @@ import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import COLOURS, Style, hex_colour
 from pipeline.pictures import draw_charts
-from pipeline.pictures.style import CAPTION_SIZE, PNG_DPI, STYLE, applied_style, finish, new_figure
+from pipeline.pictures.style import PNG_DPI, STYLE
 from pipeline.validation import InvalidInput
 
 X = np.arange(-90.0, 91.0)
@@ -41,7 +42,6 @@ CHART = Chart(
     references=[Reference(x=30.0, label="here"), Reference(y=0.5, label="half"),
                 Reference(x=0.0, y=0.9, published=True),
                 Reference(slope=0.01, label="rising"), Reference(below="y", percent=30.0, published=True)],
-    note="80 walkers",
 )  # fmt: skip
 CAPTION = "Data: synthetic, 80 walkers, 30 eigenwalkers; bands are ±1 standard deviation over walkers. " * 3
 
@@ -100,26 +100,15 @@ def test_the_users_own_settings_change_nothing_and_stay(tmp_path: Path) -> None:
         assert (tmp_path / f"before.{suffix}").read_bytes() == (tmp_path / f"after.{suffix}").read_bytes()
 
 
-def test_a_caption_makes_the_picture_higher(tmp_path: Path) -> None:
+def test_a_caption_is_the_description_of_both_files_and_not_drawn(tmp_path: Path) -> None:
     draw_charts(tmp_path / "bare", Sheet(charts=[CHART, CHART], columns=2), {})
     draw_charts(tmp_path / "told", Sheet(charts=[CHART, CHART], columns=2, caption=CAPTION), {})
-    width, height = size_of_png(tmp_path / "bare.png")
-    assert width == round(PNG_DPI * 7.5)
-    wide, high = size_of_png(tmp_path / "told.png")
-    assert wide == width
-    assert high > height + 2 * PNG_DPI * CAPTION_SIZE / 72
-
-
-def test_a_long_caption_stays_inside_the_figure(tmp_path: Path) -> None:
-    with applied_style():
-        figure = new_figure(3.8, 2.4)
-        figure.add_subplot().plot([0, 1], [0, 1])
-        finish(figure, tmp_path / "a", CAPTION + "$\\sigma^2 = 70\\ \\mathrm{mm}^2$")
-        box = figure.texts[0].get_window_extent()
-        axes = figure.axes[0].get_tightbbox()
-        assert axes is not None
-        assert 0 <= box.x0 < box.x1 <= figure.bbox.width
-        assert 0 <= box.y0 < box.y1 <= axes.y0
+    assert size_of_png(tmp_path / "bare.png") == size_of_png(tmp_path / "told.png")
+    assert size_of_png(tmp_path / "told.png")[0] == round(PNG_DPI * 7.5)
+    assert strokes(tmp_path / "bare.svg") == strokes(tmp_path / "told.svg")
+    assert CAPTION in (tmp_path / "told.svg").read_text()
+    with Image.open(tmp_path / "told.png") as picture:
+        assert picture.info["Description"] == CAPTION
 
 
 def test_letters_are_drawn_not_looked_up() -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.pictures.motions import draw_motions
+from pipeline.charts import Chart, Sheet
+from pipeline.pictures.motions import draw_motion
 from pipeline.pictures.postures import draw_postures
 from pipeline.pictures.skeletons import draw_skeletons
-from pipeline.scenes import MotionBlock, PostureRow, SkeletonRow
+from pipeline.scenes import MotionScene, PostureRow, SkeletonRow
 from pipeline.validation import InvalidInput
 
 BONES = ((0, 1), (1, 2))
@@ -19,7 +20,7 @@ LIMB = np.array([[0.0, 1700.0], [50.0, 900.0], [-200.0, 0.0]])
 POSTURES = PostureRow(
     label="0°", original=np.tile(LIMB, (5, 1, 1)), reconstructed=np.tile(LIMB + 20, (5, 1, 1))
 )
-SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)))
+SKELETONS = SkeletonRow(label="frame 1", centre=LIMB, others=np.tile(LIMB + 20, (4, 1, 1)), beside=(3, 1))
 
 
 def segments(path: Path) -> int:
@@ -62,7 +63,7 @@ def test_joints_that_nobody_measured_are_rings(tmp_path: Path) -> None:
 
 def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None:
     draw_skeletons(tmp_path / "a", [SKELETONS, SKELETONS], BONES, legend=("mean", "sample"))
-    rows, centres, others, again, ground = 2, 1, 4, 4, 1
+    rows, centres, others, again, ground = 2, 1, 4, 2 * 2, 1
     assert segments(tmp_path / "a.svg") == rows * ((centres + others + again) * len(BONES) + ground)
 
 
@@ -88,6 +89,7 @@ def test_postures_that_do_not_fit_are_refused(
     [
         (replace(SKELETONS, others=SKELETONS.others[:2]), r"others must have shape \(4, 3, 2\)"),
         (replace(SKELETONS, centre=LIMB * np.nan), "must be finite"),
+        (replace(SKELETONS, beside=(0,)), "postures beside it"),
     ],
 )
 def test_skeletons_that_do_not_fit_are_refused(tmp_path: Path, row: SkeletonRow, words: str) -> None:
@@ -95,37 +97,38 @@ def test_skeletons_that_do_not_fit_are_refused(tmp_path: Path, row: SkeletonRow,
         draw_skeletons(tmp_path / "a", [SKELETONS, row], BONES, legend=("mean", "sample"))
 
 
-BLOCK = MotionBlock(
-    title="walking",
+SCENE = MotionScene(
     image=np.tile(LIMB, (2, 1, 1)),
-    truth=np.tile(LIMB, (1, 2, 1, 1)),
-    reconstruction=np.tile(LIMB + 20, (1, 2, 1, 1)),
-    paths_true=np.zeros((1, 3, 2)),
-    paths=np.ones((1, 3, 2)),
-    confidence=("green", "red"),
+    rows=[("from aside", np.tile(LIMB + 20, (2, 1, 1)), np.tile(LIMB, (2, 1, 1)), "blue")] * 2,
+    ground=np.zeros((3, 2)),
+    cameras=[("still", "orange", np.zeros((3, 2)), np.eye(3, 2))],
 )
+BELOW = Sheet(
+    charts=[
+        Chart(
+            table={"step": ["before", "after"], "clip": [0, 0], "error_mm": [2.0, 1.0]}, x="step", y="error_mm",
+            words={"before": "before", "after": "after"}, strands="clip",
+        )
+    ]
+)  # fmt: skip
 
 
-def test_motions_show_every_bone_in_the_image_and_twice_in_each_view(tmp_path: Path) -> None:
-    draw_motions(tmp_path / "a", [[BLOCK, BLOCK]], BONES, views=["side"])
-    blocks, instants, kinds = 2, 2, 3
-    assert segments(tmp_path / "a.svg") == blocks * instants * kinds * len(BONES)
+def test_a_motion_shows_every_bone_in_the_image_and_twice_in_each_row(tmp_path: Path) -> None:
+    draw_motion(tmp_path / "a", SCENE, BONES, BELOW, {})
+    draw_motion(tmp_path / "b", replace(SCENE, rows=SCENE.rows[:1]), BONES, BELOW, {})
+    instants, kinds = 2, 2
+    assert segments(tmp_path / "a.svg") - segments(tmp_path / "b.svg") == instants * kinds * len(BONES)
 
 
 @pytest.mark.parametrize(
-    ("rows", "words"),
+    ("scene", "words"),
     [
-        ([[replace(BLOCK, truth=np.zeros((2, 2, 3, 2)))]], r"truth must have shape \(1, 2, 3, 2\)"),
-        ([[replace(BLOCK, paths=np.zeros((2, 3, 2)))]], "paths must have shape"),
-        ([[replace(BLOCK, confidence=("blue", "red"))]], "no confidence"),
-        ([[replace(BLOCK, truth=np.full((1, 2, 3, 2), np.nan))]], "truth must be finite"),
-        ([[replace(BLOCK, image=np.full((2, 3, 2), np.nan))]], "the camera saw nothing"),
-        ([[BLOCK], []], "nothing to draw"),
+        (replace(SCENE, rows=[("", LIMB[None], LIMB[None], "blue")]), r"must have shape \(2, 3, 2\)"),
+        (replace(SCENE, rows=[("", SCENE.image * np.nan, SCENE.image, "blue")]), "must be finite"),
+        (replace(SCENE, image=np.full((2, 3, 2), np.nan)), "the camera saw nothing"),
     ],
 )
-def test_motions_that_do_not_fit_are_refused(
-    tmp_path: Path, rows: Sequence[Sequence[MotionBlock]], words: str
-) -> None:
+def test_a_motion_that_does_not_fit_is_refused(tmp_path: Path, scene: MotionScene, words: str) -> None:
     with pytest.raises(InvalidInput, match=words):
-        draw_motions(tmp_path / "a", rows, BONES, views=["side"])
+        draw_motion(tmp_path / "a", scene, BONES, BELOW, {})
     assert list(tmp_path.iterdir()) == []

@@ -11,6 +11,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from pipeline.charts import Chart, Reference
+from pipeline.core.pinhole import Pinhole
 from pipeline.palette import Style, hex_colour
 from pipeline.recordings import Recording
 from pipeline.recordings.layout import GROUND, Extent, framed, image_bounds
@@ -91,6 +92,36 @@ def test_images_are_stored_with_their_vertical_axis_down(tmp_path: Path) -> None
     _, points = read_column(tmp_path / "a.rrd", "image/observed", "Points2D:positions", "frame")
     np.testing.assert_allclose(points[..., 0], positions[..., 0] / 1000.0, rtol=1e-6)
     np.testing.assert_allclose(points[..., 1], -positions[..., 2] / 1000.0, rtol=1e-6)
+
+
+def test_a_camera_stands_where_it_was_and_its_frustum_looks_at_what_it_saw(tmp_path: Path) -> None:
+    turn = np.radians(30.0)
+    right, away = np.array([np.cos(turn), np.sin(turn), 0.0]), np.array([-np.sin(turn), np.cos(turn), 0.0])
+    camera = Pinhole(
+        np.diag([1000.0, 1000.0, 1.0]), np.array([right, [0.0, 0.0, -1.0], away]), -4000.0 * away
+    )
+    body = np.array([[[0.0, 0.0, 0.0], [300.0, 100.0, 500.0]]])
+    image = camera.project(body) * 4.0 * [1.0, -1.0]
+    with Recording(tmp_path / "a.rrd", name="a", about="a camera") as rec:
+        index = {"time": np.zeros(1)}
+        rec.skeleton("world/body", body, [(0, 1)], index=index)
+        rec.camera(
+            "world/camera", camera.matrix[None], image, index=index, distance_mm=4000.0, bones=[(0, 1)]
+        )
+        rec.blueprint(Columns(Space3D(name="b"), Image2D(name="i", origin="world/camera")))
+    path = tmp_path / "a.rrd"
+    at = {
+        name: read_column(path, entity, component, index)[1]
+        for name, entity, component, index in (
+            ("seen", "world/camera/seen", "Points2D:positions", "time"),
+            ("place", "world/camera", "Transform3D:translation", "time"),
+            ("axes", "world/camera", "Transform3D:mat3x3", "time"),
+            ("matrix", "world/camera", "Pinhole:image_from_camera", None),
+        )
+    }
+    axes, matrix = (np.reshape(at[name], (3, 3)) for name in ("axes", "matrix"))  # columns after one another
+    seen = (1e-3 * body[0] - np.reshape(at["place"], 3)) @ axes.T @ matrix
+    np.testing.assert_allclose(seen[:, :2] / seen[:, 2:], np.reshape(at["seen"], (2, 2)), atol=1e-5)
 
 
 def test_missing_joints_stay_missing(tmp_path: Path) -> None:

@@ -173,12 +173,12 @@ def test_the_recordings_curves_are_the_tables(folder: Path) -> None:
         if chart.table != "table" or chart.x != timeline:
             continue
         for line in lines_of(chart, known):
-            entity = f"curves/{chart.quantity}/{line.key}"
+            entity = f"curves/{'log10_' if chart.log_y else ''}{chart.quantity}/{line.key}"
             assert entity in entities
             component = "Measurements:values" if line.band is not None else "Scalars:scalars"
             at, values = reading.read_column(path, entity, component, timeline)
             np.testing.assert_array_equal(at, line.x)
-            np.testing.assert_allclose(values.ravel(), line.y, rtol=1e-6)
+            np.testing.assert_allclose(values.ravel(), np.log10(line.y) if chart.log_y else line.y, rtol=1e-6)
             compared += 1
     assert compared
 

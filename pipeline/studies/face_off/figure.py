@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Sheet
+from pipeline.charts import Chart, Lines, Sheet
 from pipeline.palette import Style
 from pipeline.scenes import Columns, Image2D, Notes, Plot, Rows, Space3D
 from pipeline.studies.eigenwalkers.model import Eigenwalkers, EigenwalkersModel
@@ -34,13 +34,13 @@ METHODS = {
 RECORDED = METHODS | {"mean_walker": Style("average walker", "yellow")}
 """In recordings the truth is light grey."""
 
-PANELS = (
-    ("none", "view_angle_deg", "view angle"),
-    ("noise", "noise_px", "noise of the image"),
-    ("occlusion", "occluded", "share of joints hidden"),
-    ("heading", "heading_error_deg", "error of the heading"),
-)
-"""What is varied, its column, and its axis."""
+DISTURBED = {
+    "none": ("view_angle_deg", "undisturbed", "black"),
+    "noise": ("noise_px", "most noise", "orange"),
+    "occlusion": ("occluded", "most joints hidden", "purple"),
+    "heading": ("heading_error_deg", "heading most wrong", "sky"),
+}
+"""What is varied: its column, the words for its largest value, and their colour."""
 
 CONDITION = ["view_angle_deg", "camera", "method", "varied", "noise_px", "occluded", "heading_error_deg"]
 ORDER = ["varied", "camera", "method", "view_angle_deg", "noise_px", "occluded", "heading_error_deg"]
@@ -81,35 +81,51 @@ class FaceOffFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """A row to a camera: error against view, noise, occlusion and heading."""
+        """A panel to a camera: error of each method as it is and disturbed; on the page, against view, too."""
         options = cast(FaceOffSweep, inputs.experiment.sweep)
         table = tables["table_summary"]
-        top = 1.05 * float(table[["error_mm", "error_mm_high"]].max(axis=None))
-        charts = [
+        error: dict[str, Any] = {"table": "table_summary", "y": "error_mm"}
+        ends = table[[name for name in ("error_mm", "error_mm_low", "error_mm_high") if name in table]]
+        words = {name: style.label for name, style in METHODS.items()}
+
+        def disturbed(camera: str, varied: str) -> dict[str, Any]:
+            column, label, colour = DISTURBED[varied]
+            most = options.varied_view_deg if varied == "none" else table[column].max()
+            where = {"camera": camera, "varied": varied, column: float(most)}
+            return {**error, "where": where, "styles": {varied: Style(label, colour)}}
+
+        dots = [
             Chart(
-                table="table_summary", x=column, x_label=label, y="error_mm", by="method", styles=METHODS,
-                where={"camera": str(camera), "varied": varied}, label=f"error, {camera.words}",
-                ticks=np.unique(table.loc[table["varied"] == varied, column]).tolist(), limits=(0.0, top),
-                name=f"error_{camera}_{varied}_mm", page=varied in ("none", "noise"),
+                **disturbed(camera, "none"), x="method", words=words, log_y=True, label="error",
+                title=f"{camera} camera",
+                limits=(0.9 * float(ends.min(axis=None)), 1.1 * float(ends.max(axis=None))), ticks=(20, 50, 100, 200),
+                name=f"error_{camera}_mm", also=[Lines(**disturbed(camera, varied)) for varied in list(DISTURBED)[1:]],
+            )
+            for camera in map(str, options.cameras)
+        ]  # fmt: skip
+        against_view = [
+            Chart(
+                **error, x="view_angle_deg", x_label="view angle", by="method", styles=METHODS, label="error",
+                where={"camera": str(camera), "varied": "none"}, title=f"{camera} camera", zero=True, picture=False,
+                name=f"error_{camera}_by_view_mm", ticks=30,
             )
             for camera in options.cameras
-            for varied, column, label in PANELS
         ]  # fmt: skip
         return Sheet(
-            charts=charts,
-            columns=len(PANELS),
-            share_y=True,
+            charts=[*dots, *against_view],
+            columns=len(dots),
             letters=False,
-            panel_size=(1.85, 2.0),
+            panel_size=(2.5, 2.9),
             caption="Mean distance of the joints from the recorded motion, relative to the pelvis, over"
             f" {len(inputs.sweep.walkers)} walkers. {interval_words(table['people'][0])} Perspective camera at"
-            f" {options.distance_mm:g} mm with a focal length of {options.focal_px:g} px; noise, hidden joints and a"
-            f" wrong heading at {options.varied_view_deg:g}°. Eigenwalkers: the model learnt without the walker,"
+            f" {options.distance_mm:g} mm with a focal length of {options.focal_px:g} px, view of"
+            f" {options.varied_view_deg:g}°: undisturbed, with noise of {table['noise_px'].max():g} px,"
+            f" {100 * table['occluded'].max():g} % of the joints hidden, or a heading that is"
+            f" {table['heading_error_deg'].max():g}° wrong. Eigenwalkers: the model learnt without the walker,"
             " frequency and phase from the still view alone, none where the camera moves. Anatomical: the same, with"
             " mirror images and bones of constant length. Articulated: no walk was learnt; true lengths of the limbs."
-            " All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the"
-            " depth of"
-            " the image as it is.",
+            " All are given the pelvis. Average walker: with the true frequency and phase, by itself and as the depth"
+            " of the image as it is.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import cast
 
+import numpy as np
 import pandas as pd
 
 from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.palette import Style
 from pipeline.studies.figure_inputs import tidy
 from pipeline.studies.keypoints.changes import KeypointChanges
+from pipeline.studies.keypoints.conditions import Condition
 from pipeline.studies.keypoints.measured import ERRORS, VERDICTS
 from pipeline.studies.keypoints.model import KeypointWalkersModel
-from pipeline.studies.keypoints.shown import METHODS, Inputs, record_shown
+from pipeline.studies.keypoints.shown import Inputs, record_shown
 from pipeline.studies.keypoints.tables import errors_by, views_by
 from pipeline.studies.study import Figure, Recorder
 
 ROW_HEIGHT = 0.17
 """Of a condition, inches."""
-MOST_SHOWN = (("error_mm", "joints", 80.0), ("knee_error_deg", "knees", 20.0))
+OURS, AVERAGE = "keypoint_walk", "average_walker"
+MOST_SHOWN = (("error_mm", "joints", 40.0), ("knee_error_deg", "knees", 10.0))
 MOST_OF_VIEW_DEG = 10.0
 """Ends of the axes: a view taken for another would press all else together."""
 
@@ -33,8 +38,9 @@ class KeypointChangesFigure(Figure):
     sweep = KeypointChanges
 
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
-        """``table``: errors by condition and method; ``table_views``: view, cadence, coverage, verdicts, labels;
-        ``table_clips``: clips.
+        """``table``: errors by condition and method; ``table_changes``: less those of the same clips as usual.
+
+        ``table_views``: view, cadence, coverage, verdicts, labels; ``table_clips``: clips.
         """
         options = cast(KeypointChanges, inputs.experiment.sweep)
         changes = {"change": "kind", "level": "level"}
@@ -49,7 +55,19 @@ class KeypointChangesFigure(Figure):
         views = views[["condition", *changes, *views.columns[1:-2]]]
         moved = [*clips.columns[1:-2].difference(VERDICTS, sort=False), "condition", *changes, *VERDICTS]
         columns = ["person", *by, *ERRORS]
+        usual = people.loc[people["condition"] == 0, ERRORS].to_numpy()
+        # Every condition has the same clips in the same order.
+        more = people.assign(
+            **dict(
+                zip(
+                    ERRORS,
+                    (people[ERRORS] - np.tile(usual, (len(people) // len(usual), 1))).T.to_numpy(),
+                    strict=True,
+                )
+            )
+        )
         return {
+            "table_changes": tidy(errors_by(more, by), by=["condition", "method"]),
             "table": tidy(errors_by(people, by), by=["condition", "method"]),
             "table_views": tidy(views, by=["condition"]),
             "table_clips": tidy(
@@ -59,19 +77,27 @@ class KeypointChangesFigure(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """Errors of joints, knees and view, and coverage of 95 % bars, by condition."""
+        """What each condition adds to the errors of joints and knees; error of the view, and shares of clips."""
         options = cast(KeypointChanges, inputs.experiment.sweep)
-        words = {str(n): options.conditions[n].name for n in tables["table_views"]["condition"].tolist()}
+        words = _words([options.conditions[n] for n in tables["table_views"]["condition"].tolist()])
         condition = partial(Chart, x="condition", words=words)
         of_views = partial(Lines, table="table_views")
+        usual = tables["table"].query("condition == 0").set_index("method")
         charts = [
             *(
-                condition(y=column, by="method", styles=METHODS, label=label, limits=(0.0, most))
+                condition(
+                    table="table_changes", y=column, where={"method": OURS}, styles={OURS: Style("", "map")},
+                    label=f"{label}, added", limits=(-0.25 * most, most),
+                    references=[
+                        Reference(y=0.0, label=f"{usual[column][OURS]:.1f}"),
+                        Reference(y=usual[column][AVERAGE] - usual[column][OURS], label="average walker"),
+                    ],
+                )
                 for column, label, most in MOST_SHOWN
             ),
             condition(
-                table="table_views", y="view_error_median_deg", styles={"median": Style("median", "map")},
-                also=[of_views(y="view_error_90_deg", styles={"90": Style("90 % of clips", "orange")})],
+                table="table_views", y="view_error_median_deg", styles={"median": Style("median of clips", "sky")},
+                also=[of_views(y="view_error_90_deg", styles={"90": Style("90 % of clips", "purple")})],
                 label="view", limits=(0.0, MOST_OF_VIEW_DEG),
             ),
             condition(
@@ -87,12 +113,24 @@ class KeypointChangesFigure(Figure):
         return Sheet(
             charts=charts,
             columns=4,
-            panel_size=(1.85, 0.7 + ROW_HEIGHT * len(words)),
+            panel_size=(1.85, 0.8 + ROW_HEIGHT * len(words)),
             caption=f"{options.takes} simulated clips, the same for every condition, of people whom the model does not"
-            " know, from all sides, overground and on a treadmill. Means with 95 % intervals over people; what lies"
-            " beyond the axes is in the tables.",
+            " know, from all sides, overground and on a treadmill. (a), (b) Mean difference from the same clips as"
+            " usual, whose own error stands at the line, with 95 % intervals over people. What lies beyond the axes"
+            " is in the tables.",
         )
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the clip of median error under the usual condition."""
         record_shown(inputs, begin)
+
+
+def _words(conditions: Sequence[Condition]) -> dict[str, str]:
+    """Rows of conditions by number: those of one kind below a head, which has no number."""
+    kinds = Counter(condition.kind for condition in conditions)
+    words: dict[str, str] = {}
+    for number, condition in enumerate(conditions):
+        if kinds[condition.kind] > 1:
+            words.setdefault(condition.kind, condition.kind)
+        words[str(number)] = condition.level if kinds[condition.kind] > 1 else condition.name
+    return words

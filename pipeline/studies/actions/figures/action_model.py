@@ -145,7 +145,7 @@ class ActionModelFigure(Figure):
         median, index = action.median, {"sample": np.arange(len(action.model.mean))}
         with begin(
             f"\nOrange: the mean performance, with the limbs of {names[median]}, the median sequence, which is "
-            f"silver. Other performances can be switched on in the streams tree, `world/performances/…`. Curves: mean "
+            f"silver; beside them all performances, synchronized. Curves: mean "
             f"± 1 standard deviation, bounds at ±{bound:g}. Matrix: synchronization distances of all ordered pairs, "
             "the pattern n downwards, the performance m to the right.\n",
             timeline="sample",
@@ -171,8 +171,9 @@ class ActionModelFigure(Figure):
                 contents=("world/mean_performance", "world/performances"),
                 shown=("world/mean_performance", f"world/performances/{entity_name(names[median])}"),
             )
+            everybody = Space3D(name="all performances, synchronized", contents=bodies.contents)
             below = Columns(Matrix(name="distances C(n, m)"), Notes())
-            left = Rows(bodies, below, shares=(3, 2))
+            left = Rows(Columns(bodies, everybody), below, shares=(3, 2))
             rec.blueprint(Columns(left, Rows(*rec.plots)), playing=True)
 
     def _shown(self, inputs: Inputs) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from pipeline.charts import Sheet
 from pipeline.core import camera
 from pipeline.scenes import Columns, Notes, Rows, SkeletonRow, Space3D
 from pipeline.skeleton import WALKER15
@@ -21,6 +22,9 @@ from pipeline.validation import require_range
 
 VIEW_DEG = -55.0
 """Three-quarter view of the picture, from the left."""
+
+BESIDE = 4
+"""Samples of a frame that the picture shows one by one."""
 
 APART_MM = 750.0
 """Between neighbours in the recording, which stand in a row across this view."""
@@ -59,27 +63,35 @@ class PostureSamples(Figure):
             "table_samples_draws": tidy(sweep.again, by=[DRAW, "frame", "kind"]),
         }
 
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
-        """Draw a row for each frame: the mean posture, then accepted samples, each over the mean posture."""
+    def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
+        """No chart, but what the caption says of the samples."""
         accepted = tables["table_samples"].query("kind == 'accepted'")
-        order = np.argsort(inputs.sweep.frames)
-        seen = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
-        rows = [
-            SkeletonRow(label=f"({'abcdefgh'[n % 8]}) frame {frame}", centre=seen[n, 0], others=seen[n, 1:])
-            for n, frame in enumerate(inputs.sweep.frames[order])
-        ]
         measured = "; ".join(
             f"frame {row.frame}: {row.spread_mm:.0f} mm from the mean posture, "
             f"{row.nearest_training_mm:.0f} mm from the nearest recorded one"
             for row in accepted.itertuples()
         )
-        picture.skeletons(
-            rows,
-            WALKER15.bones,
-            legend=("mean posture", "accepted by the action model"),
-            caption=f"Frames of the mean performance counted from 1; body of mean limb lengths. "
-            f"Median of {accepted['draws'].iloc[0]} samples, mean over joints: {measured}.",
+        return Sheet(
+            caption="Frames of the mean performance counted from 1; body of mean limb lengths. Left: the mean posture,"
+            f" {inputs.sweep.bodies.shape[1] - 1} accepted ones over one another; beside it those of them that are"
+            f" farthest from the mean posture and from each other. Median of {accepted['draws'].iloc[0]} samples, mean"
+            f" over joints: {measured}.",
         )
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+        """Draw a row for each frame: the mean posture with accepted samples, then those that differ most."""
+        order = np.argsort(inputs.sweep.frames)
+        seen = camera.project(inputs.sweep.bodies[order], np.radians(VIEW_DEG))
+        rows = [
+            SkeletonRow(
+                label=f"({'abcdefgh'[n % 8]}) frame {frame}",
+                centre=seen[n, 0],
+                others=seen[n, 1:],
+                beside=farthest_apart(inputs.sweep.bodies[order[n]], BESIDE),
+            )
+            for n, frame in enumerate(inputs.sweep.frames[order])
+        ]
+        picture.skeletons(rows, WALKER15.bones, legend=("mean posture", "accepted by the action model"))
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log the mean performance, playing; at each of the frames the mean posture and its samples side by side."""
@@ -125,3 +137,20 @@ class PostureSamples(Figure):
             mean = Space3D(name="mean performance", contents=("world/mean_performance",))
             layout = Columns(Rows(*rows), Rows(mean, Notes()), shares=(7, 3))
             rec.blueprint(layout, playing=True)
+
+
+def farthest_apart(bodies: np.ndarray, wanted: int) -> list[int]:
+    """Return which of the others (n, J, 3) of some bodies, the first a reference, lie farthest from it and each other.
+
+    One after the other, each as far as possible from the nearest of those before it.
+
+    Examples
+    --------
+    >>> farthest_apart(np.array([0.0, 1.0, 5.0, 4.5, -3.0]).reshape(5, 1, 1), 2)
+    [1, 3]
+    """
+    apart = np.linalg.norm(bodies[:, None] - bodies[None], axis=-1).mean(axis=-1)
+    chosen = [0]
+    while len(chosen) <= min(wanted, len(bodies) - 1):
+        chosen.append(int(apart[chosen].min(axis=0).argmax()))
+    return [number - 1 for number in chosen[1:]]

@@ -21,8 +21,8 @@ METHODS = {
     "prior": Style("prior", "blue"),
     "no_prior": Style("no prior", "orange"),
     "no_prior_own_step": Style("no prior, steps as in the data", "purple"),
-    "mean_linear_phase": Style("mean, constant rate", "grey", line="dashed"),
-    "mean_best_phase": Style("mean, best phase", "green", line="dashed"),
+    "mean_linear_phase": Style("mean, constant rate", "grey", line="dashed", interval=False),
+    "mean_best_phase": Style("mean, best phase", "green", line="dashed", interval=False),
 }
 RECORDED = METHODS | {"mean_linear_phase": replace(METHODS["mean_linear_phase"], colour="yellow")}
 """Told apart from the silver of the truth."""
@@ -84,13 +84,14 @@ class TrackingError(Figure):
                         x=column,
                         x_label=label,
                         log_x=varied == "particles",
+                        ticks=sorted(set(rows[column].tolist())),
                         y="error_mm",
                         by="method",
                         styles=METHODS,
                         where={"leave_out": str(way), "varied": varied},
                         label=f"error, without the {way}",
                         limits=(0.0, top),
-                        references=[Reference(y=float(rows["aspace_error_mm"].mean()), label="aSpace")],
+                        references=[Reference(y=float(rows["aspace_error_mm"].mean()))],
                         page=way == sweep.leave_out[0],
                     )
                 )

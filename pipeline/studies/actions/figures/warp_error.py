@@ -28,11 +28,11 @@ from pipeline.studies.replicated import interval_over_people
 from pipeline.studies.study import Figure
 
 PENALTIES = {
-    "change": Style("µ|k|: its change", "blue"),
-    "as_printed": Style("µ|d + k|: its size, as printed", "purple", line="dashed"),
+    "change": Style("change of the disparity is penalised", "blue"),
+    "as_printed": Style("its size is, as printed", "purple", line="dashed"),
 }
 REFERENCES = {"linear": "linear", "keyframe": "key-frames"}
-ERRORS = {"error_moving": "error while it moves", "error": "error everywhere"}
+ERRORS = {"error_moving": "while it moves", "error": "everywhere"}
 
 PORTIONS = {
     "trunk": ("hip", "torso", "shoulder", "neck"),
@@ -106,6 +106,8 @@ class WarpError(Figure):
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
         """The error where the pattern moves, and everywhere, against smoothness; others and mu = 0 as lines across."""
         table = tables["table"]
+        synchronized = table[table["stage"] == "synchronized"]
+        top = 1.25 * float(synchronized[[f"{error}_frames" for error in ERRORS]].max(axis=None))
         charts = []
         for error, label in ERRORS.items():
             column = f"{error}_frames"
@@ -115,7 +117,7 @@ class WarpError(Figure):
             charts.append(
                 Chart(
                     x="smoothness",
-                    x_label="smoothness µ, mean squared deviations of a frame",
+                    x_label="smoothness µ (mean squared deviations)",
                     log_x=True,
                     timeline=self.timeline,
                     y=column,
@@ -123,8 +125,9 @@ class WarpError(Figure):
                     styles=PENALTIES,
                     where={"stage": "synchronized"},
                     band=f"{error}_sd_frames",
-                    label=label,
-                    limits=(0.0, 1.25 * float(table.loc[table["stage"] == "synchronized", column].max())),
+                    title=label,
+                    label="error",
+                    limits=(0.0, top),
                     references=[
                         Reference(y=float(v), label=words) for words, level in levels.items() for v in level
                     ],
@@ -133,7 +136,10 @@ class WarpError(Figure):
         people = np.unique(np.delete(inputs.dataset.person, inputs.model.median)).size
         return Sheet(
             charts=charts,
-            caption="Errors of the frame that is matched with a sample of the median sequence: (a) over the samples at"
+            columns=len(charts),
+            share_y=True,
+            caption="Penalty: µ|k|, of the change k of the disparity d, or µ|d + k| as printed."
+            " Errors of the frame that is matched with a sample of the median sequence: (a) over the samples at"
             " which that moves, (b) over all. Light bands: ±1 standard deviation over performances. "
             + interval_words(people, bands="Bands within them"),
         )

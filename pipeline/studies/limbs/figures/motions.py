@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pandas as pd
 
-from pipeline.charts import Chart, Reference, Sheet
+from pipeline.charts import Chart, Lines, Reference, Sheet
 from pipeline.core.limb_chain import WALKER14
 from pipeline.palette import Style
-from pipeline.scenes import Columns, Image2D, MotionBlock, Notes, Rows, Space3D
+from pipeline.scenes import Columns, Image2D, MotionScene, Notes, Rows, Space3D
 from pipeline.skeleton import WALKER15
-from pipeline.studies.figure_inputs import FigureInputs, tidy
+from pipeline.studies.figure_inputs import FigureInputs, columns_of, tidy
+from pipeline.studies.limbs import nulls
 from pipeline.studies.limbs.cameras import Camera
 from pipeline.studies.limbs.dataset import LimbStretches
 from pipeline.studies.limbs.figures.presentation import confidences
@@ -31,10 +32,13 @@ if TYPE_CHECKING:
 
 LIMBS = WALKER14.limbs
 
-PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published, one video of walking")
+PUBLISHED = Reference(y="park2011_humaneva_mean_error", label="published")
 
-VIEWS = {"from its left": np.pi / 2, "half right": -np.pi / 4}
-"""The other views of the picture: how far around the camera's own azimuth they stand, rad."""
+ASIDE_RAD = np.pi / 2
+"""How far around the camera's own azimuth the picture's other view stands."""
+
+STEPS = {"hangs straight down": "null", "reconstructed": "orange", "mirrors tried": "blue"}
+"""What is compared, from nothing known on, and its colour."""
 
 TRACED = ("left_wrist", "right_wrist", "left_ankle", "right_ankle")
 """Joints whose whole trajectories are drawn."""
@@ -65,7 +69,8 @@ class MotionsFigure(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """Return ``table``: each joint of each clip and camera; ``table_clips``; ``table_limbs``.
 
-        ``table_papers``: of clips in the paper's conditions, beside the first figure alone.
+        ``table_steps``: each clip and camera, from nothing known on; ``table_papers``: of clips in the paper's
+        conditions, beside the first figure alone.
         """
         sweep, order = inputs.sweep, ["clip", "camera"]
         made = {"table": sweep.joints, "table_clips": sweep.clips, "table_limbs": sweep.limbs}
@@ -74,6 +79,13 @@ class MotionsFigure(Figure):
             name: rows[rows["mirrors_tried"] == self.mirrors].drop(columns="mirrors_tried")
             for name, rows in made.items()
         }
+        first, tried = (made["table_clips"].query(f"mirrors_tried == {one}") for one in (False, True))
+        errors = (first["hanging_error_mm"], first["error_mm"], tried["error_mm"])
+        steps = [
+            rows[["clip", "camera"]].assign(step=step, error_mm=error)
+            for step, rows, error in zip(STEPS, (first, first, tried), errors, strict=True)
+        ]
+        beside["table_steps"] = tidy(pd.concat(steps if self.mirrors else steps[:2]), by=order)
         return {**beside, **{name: tidy(rows, by=order) for name, rows in shown.items()}}
 
     def chosen(self, inputs: Inputs) -> list[int]:
@@ -86,64 +98,76 @@ class MotionsFigure(Figure):
         return list(dict.fromkeys(n for n in found if n is not None)) or [0]
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """Error of every clip from every camera, on the page, with the paper's number."""
-        table = tables["table_clips"]
-        chart = Chart(
-            table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
-            y="error_mm", by="camera", label="error", zero=True, picture=False, references=[PUBLISHED],
-            styles={str(name): Style(f"{name} camera", Camera(name).colour) for name in self._of(inputs).cameras},
-        )  # fmt: skip
-        return Sheet(charts=[chart])
-
-    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
-        """Draw a row to each clip shown, a block to each camera: image, two other views, whole trajectories."""
+        """Error of every clip, with the paper's number: by camera on the page, from step to step in the picture."""
         options, sweep = _options(inputs), self._of(inputs)
-        of_clips = tables["table_clips"].set_index(["clip", "camera"])
-        clips = inputs.dataset.clip[sweep.stretch]
-        middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
-        instants = np.unique(np.rint(middles).astype(int))
-        confidence = confidences(sweep.mirror_margin)
-        traced = [WALKER15.index(joint) for joint in TRACED]
-        drawn = [LIMBS.index(WALKER15.joints[child]) for _, child in WALKER15.bones]
-        rows = []
-        for n in self.chosen(inputs):
-            row = []
-            for c, camera in enumerate(map(str, sweep.cameras)):
-                truth, positions = sweep.truth[n], sweep.positions[n, c]
-                angles = [sweep.azimuth_rad[n, c] + turn for turn in VIEWS.values()]
-                paths = [across(p[:, traced], angles[0]).swapaxes(0, 1) for p in (truth, positions)]
-                of_clip = of_clips.loc[(clips[n], camera)]
-                action = of_clip["action"].split(" - ")[0].split(",")[0]
-                row.append(
-                    MotionBlock(
-                        title=f"{action.capitalize()}, {camera} camera: {of_clip['error_mm']:.0f} mm "
-                        f"(hanging {of_clip['hanging_error_mm']:.0f})",
-                        image=options.upright_mm(sweep.images[n, c, instants]),
-                        truth=np.stack([across(truth[instants], angle) for angle in angles]),
-                        reconstruction=np.stack([across(positions[instants], angle) for angle in angles]),
-                        paths_true=paths[0],
-                        paths=paths[1],
-                        confidence=tuple(confidence[n, c, drawn].tolist()),
-                    )
+        table, steps = tables["table_clips"], tables["table_steps"]
+        cameras = {str(name): Style(f"{name} camera", Camera(name).colour) for name in sweep.cameras}
+        error: dict[str, Any] = {"y": "error_mm", "label": "error", "zero": True, "references": [PUBLISHED]}
+        mean = steps.groupby(["camera", "step"], as_index=False)["error_mm"].mean().assign(clip="all")
+        charts = [
+            Chart(
+                **error, table="table_clips", x="clip", words={name: name for name in dict.fromkeys(table["clip"])},
+                by="camera", styles=cameras, picture=False,
+            ),
+            *(
+                Chart(
+                    **error, table="table_steps", x="step", where={"camera": camera}, strands="clip", page=False,
+                    words={name: name for name in STEPS if name in set(steps["step"])}, title=style.label,
+                    name=f"error_{camera}_mm", styles=Style("a clip", "silver", width=0.6),
+                    also=[
+                        Lines(
+                            table=columns_of(mean), y="error_mm", where={"camera": camera}, strands="clip",
+                            styles=Style("mean of all clips", "original"),
+                        )
+                    ],
                 )
-            rows.append(row)
-        means = tables["table_clips"].groupby("camera")["error_mm"].mean()
-        picture.motions(
-            rows,
-            WALKER15.bones,
-            views=list(VIEWS),
+                for camera, style in cameras.items()
+            ),
+        ]  # fmt: skip
+        return Sheet(
+            charts=charts,
+            columns=len(cameras),
+            letters=False,
             caption=f"Lengths: {options.lengths}; root: {options.root.replace('_', ' ')}; noise of "
             f"the image {options.noise_px:g} px"
             + ("; knees and elbows flex one way" if options.use_hinges else "")
-            + ("; mirrors of limbs in doubt tried" if self.mirrors else "")
-            + ". Each title gives the mean error of the joints relative to the pelvis, beside that of a skeleton that "
-            "hangs straight down; over all "
-            f"{len(sweep.stretch)} clips it is "
-            + ", ".join(f"{means[camera]:.0f} mm ({camera})" for camera in map(str, sweep.cameras))
+            + f". One clip before the {sweep.cameras[0]} camera; shaded, what is seen from the middle of each path."
+            f" Below, mean error of the joints of {len(sweep.stretch)} clips, relative to the pelvis"
             + _without_help(tables)
-            + ". Colours: how far the other mirror of a limb is from being as smooth. Right: wrists and ankles from "
-            "the first of the other views, true ones thin.",
+            + ". Published: of one video of walking.",
         )
+
+    def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
+        """Draw one clip before the first camera, before and after; the cameras from above; errors of all clips."""
+        sweep, n = self._of(inputs), self.chosen(inputs)[0]
+        middles = (np.arange(self.instants) + 0.5) * (sweep.truth.shape[1] - 1) / self.instants
+        instants = np.unique(np.rint(middles).astype(int))
+        truth, lengths = sweep.truth[n], inputs.dataset.lengths_mm[sweep.stretch[n]]
+        known = [nulls.hanging(truth[:, ROOT], lengths), inputs.sweep.as_chosen.positions[n, 0]]
+        aside = sweep.azimuth_rad[n, 0] + ASIDE_RAD
+        of_clip = tables["table_steps"].set_index(["clip", "camera", "step"])["error_mm"]
+        of_clip = of_clip.loc[(inputs.dataset.clip[sweep.stretch[n]], sweep.cameras[0])]
+        rows = [
+            (
+                f"from its left: {step}, {of_clip[step]:.0f} mm",
+                across(positions[instants], aside),
+                across(truth[instants], aside),
+                STEPS[step],
+            )
+            for step, positions in zip(STEPS, [*known, sweep.positions[n, 0]], strict=True)
+            if step in of_clip.index
+        ]
+        cameras = [
+            (
+                camera,
+                Camera(camera).colour,
+                *_from_above(sweep.camera_matrix[n, c], sweep.images[n, c], truth),
+            )
+            for c, camera in enumerate(map(str, sweep.cameras))
+        ]
+        image = _options(inputs).upright_mm(sweep.images[n, 0, instants])
+        scene = MotionScene(image=image, rows=rows[-2:], ground=truth[:, ROOT, :2], cameras=cameras)
+        picture.motion(scene, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Log every clip shown from every camera: truth, reconstruction by confidence, image, whole trajectories."""
@@ -171,8 +195,12 @@ class MotionsFigure(Figure):
                         entity = f"world/reconstructed/{camera}/{words[n]}/{name}"
                         _limbs_of(rec, entity, positions, confidence[n, c] == name, index, colour)
                     _trace(rec, f"world/trajectories/{camera}/{words[n]}", positions, "blue")
-                    image = options.upright_mm(sweep.images[n, c])
-                    rec.image_points(f"image/{camera}/{words[n]}", image, index=index)
+                    matrix, image = sweep.camera_matrix[n, c].copy(), options.upright_mm(sweep.images[n, c])
+                    matrix[..., 3] += matrix[..., :3] @ shift
+                    rec.camera(
+                        f"world/cameras/{camera}/{words[n]}", matrix, image, index=index,
+                        distance_mm=options.distance_mm,
+                    )  # fmt: skip
             first = words[numbers[0]]
             columns = []
             for camera, azimuth in zip(cameras, sweep.azimuth_rad[numbers[0]], strict=True):
@@ -185,14 +213,17 @@ class MotionsFigure(Figure):
                     shown=tuple(f"{path}/{first}" for path in paths),
                     eye_mm=(-2600.0 * float(np.sin(angle)), 2600.0 * float(np.cos(angle)), 1500.0),
                 )
+                entity = f"world/cameras/{camera}/{first}"
                 image_view = Image2D(
-                    name=f"image of the {camera} camera",
-                    contents=(f"image/{camera}",),
-                    shown=(f"image/{camera}/{first}",),
-                    beside=space,
+                    name=f"image of the {camera} camera", origin=entity, contents=(f"{entity}/seen",)
                 )
                 columns.append(Rows(space, image_view))
-            layout = Columns(*columns, Notes(), shares=[3] * len(columns) + [2])
+            stand = ("world/truth", *(f"world/cameras/{camera}" for camera in cameras))
+            where = Space3D(
+                name="the cameras", contents=stand, shown=tuple(f"{path}/{first}" for path in stand),
+                eye_mm=(3000.0, -3000.0, 5000.0),
+            )  # fmt: skip
+            layout = Columns(*columns, Rows(where, Notes()), shares=[3] * len(columns) + [2])
             rec.blueprint(layout, playing=True)
 
 
@@ -200,6 +231,22 @@ def across(positions: np.ndarray, azimuth_rad: float) -> np.ndarray:
     """Return positions (…, 3) as a far camera at an azimuth sees them: (…, 2) to the right and up, mm."""
     right = -np.cos(azimuth_rad) * positions[..., 0] - np.sin(azimuth_rad) * positions[..., 1]
     return np.stack([right, positions[..., 2]], axis=-1)
+
+
+def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the path (F, 2) of a camera (F, 3, 4) from above, mm, and the triangle (3, 2) of its image (F, J, 2), px.
+
+    The triangle begins at the middle of the path and ends beyond the truth (F, J, 3).
+    """
+    inverse = np.linalg.inv(matrix[..., :3])
+    centre = -(inverse @ matrix[..., 3:])[..., 0]
+    middle = len(centre) // 2
+    seen = image[middle, np.isfinite(image[middle]).all(axis=-1)]
+    ends = [(float(u), float(seen[:, 1].mean()), 1.0) for u in (seen[:, 0].min(), seen[:, 0].max())]
+    rays = np.array([inverse[middle] @ end for end in ends])
+    depth = 1.15 * np.linalg.norm(truth[middle].mean(axis=0) - centre[middle])
+    reached = centre[middle] + depth * rays / np.linalg.norm(rays, axis=1, keepdims=True)
+    return centre[:, :2], np.stack([centre[middle], *reached])[:, :2]
 
 
 def _options(inputs: Inputs) -> MotionsSweep:

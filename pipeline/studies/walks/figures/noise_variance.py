@@ -47,7 +47,8 @@ class NoiseVariance(Figure):
     def tables(self, inputs: Inputs) -> dict[str, pd.DataFrame]:
         """``table``: mean over walkers and views; ``table_views``: per view; ``table_people``: per walker.
 
-        ``table_nested``: σ² that others choose for each walker, on models without that walker, and the average walker.
+        ``table_paired``: what each σ² adds to the error of the best one, walker by walker; ``table_nested``: σ² that
+        others choose for each walker, on models without that walker, and the average walker.
         """
         sweep, by = inputs.sweep, ["person", "walker", "method"]
         curve = {
@@ -58,7 +59,14 @@ class NoiseVariance(Figure):
         average = walkers[
             (walkers["method"] == Null.average_walker) & walkers["walker"].isin(sweep.chosen["walker"])
         ]
+        errors = sweep.sigma2.pivot(
+            index=["person", "walker"], columns="sigma2_mm2", values="absolute_error_mm2"
+        )
+        added = errors.sub(errors[errors.mean().idxmin()], axis=0).stack().rename("added_error_mm2")
         return {
+            "table_paired": over_walkers(
+                added.reset_index(), ["sigma2_mm2"], {added.name: (added.name, "mean")}
+            ),
             "table": over_walkers(sweep.sigma2, ["sigma2_mm2"], curve),
             "table_people": tidy(sweep.sigma2.drop(columns="method"), by=["walker", "sigma2_mm2"]),
             "table_views": tidy(
@@ -73,7 +81,7 @@ class NoiseVariance(Figure):
         }
 
     def charts(self, inputs: Inputs, tables: dict[str, pd.DataFrame]) -> Sheet:
-        """Mean error against σ², the optimum and the published one marked, and the error of single views."""
+        """Mean error against σ², the optimum and the published one marked; what σ² adds; the error of single views."""
         table, views = tables["table"], inputs.sweep.view_angle_deg
         best = int(table["absolute_error_mm2"].to_numpy().argmin())
         here = float(table["sigma2_mm2"][best])
@@ -83,16 +91,25 @@ class NoiseVariance(Figure):
             x="sigma2_mm2",
             x_label="noise variance σ²",
             y="absolute_error_mm2",
+            named=True,
             x_limits=(0.0, float(table["sigma2_mm2"].max())),
         )
         mean = sigma2(
             label="mean square error",
-            styles={"map": Style("all views", "map")},
+            styles={"map": Style("", "map")},
             references=[*([Reference(x=here, label=f"here {here:g}")] if inside else []), PUBLISHED],
         )
-        shown = views[np.unique(np.linspace(0, len(views) - 1, len(_COLOURS)).astype(int))]
+        added = sigma2(
+            table="table_paired",
+            y="added_error_mm2",
+            label=f"error added to that at {here:g} mm²",
+            styles={"map": Style("", "map")},
+            references=[PUBLISHED],
+        )
+        half = views[views >= 0] if (views >= 0).any() else views
+        shown = half[np.unique(np.linspace(0, len(half) - 1, len(_COLOURS)).astype(int))]
         of_views = sigma2(
-            label="mean square error of single views",
+            label="error of single views",
             name="absolute_error_of_views_mm2",
             table="table_views",
             by="view_angle_deg",
@@ -101,8 +118,8 @@ class NoiseVariance(Figure):
             },
         )
         at_end = f" No optimum inside the range: the lowest error is at its end, {here:g} mm²."
-        caption = f"Band: {inputs.banded}." + ("" if inside else at_end)
-        return Sheet(charts=[mean, of_views], columns=2, caption=caption)
+        caption = f"Bands: {inputs.banded}; in (b) 95 % intervals over people." + ("" if inside else at_end)
+        return Sheet(charts=[mean, added, of_views], columns=3, panel_size=(2.5, 2.2), caption=caption)
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """The curves over sigma², and the error of every view at every sigma² with its valley."""
@@ -114,4 +131,4 @@ class NoiseVariance(Figure):
             rec.blueprint(Columns(Rows(*rec.plots), Rows(matrix, Notes()), shares=(3, 2)))
 
 
-_COLOURS = ("purple", "orange", "green", "grey", "yellow", "amber", "sky")
+_COLOURS = ("orange", "green", "purple", "sky")

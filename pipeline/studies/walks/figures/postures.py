@@ -126,7 +126,11 @@ class Postures(Figure):
             **found[0], x="walker", x_label=f"walker, seen from {middle:g}°", label="RMS error", zero=True,
             words={name: name for name in inputs.samples}, also=[Lines(**one) for one in found[1:]], picture=False,
         )  # fmt: skip
-        return Sheet(charts=[chart])
+        return Sheet(
+            charts=[chart],
+            caption=f"Walker {inputs.samples[self.walker]}; across the page runs the dimension that the view did not"
+            " show.",
+        )
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
         """Rows of postures, each seen along the observed horizontal, so that across the page runs what was missing."""
@@ -155,12 +159,7 @@ class Postures(Figure):
                 )
             title = f"({'abc'[m]}) {_TITLES[method]}" if len(methods) > 1 else ""
             groups.append((title, rows))
-        picture.postures(
-            groups,
-            WALKER15.bones,
-            caption=f"Walker {inputs.samples[self.walker]}; across the page runs the dimension that"
-            " the view did not show.",
-        )
+        picture.postures(groups, WALKER15.bones)
 
     def record(self, inputs: Inputs, tables: dict[str, pd.DataFrame], begin: Recorder) -> None:
         """Walkers, original and reconstructed from every demonstration view, walking in place."""

@@ -100,7 +100,7 @@ class StructureLadder(Figure):
             Chart(
                 table=pairs, x=BASELINE, x_label="MAP, σ² chosen by others", x_unit="mm²", y="anatomical",
                 label="anatomical", unit="mm²", styles=Style("", "green", line="points"), x_limits=(0.0, top),
-                limits=(0.0, top), note="a point to each person", references=[Reference(slope=1.0)],
+                limits=(0.0, top), title="a point to each person", references=[Reference(slope=1.0)],
             ),
             step(**steps("added"), zero=True),
             step(**{**steps("settings", "taken away", "varied", ordered=True), "y": "below_whole_percent",

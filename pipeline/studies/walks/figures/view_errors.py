@@ -35,6 +35,9 @@ _INSTANT = 0.25
 """Fraction of the cycle at which the recording shows the walker: the left ankle is farthest ahead of the right."""
 
 
+RELATIVE = (0.01, 10.0)
+"""Ends of the logarithmic axis of relative errors."""
+
 ERRORS = ["absolute_error_mm2", "relative_error"]
 _SD = {
     "absolute_error_mm2": "absolute_error_sd_mm2",
@@ -108,13 +111,16 @@ class ViewErrors(Figure):
         view = partial(Chart, **VIEW, zero=True)
         shown = {name: CURVES[name] for name in (*map(str, inputs.sweep.methods), "average_walker")}
         error = partial(view, by="method", styles=shown)
+        # The average walker is the same in both papers, and so are axes that are measured by it.
+        average = tables["table"].query("method == 'average_walker'")["absolute_error_mm2"].max()
         absolute = error(
+            limits=(0.0, 500.0 * float(np.ceil(1.5 * average / 500.0))),
             y="absolute_error_mm2",
             band="absolute_error_sd_mm2",
             label="mean square error",
             references=[THIRTY_PERCENT] if {*METHODS} <= {*inputs.sweep.methods.tolist()} else [],
         )
-        relative = error(y="relative_error", band="relative_error_sd")
+        relative = error(y="relative_error", log_y=True, limits=RELATIVE, least=RELATIVE[0])
         variance = view(
             y="missing_variance_mm2",
             band="missing_variance_sd_mm2",
@@ -124,6 +130,7 @@ class ViewErrors(Figure):
         )
         return Sheet(
             charts=[absolute, relative, variance],
+            panel_size=(5.0, 2.0),
             caption="Light bands: ±1 standard deviation over walkers, as far as the axes go; bands:"
             f" {inputs.banded}. Average walker: its depth, the image kept.",
         )

@@ -96,7 +96,7 @@ class ViewPosterior(Figure):
                 table=about_truth, x="candidate_less_true_angle_deg", y="density",
                 zero=True,
                 label="density, mean over people", styles=Style("", "green"),
-                note=f"seen from {sweep.view_angle_deg[middle]:g}°",
+                title=f"seen from {sweep.view_angle_deg[middle]:g}°",
             ),
             Chart(
                 table=errors, x="posterior_standard_deviation_deg", y="error_deg", by="below",
