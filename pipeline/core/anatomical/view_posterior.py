@@ -90,10 +90,8 @@ class ViewPosterior:
         Of the highest mode, in [-pi, pi).
     sd_rad : (n,)
         Standard deviation about it of the part of the posterior that is within a right angle.
-    other_angle_rad : (n,)
-        Of the next mode; the same angle if there is none.
     other_cost : (n,)
-        By how much J is higher there; infinite if there is none.
+        By how much J is higher at the next mode; infinite if there is none.
     other_share : (n,)
         Probability of all angles more than a right angle away from the highest mode.
     density : (n, F)
@@ -103,7 +101,6 @@ class ViewPosterior:
 
     angle_rad: np.ndarray
     sd_rad: np.ndarray
-    other_angle_rad: np.ndarray
     other_cost: np.ndarray
     other_share: np.ndarray
     density: np.ndarray
@@ -134,14 +131,10 @@ def posterior_of(costs: np.ndarray) -> ViewPosterior:
     sd = np.sqrt((inside * off**2).sum(axis=1) / inside.sum(axis=1))
     minima = (np.roll(J, 1, axis=1) > J) & (np.roll(J, -1, axis=1) >= J)
     minima[rows, here] = False
-    others = np.where(minima, J, np.inf)
-    next_one = first_lowest(others)
-    some = minima.any(axis=1)
     return ViewPosterior(
         angle_rad=np.mod(angle + np.pi, 2.0 * np.pi) - np.pi,
         sd_rad=sd,
-        other_angle_rad=np.where(some, fine[next_one], angle),
-        other_cost=np.where(some, J[rows, next_one] - middle, np.inf),
+        other_cost=np.where(minima, J, np.inf).min(axis=1) - middle,
         other_share=1.0 - inside.sum(axis=1) * step,
         density=density,
         angles_rad=fine,

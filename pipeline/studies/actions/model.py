@@ -60,8 +60,6 @@ class Action:
         See `ALIGNMENTS`.
     keyframe_warp : (M, P)
         Frame of each performance, fractional, that became each sample by key-frames.
-    keyframe_samples : (K,) int
-        Where the key-frames are then.
     distances : (M, M)
         C(n, m) of all ordered pairs, squared aSpace units.
     disparity : (M, P) int
@@ -85,7 +83,6 @@ class Action:
     keyframe: np.ndarray
     synchronized: np.ndarray
     keyframe_warp: np.ndarray
-    keyframe_samples: np.ndarray
     distances: np.ndarray
     disparity: np.ndarray
     median: int
@@ -185,7 +182,6 @@ class ActionSpaceModel(Model):
             first=dataset.first,
             **aligned,
             keyframe_warp=keyed.warp,
-            keyframe_samples=keyed.samples,
             distances=learnt.distances,
             disparity=learnt.disparity,
             median=int(learnt.median),

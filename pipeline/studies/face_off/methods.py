@@ -26,7 +26,7 @@ from pipeline.core import camera as parallel
 from pipeline.core.anatomical import Prior
 from pipeline.core.articulated_trajectory import Options, prepared
 from pipeline.core.limb_chain import WALKER14, true_lengths
-from pipeline.core.linear_model import LinearModel
+from pipeline.core.linear_model import LinearModel, unflatten
 from pipeline.core.pinhole import Pinhole
 from pipeline.skeleton import WALKER15
 
@@ -261,7 +261,6 @@ def mean_walker(
     phase_rad: float,
     *,
     heading_error_rad: float = 0.0,
-    joints: int = 15,
 ) -> np.ndarray:
     """Return the average walker (F, 15, 3), mm, walking with a known frequency and phase [zhang2007 3.3].
 
@@ -273,11 +272,8 @@ def mean_walker(
         Of the walk, the phase at time zero.
     heading_error_rad : float
         As of `SeenWalk`: turns the walker about the vertical.
-    joints : int
-        J.
     """
-    numbers = len(model.mean) // (3 * joints) * 3 * joints  # a frequency may be the last number
-    average = model.mean[:numbers].reshape(-1, joints, 3)
+    average = unflatten(model.mean)
     motion = fourier.synthesise(fourier.shift(average, -phase_rad), frequency_hz, times_s)
     cos, sin = np.cos(heading_error_rad), np.sin(heading_error_rad)
     return np.asarray(motion @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]))

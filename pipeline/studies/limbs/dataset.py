@@ -22,7 +22,7 @@ class LimbStretches:
     ----------
     positions : (N, F, 15, 3)
         Millimetres.
-    lengths_mm, length_sd_mm : (N, 14)
+    lengths_mm : (N, 14)
         Of the limbs in the order of `limb_chain.WALKER14`, mean and standard deviation over frames.
     start_s : (N,)
         Where in its clip each stretch begins.
@@ -35,7 +35,6 @@ class LimbStretches:
 
     positions: np.ndarray
     lengths_mm: np.ndarray
-    length_sd_mm: np.ndarray
     start_s: np.ndarray
     person: np.ndarray
     clip: np.ndarray
@@ -88,7 +87,6 @@ class LimbDataset(Dataset):
         return LimbStretches(
             positions=np.stack(stretches),
             lengths_mm=lengths.mean(axis=1),
-            length_sd_mm=lengths.std(axis=1),
             start_s=np.array(starts),
             person=clips.person[clip_of],
             clip=clips.clip[clip_of],

@@ -32,13 +32,10 @@ class BasisFit:
     ----------
     basis : (F, K)
         Cosines.
-    energy_beyond : (N, 14, F)
-        Root mean square of what the first 1, 2, … F cosines leave of each limb, as part of its length.
     words : str
     """
 
     basis: np.ndarray
-    energy_beyond: np.ndarray
     words: str
 
 
@@ -100,6 +97,5 @@ class TrajectoryBasisModel(Model):
         left = float(np.median(np.take_along_axis(rms, components[:, None] - 1, axis=1)))
         return BasisFit(
             basis=trajectory_basis.cosine_basis(frames, int(components.max())),
-            energy_beyond=rms.transpose(0, 2, 1),
             words=f"{many} ({kind}) that leave {100 * left:.1f} % of a limb's length",
         )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from pipeline.core import statistics
@@ -38,17 +36,6 @@ def mean_in_band(table: Table, column: str, method: str, band: str) -> Number:
 
 def lowest_mean(table: Table, column: str, by: str, where: Expression) -> Number:
     """Lowest of the means of a column over the rows of each group, as one column of labels has them."""
-    return _extreme_mean(table, column, by, where, np.min)
-
-
-def highest_mean(table: Table, column: str, by: str, where: Expression) -> Number:
-    """Highest of the means of a column over the rows of each group, as one column of labels has them."""
-    return _extreme_mean(table, column, by, where, np.max)
-
-
-def _extreme_mean(
-    table: Table, column: str, by: str, where: Expression, extreme: Callable[..., np.ndarray]
-) -> Number:
     rows = rows_of(table, where)
     require_columns(rows.frame, by)
     found = values(rows.frame, column)
@@ -56,7 +43,7 @@ def _extreme_mean(
         return rows.no_number
     labels, group = np.unique(rows.frame[by].astype(str).to_numpy(), return_inverse=True)
     means, _ = rows.group_means(found, group, len(labels))
-    return rows.number(extreme(means, axis=1))
+    return rows.number(means.min(axis=1))
 
 
 def asymmetry_percent(table: Table, column: str, method: str) -> Number:
