@@ -40,9 +40,17 @@ def lacking(experiment: Experiment) -> str:
 
 
 def make_figure(
-    experiment: Experiment, folder: Path, *, store: Store, at: Callable[[str], None] = lambda stage: None
+    experiment: Experiment,
+    folder: Path,
+    *,
+    store: Store,
+    at: Callable[[str], None] = lambda stage: None,
+    early: bool = False,
 ) -> Outcome:
-    """Run the five stages and publish the figure in `folder`; `at` is called with each stage that begins."""
+    """Run the five stages and publish the figure in `folder`; `at` is called with each stage that begins.
+
+    With `early`, first without further populations.
+    """
     experiment.validate()
     require_replaceable(folder)
     seconds: dict[str, float] = {}
@@ -57,7 +65,7 @@ def make_figure(
 
     stages = chain.run(experiment, store, at=stage)
     with stage("figure"):
-        verdicts = figure.run(experiment, stages, folder, store)
+        verdicts = figure.run(experiment, stages, folder, store, early=early)
     reused = tuple(kept.artefact.stage for kept in stages if not kept.artefact.computed)
     remarks = [remark for kept in stages for remark in getattr(kept.value, "remarks", [])]
     remarks += _remarks_on(stages[0].value)
@@ -86,13 +94,17 @@ def _remarks_on(clips: Clips) -> list[str]:
     return remarks
 
 
-def attempt(experiment: Experiment, folder: Path, at: Callable[[str], None]) -> Outcome | Failure:
+def attempt(
+    experiment: Experiment, folder: Path, at: Callable[[str], None], *, early: bool = False
+) -> Outcome | Failure:
     """Make a figure and return it, or why it could not be made.
 
     A store of its own remembers the artefacts of one figure: memory does not grow with the number of figures.
     """
     try:
-        return make_figure(experiment, folder, store=Store(Path(experiment.results), core_lent), at=at)
+        return make_figure(
+            experiment, folder, store=Store(Path(experiment.results), core_lent), at=at, early=early
+        )
     except Exception as error:
         words = sentence(error)
         if words:
@@ -154,7 +166,7 @@ def _make_in_turn(jobs: Sequence[tuple[Experiment, Path]], display: Display) -> 
     made: list[Outcome | Failure] = []
     for number, (experiment, folder) in enumerate(jobs):
         display.began(0, number)
-        made.append(attempt(experiment, folder, lambda stage: display.at(0, stage)))
+        made.append(attempt(experiment, folder, lambda stage: display.at(0, stage), early=len(jobs) == 1))
         display.ended(0, number, made[-1])
     return made
 

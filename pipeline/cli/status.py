@@ -60,6 +60,8 @@ def status(experiment: Experiment, folder: Path) -> Status:
         return Status(experiment.name, STALE, f"{changed[0].stage}: {changed[0].why}", to_compute)
     if manifest["configuration"].get("figure") != canonical(experiment.figure):
         return Status(experiment.name, STALE, "figure: options changed", to_compute)
+    if not manifest.get("code"):
+        return Status(experiment.name, STALE, "figure: without further populations yet", to_compute)
     if manifest.get("code") != figure_code(experiment):
         return Status(experiment.name, STALE, "figure: code changed", to_compute)
     return Status(experiment.name, CURRENT, "", to_compute)

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pipeline import charts, papers, pictures, recordings
 from pipeline.papers import Verdict
+from pipeline.stages import populations
 from pipeline.stages.artefacts import Stored
 from pipeline.stages.ingest import report_table
 from pipeline.stages.shown_population import shown
 from pipeline.storage import tables
-from pipeline.storage.provenance import provenance
+from pipeline.storage.provenance import provenance, without_paths
 from pipeline.storage.publishing import publish
 from pipeline.storage.sealed_folders import canonical
 from pipeline.storage.source_code import sources_digest
@@ -22,11 +22,10 @@ from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
 from pipeline.studies.ledger import INGEST, SMOKE, judge_figure, write_claims
 
-PRIVATE_PATHS = ("mirror", "raw", "path")
-"""Options of a data set that are folders of this machine."""
 
-
-def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, store: Store) -> list[Verdict]:
+def run(
+    experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, store: Store, *, early: bool = False
+) -> list[Verdict]:
     """Publish the figure in `folder` and return the verdicts on the claims that rest on it alone.
 
     Writes ``table*.csv``, ``claims.csv``, ``table_ingest.csv``, ``figure.svg`` and ``.png``, ``recording*.rrd``,
@@ -39,13 +38,27 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         Clips, dataset, model and sweep.
     folder : Path
     store : Store
+    early : bool
+        Whether what needs no further populations is published before they are made, if nothing is there yet.
     """
-    clips, dataset, model, sweep = stages
-    inputs = FigureInputs(experiment, clips.value, dataset.value, model.value, sweep.value)
-    figure = experiment.figure
-    started = time.perf_counter()
+    inputs = FigureInputs(experiment, *(kept.value for kept in stages))
+    if early and populations.count(experiment) and not folder.exists():
+        _publish(inputs, stages, folder, experiment.figure.tables(inputs), whole=False)
+    inputs, made = shown(inputs, store)
+    return _publish(inputs, stages, folder, made)
+
+
+def _publish(
+    inputs: FigureInputs[Any, Any, Any],
+    stages: Sequence[Stored[Any]],
+    folder: Path,
+    made: Mapping[str, Any],
+    *,
+    whole: bool = True,
+) -> list[Verdict]:
+    """Publish a figure with these tables; one that is not whole has no recording and no digest of its sources."""
+    experiment, figure, made = inputs.experiment, inputs.experiment.figure, dict(made)
     with publish(folder, having="figure") as publication:
-        inputs, made = shown(inputs, store)
         for name, table in made.items():
             tables.write(publication.folder / f"{name}.csv", table)
         report = report_table(inputs.clips.report, inputs.clips.report_columns)
@@ -60,13 +73,12 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
         )
         write_claims(publication.folder / "claims.csv", verdicts)
         (publication.folder / "arrays.npz").write_bytes(packed({**inputs.arrays, **figure.arrays(inputs)}))
-        tabulated = time.perf_counter()
         sheet = figure.charts(inputs, made).with_published(_published)
         caption = f"{inputs.caption} {sheet.caption}".strip()
         if figure.picture:
             stem = publication.folder / "figure"
             figure.draw(inputs, made, pictures.Picture(stem, caption, sheet, made))
-        if figure.recording:
+        if figure.recording and whole:
             edition = f"{experiment.data.name} {experiment.scale.name}"
             begin = (publication.folder, experiment.name, inputs.about, edition, sheet, made)
             figure.record(inputs, made, recordings.Recorder(*begin))
@@ -80,17 +92,15 @@ def run(experiment: Experiment, stages: Sequence[Stored[Any]], folder: Path, sto
                 "scale": experiment.scale.name,
                 "seed": experiment.seed,
                 **({"population": inputs.population} if inputs.population else {}),
-                "configuration": _without_paths(canonical(experiment)),
-                "code": figure_code(experiment),
+                "configuration": without_paths(canonical(experiment)),
+                "code": figure_code(experiment) if whole else "",
                 "stages": {
                     a.stage: {"key": a.key, "content": a.content, "seconds": a.seconds} for a in artefacts
                 },
-                "inputs": clips.value.inputs,
+                "inputs": inputs.clips.inputs,
                 "caption": caption,
                 "charts": [charts.to_json(chart) for chart in sheet.charts if chart.page],
                 "picture_beside_charts": figure.draws_more_than(sheet),
-                "tabulate_seconds": round(tabulated - started, 3),
-                "draw_seconds": round(time.perf_counter() - tabulated, 3),
                 "provenance": provenance(),
             }
         )
@@ -108,12 +118,3 @@ def _published(claim: str) -> float:
     number = papers.claim(claim).published
     assert number is not None, claim
     return number
-
-
-def _without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
-    """Return the configuration with folders of this machine reduced to their last name."""
-    data = dict(configuration["data"])
-    for option in PRIVATE_PATHS:
-        if data.get(option):
-            data[option] = Path(data[option]).name
-    return {**configuration, "data": data, "results": Path(configuration["results"]).name}

@@ -14,7 +14,7 @@ from pipeline.storage.store import Store
 from pipeline.storage.typed import result_type
 from pipeline.studies.experiment import Experiment
 from pipeline.studies.figure_inputs import FigureInputs
-from pipeline.studies.replicated import POPULATION
+from pipeline.studies.replicated import POPULATION, without_intervals
 from pipeline.studies.study import NoSweep, Nothing, SweepInputs
 
 
@@ -36,7 +36,9 @@ def tables(experiment: Experiment, store: Store) -> dict[str, pd.DataFrame]:
         return {}
 
     def one(number: int) -> dict[str, pd.DataFrame]:
-        found = figure.tables(_inputs(experiment, number, store))
+        inputs = _inputs(experiment, number, store)
+        with without_intervals():
+            found = figure.tables(inputs)
         return {name: _without_intervals(found[name], number) for name in figure.over_people}
 
     # Figures that begin together share the work: one makes populations from the first on, others from the middle.

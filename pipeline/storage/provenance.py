@@ -76,3 +76,11 @@ def provenance() -> dict[str, Any]:
         "threads": {name: os.environ.get(name, "not set") for name in _THREAD_VARIABLES},
         "lock_sha256": file_digest(LOCK) if LOCK.is_file() else "absent",
     }
+
+
+def without_paths(configuration: dict[str, Any]) -> dict[str, Any]:
+    """Return the configuration with folders of this machine reduced to their last name."""
+    data = dict(configuration["data"])
+    for option in {"mirror", "raw", "path"} & {name for name, value in data.items() if value}:
+        data[option] = Path(data[option]).name
+    return {**configuration, "data": data, "results": Path(configuration["results"]).name}

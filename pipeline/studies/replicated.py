@@ -10,7 +10,9 @@ rows of single people.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -115,6 +117,19 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
     return Replicates(kind, made, clusters, len(weights))
 
 
+_INTERVALS = ContextVar("_INTERVALS", default=True)
+
+
+@contextmanager
+def without_intervals() -> Iterator[None]:
+    """Make tables of which nobody reads the intervals: these are NaN."""
+    before = _INTERVALS.set(False)
+    try:
+        yield
+    finally:
+        _INTERVALS.reset(before)
+
+
 def interval_over_people(person: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the 95 % interval (…) of the mean over people, from values (R, …) of walks of persons (R,).
 
@@ -147,7 +162,7 @@ def interval_over_clusters(
         NaN where there is only one label, or one of the values is NaN.
     """
     names, cluster = np.unique(labels, return_inverse=True)
-    if len(names) < 2:
+    if len(names) < 2 or not _INTERVALS.get():
         return np.full(values.shape[1:], np.nan), np.full(values.shape[1:], np.nan)
     low, high = bootstrap.percentile_interval(statistic(values, cluster, _weights(len(names))))
     unknown = np.isnan(values).any(axis=0)
@@ -185,7 +200,10 @@ def aggregate(
     """
     groups = rows.groupby(list(by))
     bands: dict[str, dict[Any, float]] = {}
-    for how, statistic in (("mean", bootstrap.weighted_means), ("median", bootstrap.weighted_medians)):
+    statistics = {"mean": bootstrap.weighted_means, "median": bootstrap.weighted_medians}
+    if not _INTERVALS.get():
+        bands, statistics = {f"{name}_{end}": {} for name in banded for end in ("low", "high")}, {}
+    for how, statistic in statistics.items():
         names = [name for name in banded if columns[name][1] == how]
         for key, group in groups if names else ():
             values = group[[columns[name][0] for name in names]].to_numpy(dtype=float)
@@ -196,7 +214,7 @@ def aggregate(
     aggregated = groups.agg(**({count: (by[0], "size")} if count else {}), **columns)
     for name, of_groups in reversed(bands.items()):
         after = list(aggregated).index(name.rpartition("_")[0]) + 1
-        aggregated.insert(after, name, list(of_groups.values()))
+        aggregated.insert(after, name, list(of_groups.values()) or np.nan)
     return aggregated.reset_index()
 
 

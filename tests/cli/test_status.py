@@ -175,3 +175,23 @@ def test_results_of_another_commit_may_be_archived_while_the_sources_are_the_sam
     assert current(commit=made_by) == []  # of this commit: nothing is asked
     monkeypatch.setattr("pipeline.stages.artefacts.sources_digest", lambda modules: "0" * 64)
     assert current() == []
+
+
+def test_a_figure_is_there_before_its_further_populations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few, folder = experiment(tmp_path, "data.populations=2"), place(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr("pipeline.stages.populations.sampled", _interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            make_figure(few, folder, store=Store(tmp_path), early=True)
+    assert {"table.csv", "claims.csv"} < set(read_manifest(folder)["files"])
+    found = status(few, folder)
+    assert (found.state, found.why) == ("stale", "figure: without further populations yet")
+    make_figure(few, folder, store=Store(tmp_path), early=True)
+    assert status(few, folder).state == "current"
+    assert (folder / "table_populations.csv").is_file()
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt

@@ -151,17 +151,17 @@ def condition(
     _require_noise(noise)
     views, blocks = len(turned.mean), turned.mean.shape[-1]
     unknown = unknown_coefficients(hidden, blocks)
-    C = turned.covariance
     place = np.arange(len(unknown)).reshape(JOINTS, 3, blocks).swapaxes(0, 1).ravel()  # by axis, of by joint
     seen = np.flatnonzero(~unknown[place])
     order = (np.cumsum(~unknown) - 1)[place[seen]]
     if hidden.any():
-        missing = np.argsort(place)[unknown]
-        parts = C[:, seen[:, None], seen], C[:, missing[:, None], seen], C[:, missing[:, None], missing]
-    else:  # each stands together
-        n = len(seen)
-        parts = C[:, :n, :n], C[:, n:, :n], C[:, n:, n:]
-    observed, crossed, before = (np.array(part, order="C") for part in parts)
+        C, missing = turned.covariance, np.argsort(place)[unknown]
+        observed, crossed, before = (
+            np.array(C[:, rows[:, None], columns], order="C")
+            for rows, columns in ((seen, seen), (missing, seen), (missing, missing))
+        )
+    else:
+        observed, crossed, before = turned.seen.copy(), turned.crossed, turned.away
     floor = np.broadcast_to(noise.floor(blocks), (3, JOINTS, blocks)).ravel()[seen]
     diagonal = np.arange(len(seen))
     observed[:, diagonal, diagonal] += noise.variance + noise.share * observed[:, diagonal, diagonal] + floor

@@ -32,9 +32,9 @@ LEAST_VARIANCE = 1.0
 TURNING = 0.1
 """What fixed offsets of two joints do to the variance of a length within the cycle, since the bone turns by some 25
 degrees either way: twice the variance of the cosine between offset and bone."""
-STEP_MM = 1e-3
+STEP_MM = 5e-3
 """Newton's last step changes no coefficient by more; what is left is of the order of its square."""
-GAUSS_NEWTON_STEPS = 3
+GAUSS_NEWTON_STEPS = 2
 """First steps, which may be far from the minimum; the ones after them know the curvature of lengths too."""
 MOST_STEPS = 60
 MOST_HALVINGS = 12
@@ -263,7 +263,8 @@ def fit_lengths(
         step = np.empty_like(off)
         for row, which in enumerate(left):
             prior = precision[of_view[which]]
-            solved = _solve(matrix[row] + prior, gradient[row] + pull[row])
+            matrix[row] += prior
+            solved = _solve(matrix[row], gradient[row] + pull[row])
             if solved is None:  # far from the minimum the exact matrix may have no Cholesky factor
                 plain = lengths.derivatives(state[which : which + 1], left[row : row + 1])[2][0]
                 solved = _solve(plain + prior, gradient[row] + pull[row])
@@ -301,6 +302,6 @@ def fit_lengths(
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> Any:
-    """The solution of a positive definite system, None if the matrix is not positive definite."""
+    """The solution of a positive definite system, whose matrix is overwritten; None if it is not positive definite."""
     _, solution, failed = lapack.dposv(matrix.T, right, lower=1, overwrite_a=1)
     return None if failed else solution

@@ -114,64 +114,84 @@ def person_weights(people: np.ndarray) -> np.ndarray:
     return np.asarray(1.0 / (len(counts) * counts[of]))
 
 
-def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
-    """Learn the prior from walks.
-
-    Parameters
-    ----------
-    coefficients : (R, 1 + 2H, 15, 3)
-        Fourier representations at phase zero, mm.
-    weights : (R,)
-        Positive, summing to one.
-    shrinkage : Shrinkage
+class Walks:
+    """Walks (R, 1 + 2H, 15, 3) to learn from, mm; what each has for every choice of some is computed once.
 
     Raises
     ------
     InvalidInput
-        If there are fewer than two walks, the weights do not sum to one, shares of the covariance are out of range, or
-        a number is not finite.
+        If a number is not finite.
     """
-    coefficients = require_shape("the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3))
-    weights = require_shape("the weights", np.asarray(weights, dtype=float), (len(coefficients),))
-    require_finite("the walks", coefficients)
-    if len(coefficients) < 2 or not np.isclose(weights.sum(), 1.0) or (weights <= 0).any():
-        raise InvalidInput(
-            "a prior needs two walks or more, with positive weights that sum to one",
-            received=f"{len(coefficients)} walks, weights that sum to {weights.sum():g}",
+
+    def __init__(self, coefficients: np.ndarray, *, mirror: bool) -> None:
+        coefficients = require_shape(
+            "the walks", np.asarray(coefficients, dtype=float), ("R", "B", JOINTS, 3)
         )
-    a, b = shrinkage.within_harmonic, shrinkage.diagonal
-    require_range("the share of T", a, at_least=0, at_most=1)
-    require_range("the share of diag S", b, at_least=0, at_most=1 - a)
-    require_range("the extra variance", shrinkage.extra_variance, at_least=0, unit="mm²")
-    blocks = coefficients.shape[1]
-    size = float(1.0 / (weights**2).sum())
-    walks, w = coefficients, weights
-    if shrinkage.mirror:
-        walks, w = np.concatenate([walks, fourier.mirrored(walks)]), np.concatenate([w, w]) / 2.0
-    rows = by_joint(walks).reshape(len(walks), -1)
-    mean = w @ rows
-    centred = np.sqrt(w)[:, None] * (rows - mean)
-    S = size / (size - 1.0) * (centred.T @ centred)
-    C = structured_covariance(S, blocks, shrinkage)
-    lengths = bone_lengths(by_joint(walks))
-    mean_length = lengths.mean(axis=-1)
-    apart = mean_length[:, PAIRS[:, 0]] - mean_length[:, PAIRS[:, 1]]
-    return Prior(
-        mean=mean.reshape(JOINTS, 3, blocks),
-        covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
-        length_variance=w @ lengths.var(axis=-1),
-        pair_variance=w @ apart**2,
-    )
+        require_finite("the walks", coefficients)
+        images = (coefficients, fourier.mirrored(coefficients)) if mirror else (coefficients,)
+        walkers = by_joint(np.stack(images))
+        self._blocks, self._rows = walkers.shape[-1], walkers.reshape(*walkers.shape[:2], -1)
+        lengths = bone_lengths(walkers)
+        self._length_variance, length = lengths.var(axis=-1), lengths.mean(axis=-1)
+        self._apart = (length[..., PAIRS[:, 0]] - length[..., PAIRS[:, 1]]) ** 2
+
+    def fit(self, some: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
+        """Learn the prior from some walks (n,) int with these weights (n,); nothing of the others reaches it.
+
+        Raises
+        ------
+        InvalidInput
+            If there are fewer than two, the weights do not sum to one, or shares of the covariance are out of range.
+        """
+        weights = require_shape("the weights", np.asarray(weights, dtype=float), (len(some),))
+        if len(some) < 2 or not np.isclose(weights.sum(), 1.0) or (weights <= 0).any():
+            raise InvalidInput(
+                "a prior needs two walks or more, with positive weights that sum to one",
+                received=f"{len(some)} walks, weights that sum to {weights.sum():g}",
+            )
+        a, b = shrinkage.within_harmonic, shrinkage.diagonal
+        require_range("the share of T", a, at_least=0, at_most=1)
+        require_range("the share of diag S", b, at_least=0, at_most=1 - a)
+        require_range("the extra variance", shrinkage.extra_variance, at_least=0, unit="mm²")
+        images, blocks = len(self._rows), self._blocks
+        size = float(1.0 / (weights**2).sum())
+        w = np.tile(weights, images) / images
+        rows, length_variance, apart = (
+            part[:, some].reshape(len(w), -1) for part in (self._rows, self._length_variance, self._apart)
+        )
+        mean = w @ rows
+        rows -= mean
+        rows *= np.sqrt(size / (size - 1.0) * w)[:, None]
+        C = structured_covariance(rows.T @ rows, blocks, shrinkage)
+        return Prior(
+            mean=mean.reshape(JOINTS, 3, blocks),
+            covariance=C.reshape(JOINTS, 3, blocks, JOINTS, 3, blocks),
+            length_variance=w @ length_variance,
+            pair_variance=w @ apart,
+        )
+
+
+def fit(coefficients: np.ndarray, weights: np.ndarray, shrinkage: Shrinkage) -> Prior:
+    """Learn the prior from walks (R, 1 + 2H, 15, 3) with weights (R,), as by `Walks`."""
+    walks = Walks(coefficients, mirror=shrinkage.mirror)
+    return walks.fit(np.arange(len(coefficients)), weights, shrinkage)
 
 
 def within_harmonics(covariance: np.ndarray, blocks: int) -> np.ndarray:
     """T of a covariance (n, n): per harmonic the mean of its sine's and its cosine's block, nothing between them."""
-    whole = covariance.reshape(-1, blocks, len(covariance) // blocks, blocks)
-    kept = np.zeros_like(whole)
-    for block in range(blocks):
-        same = (0,) if block == 0 else (block, block + 1 if block % 2 else block - 1)
-        kept[:, block, :, block] = sum(whole[:, k, :, k] for k in same) / len(same)
-    return kept.reshape(covariance.shape)
+    found = np.zeros_like(covariance)
+    _add_within_harmonics(found, covariance, blocks, 1.0)
+    return found
+
+
+def _add_within_harmonics(found: np.ndarray, covariance: np.ndarray, blocks: int, share: float) -> None:
+    whole, sums = (
+        matrix.reshape(len(covariance) // blocks, blocks, -1, blocks) for matrix in (covariance, found)
+    )
+    for same in ((0,), *((block, block + 1) for block in range(1, blocks, 2))):
+        kept = share / len(same) * sum(whole[:, k, :, k] for k in same)
+        for block in same:
+            sums[:, block, :, block] += kept
 
 
 def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrinkage) -> np.ndarray:
@@ -182,7 +202,7 @@ def structured_covariance(covariance: np.ndarray, blocks: int, shrinkage: Shrink
     a, b = shrinkage.within_harmonic, shrinkage.diagonal
     found = (1.0 - a - b) * covariance
     if a:
-        found += a * within_harmonics(covariance, blocks)
+        _add_within_harmonics(found, covariance, blocks, a)
     found[np.diag_indices_from(found)] += b * np.diag(covariance) + shrinkage.extra_variance
     return found
 
@@ -219,7 +239,7 @@ def bone_lengths(walkers: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TurnedPrior:
-    """A prior with axes across, up and away of A views.
+    """A prior with axes across, up and away of A views; coefficients in the order axis, joint, block, n = 15 B of each.
 
     Across and up are what an image shows [zhang2007 B.2, B.3]; away is the missing dimension.
 
@@ -227,14 +247,24 @@ class TurnedPrior:
     ----------
     mean : (A, 15, 3, B)
         mm.
-    covariance : (A, n, n)
-        mm², n = 45 B; in the order axis, joint, block, so that what is seen and what is missing each stand together.
+    seen : (A, 2 n, 2 n)
+        Covariance of what is across and up, mm².
+    crossed : (A, n, 2 n)
+        Of what is away with it.
+    away : (A, n, n)
     view_angle_rad : (A,)
     """
 
     mean: np.ndarray
-    covariance: np.ndarray
+    seen: np.ndarray
+    crossed: np.ndarray
+    away: np.ndarray
     view_angle_rad: np.ndarray
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """The whole covariance (A, 3 n, 3 n), mm²."""
+        return np.block([[self.seen, np.swapaxes(self.crossed, 1, 2)], [self.crossed, self.away]])
 
 
 def turned(prior: Prior, view_angles_rad: np.ndarray) -> TurnedPrior:
@@ -243,17 +273,21 @@ def turned(prior: Prior, view_angles_rad: np.ndarray) -> TurnedPrior:
     rotation = image_axes(angles)
     mean = np.einsum("aij,kjb->akib", rotation, prior.mean)
     C = prior.by_axis
-    n = C.shape[-1]
-    found = np.empty((len(angles), 3, n, 3, n))
+    views, n = len(angles), C.shape[-1]
     level, upright = C[:2, :2].reshape(4, -1), C[:2, 2].reshape(2, -1)  # a turn leaves up as it is
-    for p in (0, 2):
-        for q in (0, 2):
-            weights = (rotation[:, p, :2, None] * rotation[:, q, None, :2]).reshape(-1, 4)
-            found[:, p, :, q] = (weights @ level).reshape(-1, n, n)
-        found[:, p, :, 1] = (rotation[:, p, :2] @ upright).reshape(-1, n, n)
-        found[:, 1, :, p] = np.swapaxes(found[:, p, :, 1], -1, -2)
-    found[:, 1, :, 1] = C[2, 2]
-    return TurnedPrior(mean, found.reshape(-1, 3 * n, 3 * n), angles)
+    across, away = rotation[:, 0, :2], rotation[:, 2, :2]
+
+    def tied(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return ((one[:, :, None] * other[:, None]).reshape(-1, 4) @ level).reshape(-1, n, n)
+
+    seen, crossed = np.empty((views, 2, n, 2, n)), np.empty((views, n, 2, n))
+    seen[:, 0, :, 0], crossed[:, :, 0] = tied(across, across), tied(away, across)
+    seen[:, 0, :, 1] = (across @ upright).reshape(-1, n, n)
+    seen[:, 1, :, 0] = np.swapaxes(seen[:, 0, :, 1], 1, 2)
+    seen[:, 1, :, 1] = C[2, 2]
+    crossed[:, :, 1] = (away @ upright).reshape(-1, n, n)
+    wide = (views, -1, 2 * n)
+    return TurnedPrior(mean, seen.reshape(wide), crossed.reshape(wide), tied(away, away), angles)
 
 
 def image_axes(view_angles_rad: np.ndarray) -> np.ndarray:

@@ -110,7 +110,7 @@ def initial_unknowns(prior: Prior, start: Start, path: Path, focal_px: float, tr
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    _, solution, failed = lapack.dposv(matrix, right, lower=1)
+    _, solution, failed = lapack.dposv(matrix.T, right, lower=1)  # whose memory Fortran reads as it is
     if failed:  # unknowns that nothing determines, from an ill-conditioned start
         matrix = matrix + 1e-6 * np.diag(np.diag(matrix)) + 1e-9 * np.eye(len(matrix))
         solution = np.linalg.lstsq(matrix, right, rcond=None)[0]

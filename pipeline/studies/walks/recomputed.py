@@ -39,6 +39,7 @@ def recomputed(
     angles = np.unique(rows["view_angle_deg"])
     views = angles[np.unique(np.linspace(0, len(angles) - 1, VIEWS).round().astype(int))]
     methods = [m for m in PUBLISHED if m in options.methods and not model.mirror]
+    learnt = [_learnt(data, model, r, kept) for r in range(len(data.clip) if methods else 0)]
     compared = []
     for method in methods:
         noise = options.noise_variance_mm2 if method is Method.map else None
@@ -47,7 +48,7 @@ def recomputed(
             theirs = of_sweep.set_index("walker")["absolute_error_mm2"].loc[data.clip].to_numpy()
             residual, angle = options.truth is Truth.motion, float(np.radians(view))
             anew = np.array(
-                [_error(data, model, r, angle, kept, noise, residual=residual) for r in range(len(data.clip))]
+                [_error(data, r, fold, angle, noise, residual=residual) for r, fold in enumerate(learnt)]
             )
             compared.append(
                 {
@@ -62,19 +63,11 @@ def recomputed(
     return tidy(pd.DataFrame(compared, columns=columns), by=["method", "view_angle_deg"])
 
 
-def _error(
-    data: FourierSamples,
-    model: EigenwalkersModel,
-    r: int,
-    view: float,
-    kept: int,
-    noise: float | None,
-    *,
-    residual: bool,
-) -> float:
-    """Return the mean square error in depth of one walker, mm², from the walks of the other people."""
-    walks, blocks, joints = data.coefficients, *data.coefficients.shape[1:3]
-    rows = walks.reshape(len(walks), -1)
+def _learnt(
+    data: FourierSamples, model: EigenwalkersModel, r: int, kept: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a walker less the mean of the other people's walks, their eigenwalkers and variances."""
+    rows = data.coefficients.reshape(len(data.coefficients), -1)
     if data.frequency:
         rows = np.column_stack([rows, 2.0 * np.pi * data.frequency_hz])
     others = rows[data.person != data.person[r]]
@@ -84,8 +77,21 @@ def _error(
         others, rows = (np.column_stack([part[:, :-1], scale * part[:, -1]]) for part in (others, rows))
     mean = others.mean(axis=0)
     _, singular, axes = np.linalg.svd(others - mean, full_matrices=False)
-    eigenwalkers = axes[:kept]
     variances = singular[:kept] ** 2 / (len(others) - (model.divisor.value == "R-1"))
+    return rows[r : r + 1] - mean, axes[:kept], variances
+
+
+def _error(
+    data: FourierSamples,
+    r: int,
+    learnt: tuple[np.ndarray, np.ndarray, np.ndarray],
+    view: float,
+    noise: float | None,
+    *,
+    residual: bool,
+) -> float:
+    """Return the mean square error in depth of one walker, mm², from the walks of the other people."""
+    (own, eigenwalkers, variances), (blocks, joints) = learnt, data.coefficients.shape[1:3]
     # Image: cos x + sin y, and z; depth: -sin x + cos y.
     image = np.array([[np.cos(view), np.sin(view), 0.0], [0.0, 0.0, 1.0]])
     depth = np.array([[-np.sin(view), np.cos(view), 0.0]])
@@ -95,7 +101,6 @@ def _error(
         points = of[:, :numbers].reshape(-1, blocks, joints, 3)[:, :, seen] @ axes.T
         return np.column_stack([points.reshape(len(of), -1), of[:, numbers:] if whole else of[:, :0]])
 
-    own = rows[r : r + 1] - mean
     d, E = along(own, image, whole=True)[0], along(eigenwalkers, image, whole=True)
     prior = np.diag(1.0 / variances)
     k = np.linalg.pinv(E.T) @ d if noise is None else np.linalg.solve(E @ E.T + noise * prior, E @ d)

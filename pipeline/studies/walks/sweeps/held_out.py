@@ -66,6 +66,7 @@ class People:
         self.data, self.model = data, model
         self.count = len(model.people)
         self._person = np.array([int(np.flatnonzero(model.people == who)[0]) for who in data.person])
+        self._walks: dict[tuple[int, bool], anatomical.Walks] = {}
 
     @property
     def more_walks(self) -> bool:
@@ -103,9 +104,13 @@ class People:
         if not setting.all_walks:
             kept &= np.isin(np.arange(len(kept)), self.model.tested)
         walks = np.flatnonzero(kept)
-        coefficients = self.data.coefficients[walks][:, : 1 + 2 * setting.harmonics]
+        coefficients = self.data.coefficients[:, : 1 + 2 * setting.harmonics]
         weights = anatomical.person_weights(self.data.person[walks])
-        prior = anatomical.fit(coefficients, weights, setting.shrinkage)
+        mirror = setting.shrinkage.mirror
+        if (setting.harmonics, mirror) not in self._walks:
+            self._walks[setting.harmonics, mirror] = anatomical.Walks(coefficients, mirror=mirror)
+        prior = self._walks[setting.harmonics, mirror].fit(walks, weights, setting.shrinkage)
+        coefficients = coefficients[walks]
         if setting.stance:
             prior = anatomical.with_stance(prior, coefficients, weights, share=setting.stance)
         if np.isfinite(setting.proportions):
