@@ -70,7 +70,7 @@ def switches(group: Mapping[str, Any], data_name: str) -> Iterator[Switch]:
 
 
 def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) -> list[dict[str, Any]]:
-    """Return a row for each claim that both judge: value and verdict as it is and with the switch."""
+    """Return a row for each claim that both judge: value and answers as it is and with the switch."""
     before = {verdict.claim.name: verdict for verdict in plain}
     rows = []
     for verdict in switched:
@@ -85,18 +85,20 @@ def compare(plain: Sequence[Verdict], switched: Sequence[Verdict], name: str) ->
                 "value": value.value,
                 "value_low": value.low,
                 "value_high": value.high,
-                "verdict": str(verdict.agreement),
+                "agreement": str(verdict.agreement),
+                "beyond_baseline": str(verdict.beyond),
                 "value_as_it_is": old.value,
-                "verdict_as_it_is": str(was.agreement),
+                "agreement_as_it_is": str(was.agreement),
+                "beyond_baseline_as_it_is": str(was.beyond),
                 "outside_the_interval": bool(old.known and not old.low <= value.value <= old.high),
-                "verdict_moves": verdict.agreement != was.agreement,
+                "answer_moves": (verdict.agreement, verdict.beyond) != (was.agreement, was.beyond),
             }
         )
     return rows
 
 
 def sensitivity(arguments: Sequence[str]) -> int:
-    """Tabulate claim × switch → value and verdict, in ``results/sensitivity/<data>/<group>/table.csv``.
+    """Tabulate claim × switch → value and both answers, in ``results/sensitivity/<data>/<group>/table.csv``.
 
     Arguments are overrides as on the command line, and names of groups of ``conf/sensitivity.yaml``; by default all.
     Names of switches (``start_free``) make these alone, beside the figures as they are that they are compared with.
@@ -174,11 +176,11 @@ def _measured(
         if switch.name == PLAIN:
             plain_tables, plain = made, verdicts
         rows += compare(plain, verdicts, switch.name)
-        scale, commit, _ = interventions.made_by(folder)
+        scale, _ = interventions.made_by(folder)
         of_names = (numbers_of(names, plain_tables), numbers_of(names, made))
         numbers.append(
             interventions.Numbers(
-                switch.name, switch.overrides, scale, commit, *of_names, switch.common, switch.figures
+                switch.name, switch.overrides, scale, *of_names, switch.common, switch.figures
             )
         )
     if not rows:
@@ -226,18 +228,23 @@ def _lacking(switch: Switch, options: Sequence[str], below: Path) -> Iterator[tu
 
 
 def moved_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Return the values with which a verdict moves, as a table to be read."""
-    table = Table(title="Verdicts that a switch moves", title_justify="left", box=None, pad_edge=False)
+    """Return the values with which an answer moves, as a table to be read."""
+    table = Table(title="Answers that a switch moves", title_justify="left", box=None, pad_edge=False)
     for heading in ("claim", "as it is", "", "switch", "with it", " "):
         table.add_column(heading)
     for row in rows:
-        if row["verdict_moves"]:
+        if row["answer_moves"]:
             table.add_row(
                 row["claim"],
                 f"{row['value_as_it_is']:.4g}",
-                Text(row["verdict_as_it_is"]),
+                Text(_answers(row, "_as_it_is")),
                 row["switch"],
                 f"{row['value']:.4g}",
-                Text(row["verdict"]),
+                Text(_answers(row)),
             )
     return table
+
+
+def _answers(row: Mapping[str, Any], when: str = "") -> str:
+    beyond = row[f"beyond_baseline{when}"]
+    return str(row[f"agreement{when}"]) + (f", beyond its baseline: {beyond}" if beyond else "")

@@ -17,6 +17,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 
+from pipeline.papers.intervals import Estimate
+
 ANY_DATA = "any"
 """Key of the explanation for data sets that have none of their own."""
 
@@ -52,10 +54,10 @@ class Run:
         Data set; group of switches and the switch in it.
     overrides : tuple of str
         As on the command line, when the numbers were measured; empty if they are not.
-    scale, commit : str
+    scale : str
         Of the run; empty if there was none.
-    without, with_it : mapping of str to float
-        Our values of claims and quantities by name.
+    without, with_it : mapping of str to Estimate
+        Our values of claims and quantities by name, with intervals over populations or people.
     """
 
     data: str
@@ -63,9 +65,8 @@ class Run:
     switch: str
     overrides: tuple[str, ...] = ()
     scale: str = ""
-    commit: str = ""
-    without: Mapping[str, float] = field(default_factory=dict)
-    with_it: Mapping[str, float] = field(default_factory=dict)
+    without: Mapping[str, Estimate] = field(default_factory=dict)
+    with_it: Mapping[str, Estimate] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return f"{self.data}, {self.switch}: {' '.join(self.overrides) or 'not run yet'}"
@@ -109,15 +110,15 @@ class Explanation:
         number : callable, optional
             Our value of another claim or quantity, by name.
         """
-        known = {"value": value}
+        known = {"value": Estimate(value)}
         for placeholder in placeholders(self.text):
             if (asked := of_run(placeholder)) is not None:
                 side, other = asked
                 values = {} if self.run is None else self.run.with_it if side == WITH else self.run.without
-                known[placeholder] = values.get(other or name, math.nan)
+                known[placeholder] = values.get(other or name, Estimate(math.nan))
             elif placeholder not in known:
-                known[placeholder] = number(placeholder) if number else math.nan
-        text = self.text.format_map({key: _Number(value) for key, value in known.items()})
+                known[placeholder] = Estimate(number(placeholder) if number else math.nan)
+        text = self.text.format_map({key: _Number(estimate) for key, estimate in known.items()})
         if self.support is Support.UNTESTED:
             return f"not tested: {text}"
         if self.support is Support.SHOWN:
@@ -163,23 +164,31 @@ def typed_numbers(text: str) -> list[str]:
 def read_runs(path: Path) -> dict[tuple[str, str, str], Run]:
     """Return the runs of a table of interventions by data set, group and switch; none if there is no table.
 
-    It has a row for each number: data, group, switch, overrides, scale, commit, name, without, with.
+    It has a row for each number: data, group, switch, overrides, scale, name, and values without and with the switch,
+    each with the ends of its interval.
     """
     if not path.is_file():
         return {}
-    facts: dict[tuple[str, str, str], tuple[tuple[str, ...], str, str]] = {}
-    numbers: dict[tuple[str, str, str], dict[str, dict[str, float]]] = {}
+    facts: dict[tuple[str, str, str], tuple[tuple[str, ...], str]] = {}
+    numbers: dict[tuple[str, str, str], dict[str, dict[str, Estimate]]] = {}
     with path.open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):
             key = (row["data"], row["group"], row["switch"])
-            facts[key] = (tuple(row["overrides"].split()), row["scale"], row["commit"])
+            facts[key] = (tuple(row["overrides"].split()), row["scale"])
             for side, values in numbers.setdefault(key, {WITHOUT: {}, WITH: {}}).items():
-                values[row["name"]] = float(row[side] or math.nan)
+                ends = (row[name] or math.nan for name in (side, f"{side}_low", f"{side}_high"))
+                values[row["name"]] = Estimate(*map(float, ends))
     return {key: Run(*key, *facts[key], numbers[key][WITHOUT], numbers[key][WITH]) for key in facts}
 
 
-class _Number(float):
-    """A number that is formatted as ``(no number)`` if it is not finite."""
+@dataclass(frozen=True)
+class _Number:
+    """A number that is formatted with its interval if that is known, and as ``(no number)`` if it is not finite."""
+
+    of: Estimate
 
     def __format__(self, specification: str) -> str:
-        return super().__format__(specification) if math.isfinite(self) else "(no number)"
+        if not math.isfinite(self.of.value):
+            return "(no number)"
+        value, low, high = (format(v, specification) for v in (self.of.value, self.of.low, self.of.high))
+        return f"{value} [{low}, {high}]" if self.of.known else value

@@ -23,9 +23,6 @@ from pipeline.storage.provenance import PROJECT
 
 CLAIMS, SWITCHES = "claims.csv", "sensitivity.csv"
 
-_EARLIER = {"reproduced": "good", "holds, also of the null": "good", "direction only": "half"}
-"""Signs of the words of an earlier rule, which had one word for both answers."""
-
 _ENDS = re.compile(r"(at least|over|at most|under|exactly) (\S+)")
 
 
@@ -215,8 +212,7 @@ def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> l
         {
             "name": name,
             "options": " ".join(known.get(group, {}).get("switches", {}).get(name, {}).get("overrides", [])),
-            "verdicts": sum(row["verdict_moves"] == "True" for row in own),
-            "commit": own[0]["commit"],
+            "verdicts": sum(row["answer_moves"] == "True" for row in own),
             "moved": {row["claim"]: _moved(row, axes[row["claim"]]) for row in own},
         }
         for (group, name), own in of.items()
@@ -226,9 +222,9 @@ def _switches(results: Published, axes: Mapping[str, Abscissa], path: Path) -> l
 
 def _moved(row: Mapping[str, str], axis: Abscissa) -> dict[str, Any]:
     low, value, high = (float(row[name] or "nan") for name in ("value_low", "value", "value_high"))
-    made: dict[str, Any] = {"value": _short(value), "at": _at(axis.place(value)), "said": row["verdict"]}
-    made["tone"] = _EARLIER.get(row["verdict"], tone(row["verdict"]))
-    made["jumps"] = row["verdict_moves"] == "True"
+    made: dict[str, Any] = {"value": _short(value), "at": _at(axis.place(value)), "said": row["agreement"]}
+    made["tone"] = tone(row["agreement"])
+    made["jumps"] = row["answer_moves"] == "True"
     if np.isfinite([low, high]).all():
         made |= {"ends": [_short(low), _short(high)], "reach": list(map(_at, axis.interval(low, high)))}
     return made

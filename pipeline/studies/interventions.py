@@ -1,6 +1,6 @@
 """Numbers of runs with one option changed: those that explanations quote, and the table of what each switch moves.
 
-Both are kept in the repository, with the commit and the scale of the run that measured them.
+Both are kept in the repository, with the scale of the run that measured them.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Numbers:
     switch : str
     overrides : tuple of str
         As on the command line.
-    scale, commit : str
+    scale : str
         Of the figures made with it.
-    without, with_it : dict of str to float
+    without, with_it : dict of str to Estimate
         By the name of the claim or quantity.
     common : tuple of str
         Overrides of the figures with the switch and without: a smaller grid, fewer trials.
@@ -40,9 +40,8 @@ class Numbers:
     switch: str
     overrides: tuple[str, ...]
     scale: str
-    commit: str
-    without: Mapping[str, float]
-    with_it: Mapping[str, float]
+    without: Mapping[str, papers.Estimate]
+    with_it: Mapping[str, papers.Estimate]
     common: tuple[str, ...] = ()
     figures: tuple[str, ...] = ()
 
@@ -71,18 +70,17 @@ def _tables(item: papers.Claim | papers.Quantity) -> tuple[str, ...]:
     return item.measure.tables
 
 
-def made_by(folder: Path) -> tuple[str, str, bool]:
-    """Return scale and commit of the figures of a folder, several joined, and whether the checkout was a clean one."""
+def made_by(folder: Path) -> tuple[str, bool]:
+    """Return the scale of the figures of a folder, several joined, and whether the checkout was a clean one."""
     manifests = [read_manifest(path.parent) for path in sorted(folder.glob("*/manifest.json"))]
     scales = sorted({str(m["scale"]) for m in manifests})
-    commits = sorted({str(m["provenance"]["commit"])[:12] for m in manifests})
-    return " ".join(scales), " ".join(commits), not any(m["provenance"]["dirty"] for m in manifests)
+    return " ".join(scales), not any(m["provenance"]["dirty"] for m in manifests)
 
 
 def require_clean(folder: Path) -> None:
     """Raise InvalidInput if figures of switches below a folder were made by a checkout with changes."""
     for below in sorted(path for path in folder.iterdir() if path.is_dir()):
-        if not made_by(below)[2]:
+        if not made_by(below)[1]:
             raise InvalidInput(
                 "figures were made by a checkout with changes", where=below.name, expected="a clean one"
             )
@@ -90,11 +88,12 @@ def require_clean(folder: Path) -> None:
 
 def keep_numbers(path: Path, numbers: Sequence[Numbers], data_name: str, group: str) -> None:
     """Replace the numbers of these switches in the table that explanations quote."""
-    columns = ["data", "group", "switch", "overrides", "scale", "commit", "name", "without", "with"]
+    sides = [f"{side}{end}" for side in ("without", "with") for end in ("", "_low", "_high")]
+    columns = ["data", "group", "switch", "overrides", "scale", "name", *sides]
     rows = [
         (
-            *(data_name, group, run.switch, " ".join(run.overrides), run.scale, run.commit),
-            *(name, value, run.with_it[name]),
+            *(data_name, group, run.switch, " ".join(run.overrides), run.scale, name),
+            *(part for side in (value, run.with_it[name]) for part in (side.value, side.low, side.high)),
         )
         for run in numbers
         for name, value in run.without.items()
@@ -113,12 +112,11 @@ def keep_table(
             "data": data_name,
             "group": group,
             "scale": made[row["switch"]].scale,
-            "commit": made[row["switch"]].commit,
             **row,
             "common": " ".join(made[row["switch"]].common),
         }
         for row in rows
-        if row["verdict_moves"] or row["outside_the_interval"]
+        if row["answer_moves"] or row["outside_the_interval"]
     ]
     switches = {(data_name, group, run.switch) for run in numbers}
     _replace(path, pd.DataFrame(moved), switches, sort_by=["claim"])
@@ -138,10 +136,9 @@ def keep_runs(
             "common": " ".join(run.common),
             "figures": " ".join(run.figures),
             "scale": run.scale,
-            "commit": run.commit,
             "claims": len(of_switch[run.switch]),
             "outside_the_interval": sum(row["outside_the_interval"] for row in of_switch[run.switch]),
-            "verdicts_moved": sum(row["verdict_moves"] for row in of_switch[run.switch]),
+            "answers_moved": sum(row["answer_moves"] for row in of_switch[run.switch]),
         }
         for run in numbers
     ]

@@ -219,10 +219,20 @@ def _not_met(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> str:
     return ""
 
 
-def numbers_of(names: Iterable[str], made: Tables) -> dict[str, float]:
-    """Return our values of claims and quantities by name, NaN where the tables have none."""
+def numbers_of(names: Iterable[str], made: Tables) -> dict[str, papers.Estimate]:
+    """Return our values of claims and quantities by name, with intervals; NaN where the tables have none."""
     frames = {name: _frame(name, table) for name, table in made.items()}
-    return {name: _number(papers.quantity(name), frames) for name in names}
+    found = {}
+    for name in names:
+        measure = papers.quantity(name).measure
+        if measure is None or not set(measure.tables) <= frames.keys():
+            found[name] = papers.Estimate(np.nan)
+            continue
+        drawn = replicate(measure.tables, frames)
+        found[name] = _estimate(
+            *_measured(measure, frames, drawn), drawn, None, extreme=measure.name in EXTREMES
+        )
+    return found
 
 
 def _number(item: papers.Claim | papers.Quantity, frames: Mapping[str, pd.DataFrame]) -> float:

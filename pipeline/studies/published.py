@@ -59,9 +59,9 @@ def measured(folder: Path, figures: Sequence[str], layout: Mapping[str, Any]) ->
     values = numbers_of(names_quoted(layout), by_name)
     items = [papers.quantity(name) for name in values]
     rows = [
-        (item.figure, item.name, values[item.name], item.unit)
+        (item.figure, item.name, values[item.name].value, item.unit)
         for item in items
-        if math.isfinite(values[item.name])
+        if math.isfinite(values[item.name].value)
     ]
     rows += verdict_counts(by_name, data_name, layout)
     return pd.DataFrame([(data_name, scale, str(commit)[:12], *row) for row in rows], columns=list(COLUMNS))

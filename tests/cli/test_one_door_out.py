@@ -69,7 +69,7 @@ def trained(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
 
 def switched(folder: Path, given: Path, patch: pytest.MonkeyPatch) -> None:
     (folder / "sensitivity" / "synthetic" / "walks").mkdir(parents=True)  # where its figures are
-    row = {"claim": "a", "switch": "b", "value": 1.0, "value_as_it_is": 1.0, "verdict_moves": False}
+    row = {"claim": "a", "switch": "b", "value": 1.0, "value_as_it_is": 1.0, "answer_moves": False}
     patch.setattr("pipeline.cli.sensitivity._measured", lambda *_: ([row], []))
 
 

@@ -55,10 +55,10 @@ def test_a_switch_is_compared_with_the_figures_as_they_are() -> None:
         Verdict(papers.claim("zhang2007_view_angle_mean"), Agreement.UNTESTABLE, ""),
     ]
     gain, share = compare(plain, with_it, "divisor R")
-    assert (gain["value_as_it_is"], gain["value"], gain["verdict_moves"]) == (30.0, 20.5, True)
+    assert (gain["value_as_it_is"], gain["value"], gain["answer_moves"]) == (30.0, 20.5, True)
     assert gain["outside_the_interval"]
     assert not share["outside_the_interval"]
-    assert not share["verdict_moves"]
+    assert not share["answer_moves"]
     assert moved_table([gain, share]).row_count == 1
 
 

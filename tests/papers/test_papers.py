@@ -282,7 +282,9 @@ def test_a_tested_explanation_quotes_a_run_that_was_made_with_its_switch(
     )
     assert run.overrides == tuple(switch["overrides"]), "numbers of another switch: `make sensitivity` again"
     assert run.scale == "full"
-    assert re.fullmatch("[0-9a-f]{12}", run.commit)
+    assert all(number.known for side in (run.with_it, run.without) for number in side.values()), (
+        "with intervals"
+    )
     told = explanation.told(claim.name, 0.0, lambda name: 0.0)
     assert "no number" not in told
     asked = {papers.placeholders("{" + n + "}")[0] for n in papers.placeholders(explanation.text)}
@@ -1183,7 +1185,7 @@ def test_our_value_is_the_one_worked_out_in_the_head(name: str) -> None:
     ],
 )
 def test_a_quantity_is_the_one_worked_out_in_the_head(name: str, worked: float) -> None:
-    assert numbers_of([name], worked_tables())[name] == pytest.approx(worked, rel=1e-12)
+    assert numbers_of([name], worked_tables())[name].value == pytest.approx(worked, rel=1e-12)
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------

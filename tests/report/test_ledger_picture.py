@@ -23,10 +23,10 @@ BOUNDED = {
     "baseline_value": [-28.0],
 }
 SWITCHED: dict[str, Any] = {
-    "data": "synthetic", "group": "walks", "scale": "full", "commit": "a" * 12, "claim": "zhang2007_map_thirty_percent",
-    "switch": "divisor R", "value": 12.5, "value_low": 10.0, "value_high": 15.0, "verdict": "differs",
-    "value_as_it_is": 28.0, "verdict_as_it_is": "agrees", "outside_the_interval": True, "verdict_moves": True,
-    "common": "",
+    "data": "synthetic", "group": "walks", "scale": "full", "claim": "zhang2007_map_thirty_percent",
+    "switch": "divisor R", "value": 12.5, "value_low": 10.0, "value_high": 15.0, "agreement": "differs",
+    "beyond_baseline": "no", "value_as_it_is": 28.0, "agreement_as_it_is": "agrees", "beyond_baseline_as_it_is": "yes",
+    "outside_the_interval": True, "answer_moves": True, "common": "",
 }  # fmt: skip
 
 
@@ -68,7 +68,7 @@ def test_a_switch_moves_the_claims_of_its_data_set_and_scale(tmp_path: Path) -> 
     drawn = picture(
         tmp_path,
         {},
-        {"switch": "origin floor", "verdict_moves": False},
+        {"switch": "origin floor", "answer_moves": False},
         {"switch": "x", "data": "cmu"},
         {"switch": "y", "scale": "smoke"},
         {"switch": "z", "claim": "of_old"},
