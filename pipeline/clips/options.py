@@ -69,7 +69,9 @@ class SyntheticPerformances:
 class SyntheticClips:
     """Walking, bending and bodies of smooth angles in turn: motion with a known answer (park2011)."""
 
-    clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = 12  # number of clips
+    clips: Annotated[int, bounded(at_least=1, at_most=10_000)] = (
+        24  # number of clips; half of them are in figure 3c
+    )
     seconds: Annotated[float, bounded(above=0, at_most=3600)] = 6.8  # length of each, s
     frame_rate_hz: Annotated[float, bounded(above=0, at_most=2000)] = 30.0  # of the recordings
     bandwidth: int = 10  # cosines of the angles of the smooth bodies, over the whole clip

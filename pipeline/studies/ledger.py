@@ -90,7 +90,7 @@ def judge(
 
 def _evidence(claim: papers.Claim, frames: Mapping[str, pd.DataFrame], *, interval: bool) -> papers.Evidence:
     """Return the value of a claim, that of its baseline and the paired gain of the one over the other."""
-    people, doubt = _people(claim, frames)
+    people, doubt = _people(claim.tables, frames)
     doubt = doubt or _not_met(claim, frames)
     if claim.measure is None or claim.kind is papers.Kind.CONDITION or not interval:
         return papers.Evidence(value=papers.Estimate(_number(claim, frames)), people=people, doubt=doubt)
@@ -187,14 +187,14 @@ def _one_sample(
     return papers.Estimate(value, *map(float, bootstrap.percentile_interval(one)))
 
 
-def _people(claim: papers.Claim, frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
-    """Return how many people the figures of a claim rest on, the fewest, and a recording that may be another's.
+def _people(names: Iterable[str], frames: Mapping[str, pd.DataFrame]) -> tuple[int | None, str]:
+    """Return how many people the figures of these tables rest on, the fewest, and a recording that may be another's.
 
     None if no table says how many; nothing if every recording differs from those of other people.
     """
     counts: list[int] = []
     doubts: list[str] = []
-    for figure in sorted({name.split("/")[0] for name in claim.tables}):
+    for figure in sorted({name.split("/")[0] for name in names}):
         clips = frames.get(f"{figure}/{INGEST}")
         if clips is not None and {"person", "verdict"} <= set(clips.columns):
             kept = clips[clips["verdict"] == "kept"]
@@ -229,9 +229,9 @@ def numbers_of(names: Iterable[str], made: Tables) -> dict[str, papers.Estimate]
             found[name] = papers.Estimate(np.nan)
             continue
         drawn = replicate(measure.tables, frames)
-        found[name] = _estimate(
-            *_measured(measure, frames, drawn), drawn, None, extreme=measure.name in EXTREMES
-        )
+        people, _ = _people(measure.tables, frames)
+        values = _measured(measure, frames, drawn)
+        found[name] = _estimate(*values, drawn, people, extreme=measure.name in EXTREMES)
     return found
 
 
