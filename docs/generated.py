@@ -11,10 +11,11 @@ import inspect
 import re
 import types
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, Field, fields, is_dataclass
 from enum import Enum
 from functools import cache, partial
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
@@ -519,7 +520,72 @@ def packages() -> str:
     return _table(["package", "is"], rows)
 
 
+def _plotted(width: float, height: float) -> tuple[Any, Any, Callable[[], str]]:
+    """A figure and its axes without a frame, to scale, and the function that returns it as SVG."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), aspect="equal", frame_on=False, xticks=(), yticks=())
+
+    def finished() -> str:
+        buffer = StringIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        return "".join(
+            line.strip() + " " for line in buffer.getvalue()[buffer.getvalue().index("<svg") :].splitlines()
+        )
+
+    return figure, axes, finished
+
+
+def joints() -> str:
+    """Return an SVG of the fifteen joints [zhang2007 figure 1]: a synthetic walker, seen obliquely."""
+    import numpy as np
+
+    from pipeline.skeleton import WALKER15
+    from pipeline.synthetic.walkers import walking_population
+
+    one = walking_population(np.random.default_rng(1), male=1, female=1, duration_s=3.0).positions_mm[0][0]
+    _, axes, finished = _plotted(4.6, 5.2)
+    x, z = one @ np.array([0.8, 0.6, 0.0]), one[:, 2]
+    for bone in WALKER15.bones:
+        axes.plot(x[list(bone)], z[list(bone)], color="#456", zorder=1)
+    axes.scatter(x, z, color="#d55e00", s=24, zorder=2)
+    for name, u, v in zip(WALKER15.joints, x, z, strict=True):
+        side = np.sign(np.round(u - x[WALKER15.index("pelvis")], -1)) * (name not in ("pelvis", "sternum"))
+        place, align = (8 * side, 2 if side else 8), {-1: "right", 0: "center", 1: "left"}[int(side)]
+        axes.annotate(name.replace("_", " "), (u, v), place, textcoords="offset points", ha=align, fontsize=9)
+    axes.margins(x=0.5, y=0.04)
+    return finished()
+
+
+def two_points() -> str:
+    """Return an SVG of the two ends of a limb that one ray allows [park2011 figure 2a]: those of `ray_sphere`."""
+    import numpy as np
+    from matplotlib.patches import Circle
+
+    from pipeline.core.articulation import ray_sphere
+
+    camera = np.array(
+        [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
+    )  # at the origin, along z
+    parent, radius = np.array([[0.6, 0.0, 6.0]]), 1.5
+    hits = ray_sphere(camera, np.array([[0.02, 0.0]]), parent, radius)
+    _, axes, finished = _plotted(6.0, 2.4)
+    (px, pz), ends = parent[0, [0, 2]], [(parent + end)[0, [0, 2]] for end in (hits.near, hits.far)]
+    axes.add_patch(Circle((pz, px), radius, fill=False, color="#89a"))
+    axes.plot([0.0, 8.5], [0.0, 0.02 * 8.5], color="#456", linewidth=0.8)
+    for (x, z), name, style in zip(ends, ("first end", "second end"), ("-", "--"), strict=True):
+        axes.plot([pz, z], [px, x], color="#d55e00", linestyle=style, marker="o")
+        axes.annotate(name, (z, x), (-6, -14), textcoords="offset points", ha="right", fontsize=9)
+    axes.annotate("parent joint", (pz, px), (0, 7), textcoords="offset points", ha="center", fontsize=9)
+    axes.annotate("camera", (0.0, 0.0), (0, 7), textcoords="offset points", fontsize=9)
+    axes.plot([0.0], [0.0], marker="s", color="#456")
+    axes.margins(0.06)
+    return finished()
+
+
 MADE = {
     "options": options, "columns": columns, "library": library, "drawing": drawing, "packages": packages,
+    "joints": joints, "two_points": two_points,
 }  # fmt: skip
 """Made parts by the name in the page."""

@@ -18,7 +18,7 @@ from pipeline.storage.agreement import TIMING as TIMING  # no claim uses it
 from pipeline.storage.sealed_folders import read_manifest
 from pipeline.studies import evaluation
 from pipeline.studies.registry import MEASURES
-from pipeline.studies.replicated import DRAW, POPULATION, Replicates, replicate
+from pipeline.studies.replicated import DRAW, INGEST, POPULATION, Replicates, replicate
 from pipeline.studies.rows import Number
 
 Tables = Mapping[str, Any]
@@ -35,9 +35,6 @@ MOST_SILENT = 0.05
 
 EXTREMES = ("largest", "smallest")
 """Measures whose value in people drawn again never lies beyond that of all people, by name."""
-
-INGEST = "table_ingest"
-"""Table of the clips that a figure rests on, which counts its people."""
 
 
 def judge(

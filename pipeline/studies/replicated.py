@@ -2,7 +2,8 @@
 
 A table with a column ``population`` holds several synthetic populations, and a replicate is one of them.  Otherwise one
 with a column ``person`` is resampled by person, all rows of a person together, and one with neither but a column
-``clip`` by clip: limbs, trials and cameras of a clip together.  The table ``X_populations`` or ``X_people`` holds the
+``clip`` by whose clip it is, as ``table_ingest`` of its figure says, and by clip if it does not: limbs, trials and
+cameras of a person together.  The table ``X_populations`` or ``X_people`` holds the
 rows of ``X`` before they are averaged (`table`: ``table_populations``, ``table_people``), and takes its place in
 replicates.  ``X_draws``, with a column ``draw``, is ``X`` of people drawn again, for numbers that do not follow from
 rows of single people.
@@ -24,6 +25,9 @@ from pipeline.core import bootstrap
 from pipeline.seeding import derive_generator
 
 POPULATION, PERSON, DRAW, CLIP = "population", "person", "draw", "clip"
+
+INGEST = "table_ingest"
+"""Table of the clips that a figure rests on."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,8 @@ class Replicates:
     tables : mapping
         Those without replicates of their own as they are.
     clusters : int
-        People or clips; 0 of populations and draws.  As many replicates, the last ones, leave out one cluster each.
+        People, or clips where it is not known whose they are; 0 of populations and draws.  As many replicates, the last
+        ones, leave out one cluster each.
     size : int
         Replicates.
     """
@@ -97,7 +102,7 @@ def replicate(names: Iterable[str], tables: Mapping[str, pd.DataFrame], seed: in
     if len(kinds) != 1:
         return None
     (kind,) = kinds
-    of_rows = {name: np.array(list(map(str, rows[kind]))) for name, (k, rows) in found.items() if k}
+    of_rows = {name: _labels(name, rows, kind, tables) for name, (k, rows) in found.items() if k}
     labels = np.unique(np.concatenate(list(of_rows.values())))
     if len(labels) < 2:
         return None
@@ -216,6 +221,16 @@ def aggregate(
         after = list(aggregated).index(name.rpartition("_")[0]) + 1
         aggregated.insert(after, name, list(of_groups.values()) or np.nan)
     return aggregated.reset_index()
+
+
+def _labels(name: str, rows: pd.DataFrame, kind: str, tables: Mapping[str, pd.DataFrame]) -> np.ndarray:
+    """Return whose each row is (n,), text."""
+    clips = tables.get(f"{name.split('/')[0]}/{INGEST}")
+    labels = rows[kind].astype(str)
+    if kind == CLIP and clips is not None and {"clip", "person"} <= set(clips):
+        person = dict(zip(clips["clip"].astype(str), clips["person"].astype(str), strict=True))
+        labels = labels.map(lambda clip: person.get(clip, clip))
+    return labels.to_numpy(dtype=str)
 
 
 def _rows_behind(name: str, tables: Mapping[str, pd.DataFrame]) -> tuple[str, pd.DataFrame]:

@@ -446,9 +446,9 @@ def test_what_a_file_says_wrongly_is_refused_by_name(
 
 
 RUNS = """\
-data,group,switch,overrides,scale,commit,name,without,with
-synthetic,walks,few people,data.walkers=3,full,0123456789ab,little2000_claim,10,12.5
-synthetic,walks,few people,data.walkers=3,full,0123456789ab,little2000_quantity,80,3
+data,group,switch,overrides,scale,name,without,without_low,without_high,with,with_low,with_high
+synthetic,walks,few people,data.walkers=3,full,little2000_claim,10,8,12,12.5,12,13
+synthetic,walks,few people,data.walkers=3,full,little2000_quantity,80,,,3,,
 """
 
 
@@ -462,7 +462,8 @@ def test_an_explanation_quotes_the_run_that_tested_it(tmp_path: Path) -> None:
     (claim,) = loaded(tmp_path, LITTLE.replace(old, why)).claims
     verdict = papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "optical")
     assert (
-        "with 3 of 80 people 12.5 mm, not 10 (tested: synthetic, few people: data.walkers=3)" in verdict.why
+        "with 3 of 80 people 12.5 [12.0, 13.0] mm, not 10 [8, 12] (tested: synthetic, few people: data.walkers=3)"
+        in verdict.why
     )
     (claim,) = loaded(tmp_path, LITTLE.replace(old, why.replace("few people", "many people"))).claims
     assert "(no number)" in papers.judge(claim, Evidence(value=Estimate(12.0, 11.5, 12.5)), "optical").why

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from pipeline.core.bootstrap import percentile_interval, weighted_means, weighted_medians
 from pipeline.studies import measures
 from pipeline.studies.replicated import (
+    Replicated,
     Statistic,
     aggregate,
     interval_over_clusters,
@@ -72,3 +73,18 @@ def test_one_clip_alone_has_no_interval_nor_has_what_is_not_known(statistic: Sta
     assert low[0] < high[0]
     assert np.isnan([low[1], high[1]]).all()
     assert np.isnan(interval_over_people(np.full(6, "a"), values)).all()
+
+
+def test_clips_of_one_person_are_drawn_together_where_it_is_known_whose_they_are() -> None:
+    table = pd.DataFrame({"clip": ["a", "b", "c", "d"], "error": [1.0, 2.0, 3.0, 4.0]})
+    clips = pd.DataFrame({"clip": ["a", "b", "c", "d"], "person": ["one", "one", "two", "three"]})
+    alone = replicate(["limbs"], {"limbs": table})
+    known = replicate(["limbs"], {"limbs": table, "limbs/table_ingest": clips})
+    assert alone is not None
+    assert known is not None
+    assert (alone.clusters, known.clusters) == (4, 3)
+    drawn = known.tables["limbs"]
+    assert isinstance(drawn, Replicated)
+    assert all(
+        ("a" in set(drawn.drawn(b)["clip"])) == ("b" in set(drawn.drawn(b)["clip"])) for b in range(50)
+    )
