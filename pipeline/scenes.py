@@ -51,13 +51,12 @@ class Image2D(View):
 
 @dataclass(frozen=True, kw_only=True)
 class Plot(View):
-    """Curves over the recording's timeline; the ranges default to those of the data with their bands.
+    """Curves over the recording's timeline; the range of ordinates defaults to that of the data with their bands.
 
     `headroom` is what to add above them for the legend, as a share of their height.
     """
 
     origin: str = "curves"
-    x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     headroom: float = 0.0
 

@@ -29,7 +29,6 @@ def draw_postures(
     groups: Sequence[tuple[str, Sequence[PostureRow]]],
     bones: Bones,
     *,
-    column_titles: Sequence[str] = (),
     legend: tuple[str, str] = ("original", "reconstructed"),
     caption: str = "",
 ) -> None:
@@ -46,8 +45,6 @@ def draw_postures(
         Title of a group, e.g. ``"(a) Approach I"``, and its rows from the top.
     bones : sequence of (int, int)
         Pairs of joints.
-    column_titles : sequence of str
-        One for each posture of a row; empty for none.
     legend : (str, str)
         What the broad and the thin lines are.
     caption : str
@@ -59,8 +56,6 @@ def draw_postures(
     """
     where = str(path_stem)
     count = _check_postures(where, groups, bones)
-    if column_titles and len(column_titles) != count:
-        raise InvalidInput("not one title for each posture", where=where, expected=str(count))
     every = [row for _, rows in groups for row in rows]
     figures = [_centred(row) for row in every]
     reach = max(float(np.abs(f[..., 0]).max()) for f in figures)
@@ -75,20 +70,14 @@ def draw_postures(
     deepest, margin = max(len(rows) for _, rows in groups), names / inches
     with look.applied_style():
         width, height = names + inches * ((count - 1) * step + 2 * end), inches * deepest * drop
-        heading = 0.2 + (0.18 if column_titles else 0.0)
-        figure = look.new_figure((width + 0.1) * len(groups), height + heading + look.LEGEND_LINE)
+        figure = look.new_figure((width + 0.1) * len(groups), height + 0.2 + look.LEGEND_LINE)
         for number, (title, rows) in enumerate(groups):
             axes = figure.add_subplot(1, len(groups), number + 1)
             axes.set_axis_off()
             axes.set_aspect("equal")
             axes.set_xlim(-end - margin, (count - 1) * step + end)
             axes.set_ylim(low + 0.94 * (high - low) + 0.08 * drop - deepest * drop, high + 0.02 * drop)
-            axes.set_title(title, pad=15 if column_titles else 5)
-            for k, name in enumerate(column_titles):
-                place = axes.get_xaxis_transform()
-                axes.text(
-                    k * step, 1.0, name, transform=place, ha="center", va="bottom", fontsize=look.NOTE_SIZE
-                )
+            axes.set_title(title, pad=5)
             for i, row in enumerate(rows):
                 axes.text(-end - margin, 0.5 * (low + high) - i * drop, row.label, va="center")
                 shift = np.stack([step * np.arange(count), np.full(count, -i * drop)], axis=-1)[:, None]

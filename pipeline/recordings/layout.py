@@ -128,7 +128,7 @@ def _view(view: View, timeline: str, extents: Extents) -> rrb.View:
             high += view.headroom * (high - low)
             return rrb.TimeSeriesView(
                 **common,
-                axis_x=_abscissa(timeline, _ordered(view, view.x_range or (left, right))),
+                axis_x=_abscissa(timeline, _ordered(view, (left, right))),
                 axis_y=rrb.ScalarAxis(range=_ordered(view, view.y_range or (low, high))),
                 plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.RightTop),
             )

@@ -37,14 +37,14 @@ def environment() -> jinja2.Environment:
     )
 
 
-def style() -> str:
-    """Return the style sheet, with the palette for light and dark grounds."""
+def style(*further: str) -> str:
+    """Return the style sheet, with the palette for light and dark grounds, and further ones by file name."""
     colours = {
         name: {"light": colour, "dark": _LIGHTER.get(name, COLOURS[ON_DARK.get(name, name)])}
         for name, colour in COLOURS.items()
     }
     template = environment().from_string((_FOLDER / "style.css").read_text(encoding="utf-8"))
-    return template.render(colours=colours)
+    return "\n".join([template.render(colours=colours), *(scripts([name]) for name in further)])
 
 
 def scripts(names: Sequence[str]) -> str:

@@ -94,10 +94,12 @@ def write_walk_page(path: Path, page: WalkPage) -> None:
     InvalidInput
         If it would be larger than `MOST_BYTES`.
     """
+    style, script = templates.style("walk.css"), templates.scripts(_SCRIPTS)
     text = templates.environment().get_template("walk.html.j2").render(
         page=page,
-        style=templates.style(),
-        script=templates.scripts(_SCRIPTS),
+        policy=templates.policy(style, script),
+        style=style,
+        script=script,
         roles=packed_json({**{name: name for name in COLOURS}, **ROLES}),
         bones=packed_json([list(bone) for bone in WALKER15.bones]),
         packed=packed_json(_packed(page)),

@@ -33,8 +33,7 @@ def segments(path: Path) -> int:
 def draw(stem: Path) -> None:
     """Draw two groups of two rows of postures."""
     rows = (POSTURES, replace(POSTURES, label="30°"))
-    titles = [f"{p} %" for p in range(0, 100, 20)]
-    draw_postures(stem, [("(a)", rows), ("(b)", rows)], BONES, column_titles=titles, caption="Data: none.")
+    draw_postures(stem, [("(a)", rows), ("(b)", rows)], BONES, caption="Data: none.")
 
 
 def test_equal_postures_give_equal_bytes(tmp_path: Path) -> None:
@@ -68,20 +67,19 @@ def test_skeletons_stand_over_the_posture_that_they_vary(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("row", "bones", "titles", "words"),
+    ("row", "bones", "words"),
     [
-        (replace(POSTURES, reconstructed=POSTURES.original[:4]), BONES, (), r"must have shape \(5, 3, 2\)"),
-        (replace(POSTURES, original=POSTURES.original[..., 0]), BONES, (), r"must have shape \(n, J, 2\)"),
-        (replace(POSTURES, reconstructed=POSTURES.original * np.nan), BONES, (), "must be finite"),
-        (POSTURES, ((0, 3),), (), "pairs of joints"),
-        (POSTURES, BONES, ("0 %",), "one title for each posture"),
+        (replace(POSTURES, reconstructed=POSTURES.original[:4]), BONES, r"must have shape \(5, 3, 2\)"),
+        (replace(POSTURES, original=POSTURES.original[..., 0]), BONES, r"must have shape \(n, J, 2\)"),
+        (replace(POSTURES, reconstructed=POSTURES.original * np.nan), BONES, "must be finite"),
+        (POSTURES, ((0, 3),), "pairs of joints"),
     ],
 )
 def test_postures_that_do_not_fit_are_refused(
-    tmp_path: Path, row: PostureRow, bones: Sequence[tuple[int, int]], titles: Sequence[str], words: str
+    tmp_path: Path, row: PostureRow, bones: Sequence[tuple[int, int]], words: str
 ) -> None:
     with pytest.raises(InvalidInput, match=words):
-        draw_postures(tmp_path / "a", [("", (row,))], bones, column_titles=titles)
+        draw_postures(tmp_path / "a", [("", (row,))], bones)
 
 
 @pytest.mark.parametrize(

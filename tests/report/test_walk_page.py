@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import json
 import re
 import subprocess
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from pipeline.reconstruct.writing import Output, Reconstruct, run
+from pipeline.report import templates
 from pipeline.report.walk_page import MOST_FRAMES, WalkPage, write_walk_page
 from pipeline.validation import InvalidInput
 from tests.core.keypoint_walk.walkers import clip
@@ -54,6 +56,16 @@ def page(frames: int) -> WalkPage:
         cycle_percent=np.linspace(0.0, 300.0, frames)[:, None] % 100.0 + np.zeros(2),
         heading_deg=30.0, heading_interval_deg=(25.0, 35.0), alternatives_deg=[-150.0],
     )  # fmt: skip
+
+
+def test_the_page_may_run_its_own_script_and_nothing_else(tmp_path: Path) -> None:
+    write_walk_page(tmp_path / "walk.html", page(30))
+    text = (tmp_path / "walk.html").read_text(encoding="utf-8")
+    parts = [re.search(rf"<{name}>(.*?)</{name}>", text, re.DOTALL) for name in ("style", "script")]
+    style, script = (part[1] for part in parts if part is not None)
+    policy = templates.policy(style, script)
+    assert f'<meta http-equiv="Content-Security-Policy" content="{policy}">' in html.unescape(text)
+    assert not re.search(r"<[^>]* (style|on\w+)=", text.replace(style, "").replace(script, ""))
 
 
 def packed(path: Path) -> dict[str, object]:

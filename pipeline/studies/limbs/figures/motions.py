@@ -133,8 +133,7 @@ class MotionsFigure(Figure):
             + ("; knees and elbows flex one way" if options.use_hinges else "")
             + f". One clip before the {sweep.cameras[0]} camera; shaded, what is seen from the middle of each path."
             f" Below, mean error of the joints of {len(sweep.stretch)} clips, relative to the pelvis"
-            + _without_help(tables)
-            + ". Published: of one video of walking.",
+            ". Published: of one video of walking.",
         )
 
     def draw(self, inputs: Inputs, tables: dict[str, pd.DataFrame], picture: Picture) -> None:
@@ -180,9 +179,8 @@ class MotionsFigure(Figure):
             "\nOther clips can be switched on in the streams tree; they stand over the origin by their "
             "mean pelvis: `world/truth/<clip>` (grey), `world/reconstructed/<camera>/<clip>/<confidence>`, "
             "`world/trajectories/<camera>/<clip>` of wrists and ankles.\n\nLimbs are green where the data have decided "
-            "between a limb and its mirror, amber where they are in doubt, orange where both are as good.\n\n"
-            "| clip | action | from | camera | error | confidence |\n|---|---|---|---|---|---|\n"
-            + _lines(inputs, sweep, tables["table_clips"], words),
+            "between a limb and its mirror, amber where they are in doubt, orange where both are as good.  "
+            "`table_clips.csv` has the error of each.\n"
         ) as rec:
             for n in numbers:
                 shift = sweep.truth[n, :, ROOT].mean(axis=0) * [1.0, 1.0, 0.0]
@@ -251,39 +249,6 @@ def _from_above(matrix: np.ndarray, image: np.ndarray, truth: np.ndarray) -> tup
 
 def _options(inputs: Inputs) -> MotionsSweep:
     return cast(MotionsSweep, inputs.experiment.sweep)
-
-
-def _without_help(tables: dict[str, pd.DataFrame]) -> str:
-    """Words for the caption: errors in the paper's conditions, and of skeletons that do nothing."""
-    papers = tables.get("table_papers")
-    nothing = tables["table_clips"][["hanging_error_mm", "mean_pose_error_mm"]].mean()
-    words = (
-        f"; a skeleton that hangs straight down errs by {nothing['hanging_error_mm']:.0f} mm, the mean pose by "
-        f"{nothing['mean_pose_error_mm']:.0f} mm"
-    )
-    if papers is None:
-        return words
-    means = papers.groupby("camera")["error_mm"].mean()
-    return (
-        "; in the paper's conditions (proportions, root at one depth, no hinges) "
-        + ", ".join(f"{mean:.0f} mm ({camera})" for camera, mean in means.items())
-        + words
-    )
-
-
-def _lines(inputs: Inputs, shown: Motions, of_clips: pd.DataFrame, words: dict[int, str]) -> str:
-    """Rows of the description: what each clip shown is, and how far it is off."""
-    lines = []
-    for n, name in words.items():
-        stretch = shown.stretch[n]
-        start = inputs.dataset.start_s[stretch]
-        rows = of_clips[of_clips["clip"] == inputs.dataset.clip[stretch]].set_index("camera")
-        for camera, row in rows.loc[list(shown.cameras)].iterrows():
-            lines.append(
-                f"| {name} | {row['action']} | {start:.1f} s | {camera} | {row['error_mm']:.0f} mm "
-                f"| {row['confidence']} |\n"
-            )
-    return "".join(lines)
 
 
 def _limbs_of(
